@@ -103,8 +103,9 @@ def draws(fit: Path, count: int) -> dict[str, float]:
             ones = bootstrap(optimum, count)
             alone = time.process_time() - began
     sigma = {spread.name: spread.std_error or spread.deviation for spread in side.spreads}
-    apart = [[(a.values[n] - b.values[n]) / s for n, s in sigma.items()]
-             for a, b in zip(side.draws, ones.draws, strict=True)]  # fmt: skip
+    apart = [
+        [(a.values[n] - b.values[n]) / s for n, s in sigma.items()] for a, b in zip(side.draws, ones.draws, strict=True)
+    ]
     return {
         "draws": count,
         "alone_s": alone / count,

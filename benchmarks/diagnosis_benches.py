@@ -77,8 +77,14 @@ def main() -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--drawn", type=seeds_from, default=(0, 0), metavar="A:B", help="benches drawn, from A to B")
-    parser.add_argument("--effects", nargs="+", type=effect_named, default=[], metavar="NAME",
-                        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +")  # fmt: skip
+    parser.add_argument(
+        "--effects",
+        nargs="+",
+        type=effect_named,
+        default=[],
+        metavar="NAME",
+        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +",
+    )
     parser.add_argument("--seeds", type=seeds_from, default=(0, 1), metavar="A:B", help="of --effects")
     parser.add_argument("--complete", action="store_true", help="from the catalogue to the fit with what is proposed")
     parser.add_argument("--fits", type=Path, help="folder of incomplete_benches.py, whose estimates are taken up")
@@ -141,8 +147,13 @@ def _said_of(found: Diagnosis) -> dict[str, Any]:
 
 def _entry(one: Missing) -> dict[str, Any]:
     parameters = {name: [p.value, p.std_error] for name, p in one.parameters.items()}
-    return {"name": one.name, "aliases": list(one.aliases), "chi_square": one.chi_square, "share": one.share,
-            "parameters": parameters}  # fmt: skip
+    return {
+        "name": one.name,
+        "aliases": list(one.aliases),
+        "chi_square": one.chi_square,
+        "share": one.share,
+        "parameters": parameters,
+    }
 
 
 def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) -> dict[str, Any]:
@@ -152,8 +163,10 @@ def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) 
         fit = estimate
     else:
         fit = identified_with(replace(campaign, mechanism=found.mechanism), found).to_dict()
-    own = {name: {"truth": value, **{key: fit["parameters"][name][key] for key in ("value", "unit", "std_error")}}
-           for name, value in truth.items()}  # fmt: skip
+    own = {
+        name: {"truth": value, **{key: fit["parameters"][name][key] for key in ("value", "unit", "std_error")}}
+        for name, value in truth.items()
+    }
     took = {"wall_s": time.perf_counter() - began, "cpu_s": time.process_time() - began_cpu}
     return {"grade": fit["grade"], "reasons": fit["grade_reasons"], **took, "parameters": own}
 
@@ -189,8 +202,10 @@ def said(line: dict[str, Any]) -> str:
         if done
         else ""
     )
-    return (f"{line['effect']:40} {line['seed']:4d} {line['grade']:6} {line['wall_s']:6.1f} s  "
-            f"{'exact' if is_exact(line) else 'WRONG'}  {named}{after}")  # fmt: skip
+    return (
+        f"{line['effect']:40} {line['seed']:4d} {line['grade']:6} {line['wall_s']:6.1f} s  "
+        f"{'exact' if is_exact(line) else 'WRONG'}  {named}{after}"
+    )
 
 
 def table(lines: Sequence[dict[str, Any]]) -> str:
@@ -208,20 +223,26 @@ def table(lines: Sequence[dict[str, Any]]) -> str:
         exact = sum(map(is_exact, own))
         false = [false_names(names_of(one["effect"], one["size"]), entries_of(one)) for one in own]
         wall = [one["wall_s"] for one in own]
-        rows.append(f"{words:34} {len(own):6d}  {exact:3d} ({exact / len(own):4.0%})   "
-                    f"{sum(map(len, false)):5d} of {sum(len(one['missing']) for one in own):4d}     "
-                    f"{sum(not one for one in false):8d}           {median(wall):10.1f} {max(wall):7.1f}")  # fmt: skip
+        rows.append(
+            f"{words:34} {len(own):6d}  {exact:3d} ({exact / len(own):4.0%})   "
+            f"{sum(map(len, false)):5d} of {sum(len(one['missing']) for one in own):4d}     "
+            f"{sum(not one for one in false):8d}           {median(wall):10.1f} {max(wall):7.1f}"
+        )
     done = [line["completed"] for line in lines if line.get("completed")]
     if done:
         grades = {grade: sum(one["grade"] == grade for one in done) for grade in "ABC"}
         errors = [pair for one in done for pair in errors_of(one)]
         within = sum(map(is_near, done))
         took = [line["cpu_s"] + line["completed"]["cpu_s"] for line in lines if line.get("completed")]
-        rows.append(f"from the catalogue to the completed fit: {median(took):.0f} s of CPU in the median, "
-                    f"{max(took):.0f} at most")  # fmt: skip
-        rows.append(f"completed: {len(done)}, grades {grades}, within {NEAR_SIGMA:g} sigma and {NEAR_PERCENT:g} % "
-                    f"(deg) of the truth {within} ({within / len(done):.0%}), RMS z {rms(errors):.2f}, worst "
-                    f"{max((abs(z) for _, z in errors), default=math.nan):.1f}")  # fmt: skip
+        rows.append(
+            f"from the catalogue to the completed fit: {median(took):.0f} s of CPU in the median, "
+            f"{max(took):.0f} at most"
+        )
+        rows.append(
+            f"completed: {len(done)}, grades {grades}, within {NEAR_SIGMA:g} sigma and {NEAR_PERCENT:g} % "
+            f"(deg) of the truth {within} ({within / len(done):.0%}), RMS z {rms(errors):.2f}, worst "
+            f"{max((abs(z) for _, z in errors), default=math.nan):.1f}"
+        )
     return "\n".join(rows)
 
 

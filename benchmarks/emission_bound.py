@@ -101,9 +101,13 @@ def compared(effect, seed, folder):
     resonance = bench.runs["micro_res"].command["rate"]
     rows = [row for at in HELD_OUT for row in _at_rate(effect, seed, flying, *at[:2], round(at[2] * resonance, 2))]
     return {
-        "effect": effect, "seed": seed, "outcome": fit.outcome.code, "fitted_s": fitted_s,
-        "all_s": time.time() - began, "rows": rows,
-    }  # fmt: skip
+        "effect": effect,
+        "seed": seed,
+        "outcome": fit.outcome.code,
+        "fitted_s": fitted_s,
+        "all_s": time.time() - began,
+        "rows": rows,
+    }
 
 
 def _at_rate(effect, seed, flying, stepping, microsteps, rate):
@@ -118,14 +122,30 @@ def _at_rate(effect, seed, flying, stepping, microsteps, rate):
     about = {"stepping": stepping, "rate": rate}
     for k, order in enumerate(found.orders.tolist()):
         if order in lines:
-            yield {**about, "kind": "line", "at": order, "hz": order * rate, "truth": lines[order],
-                   "modelled": abs(found.modelled[k]), "residual": found.residual[k], "bound": found.bound[k],
-                   "largest": max(lines.values())}  # fmt: skip
+            yield {
+                **about,
+                "kind": "line",
+                "at": order,
+                "hz": order * rate,
+                "truth": lines[order],
+                "modelled": abs(found.modelled[k]),
+                "residual": found.residual[k],
+                "bound": found.bound[k],
+                "largest": max(lines.values()),
+            }
     for k, (low, high) in enumerate(found.bands_hz.tolist()):
         if high <= HIGHEST_HZ:
-            yield {**about, "kind": "band", "at": low, "hz": low, "truth": bands[k],
-                   "modelled": found.band_modelled[k], "residual": found.band_residual[k],
-                   "bound": found.band_bound[k], "largest": max(lines.values()) / np.sqrt(2.0)}  # fmt: skip
+            yield {
+                **about,
+                "kind": "band",
+                "at": low,
+                "hz": low,
+                "truth": bands[k],
+                "modelled": found.band_modelled[k],
+                "residual": found.band_residual[k],
+                "bound": found.band_bound[k],
+                "largest": max(lines.values()) / np.sqrt(2.0),
+            }
 
 
 NO_STRUCTURE = Structure(

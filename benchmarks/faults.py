@@ -25,9 +25,17 @@ from faults.reference import Reference
 from faults.together import one_cache, one_folder
 
 SCENARIOS = {
-    "kill": kills, "interrupt": interrupts, "full": full, "rename": renames, "clock": stepped, "cache": read_only,
-    "folder": one_folder, "kernels": one_cache, "workers": workers, "soak": soak,
-}  # fmt: skip
+    "kill": kills,
+    "interrupt": interrupts,
+    "full": full,
+    "rename": renames,
+    "clock": stepped,
+    "cache": read_only,
+    "folder": one_folder,
+    "kernels": one_cache,
+    "workers": workers,
+    "soak": soak,
+}
 OUT = Path("build/faults.jsonl")
 
 

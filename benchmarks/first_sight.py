@@ -99,8 +99,9 @@ def _right(arguments: argparse.Namespace) -> Iterator[tuple[str, str, Campaign]]
     for effect in EFFECTS:
         for seed in range(*arguments.bench_seeds):
             with tempfile.TemporaryDirectory() as folder:
-                made = replace(load_campaign(make_bench(effect, seed, Path(folder)).folder),
-                               mechanism=FAMILIES[1].catalogue())  # fmt: skip
+                made = replace(
+                    load_campaign(make_bench(effect, seed, Path(folder)).folder), mechanism=FAMILIES[1].catalogue()
+                )
             yield "one effect left out", f"{effect} {seed}", made
             yield from _lacking(f"{effect} {seed}", made) if seed == 0 else ()
     for folder in arguments.campaigns:

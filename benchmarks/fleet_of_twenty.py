@@ -96,8 +96,10 @@ def _print_truth(made: Fleet, folder: Path) -> None:
         true = np.array([t[p.name] for t in truths])
         low, high = p.spread.spread95
         inside = "holds" if low <= true.std(ddof=1) <= high else "misses"
-        print(f"{p.name}: spread {p.spread.spread:.3g} ({low:.3g} to {high:.3g}) {inside} that of the benches, "
-              f"{true.std(ddof=1):.3g}; outliers {len(p.outliers)}")  # fmt: skip
+        print(
+            f"{p.name}: spread {p.spread.spread:.3g} ({low:.3g} to {high:.3g}) {inside} that of the benches, "
+            f"{true.std(ddof=1):.3g}; outliers {len(p.outliers)}"
+        )
 
 
 if __name__ == "__main__":

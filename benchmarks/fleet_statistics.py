@@ -65,8 +65,13 @@ def coverage_row(n: int, size: float, draws: int) -> str:
         further = 3.0 + size * rng.standard_normal()
         others = [inside(y, s, way(y, s)) for way in (dersimonian_laird, restricted_likelihood)]
         low, high = made.spread95
-        hits[k] = (made.mean95[0] < 3.0 < made.mean95[1], *others, low <= size <= high,
-                   made.next95[0] < further < made.next95[1], made.equal_p < 0.05)  # fmt: skip
+        hits[k] = (
+            made.mean95[0] < 3.0 < made.mean95[1],
+            *others,
+            low <= size <= high,
+            made.next95[0] < further < made.next95[1],
+            made.equal_p < 0.05,
+        )
     shares = " | ".join(f"{100.0 * share:.1f}" for share in hits.mean(axis=0))
     return f"| {n} | {size:g} | {shares} |"
 

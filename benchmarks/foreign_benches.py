@@ -73,8 +73,10 @@ def judge(folder: Path, fit: Path) -> None:
     records = told["records"]
     print(f"grade {told['grade']}, {told['outcome']['code']}, {told['provenance']['wall_time_s']:.1f} s")
     for name, one in records.items():
-        print(f"{name:10} residual {one['residual_rms']:.4g} N m RMS of noise {one['noise_known']:.4g}, "
-              f"horizon {one['horizon_s']:.4g} s")  # fmt: skip
+        print(
+            f"{name:10} residual {one['residual_rms']:.4g} N m RMS of noise {one['noise_known']:.4g}, "
+            f"horizon {one['horizon_s']:.4g} s"
+        )
     offs = {name: _off(told["parameters"][name], true) for name, true in truth.items()}
     for name, true in truth.items():
         found, off = told["parameters"][name], offs[name]

@@ -60,8 +60,14 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--effects", nargs="+", type=effect_named, default=list(EFFECTS), metavar="NAME",
-                        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +")  # fmt: skip
+    parser.add_argument(
+        "--effects",
+        nargs="+",
+        type=effect_named,
+        default=list(EFFECTS),
+        metavar="NAME",
+        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +",
+    )
     parser.add_argument("--seeds", type=seeds_from, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
     parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
@@ -126,8 +132,13 @@ def fits_of(effect: str, seed: int, parts: list[str], keep: Path) -> Iterator[di
             records = half(campaign, part) if part in ("first", "second") else campaign
             records = replace(campaign, mechanism=FAMILIES[1].catalogue()) if searched else records
             how = (None, None, keep / f"{effect}-{seed}.json") if searched else (near, 1)
-            yield {"effect": effect, "seed": seed, "part": part, "size": drawn(effect, seed)[1],
-                   **fitted(records, bench.truth, *how)}  # fmt: skip
+            yield {
+                "effect": effect,
+                "seed": seed,
+                "part": part,
+                "size": drawn(effect, seed)[1],
+                **fitted(records, bench.truth, *how),
+            }
 
 
 def completes(path: Path, draws: range) -> None:

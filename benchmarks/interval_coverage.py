@@ -106,8 +106,12 @@ def drawn(clean, mechanism, noise: str, draw: int) -> Campaign:
         line = OFFSET_NM * rng.standard_normal() + DRIFT_NM * rng.standard_normal() * np.linspace(0.0, 1.0, torque.size)
         samples = torque + line + noise_series(rng, noise, torque.size)
         records.append(record_of(name, samples, tests(mechanism)[name].command))
-    return Campaign(path=Path("campaign.toml"), mechanism_path=Path("mechanism.toml"),
-                    mechanism=catalogue_mechanism(), records=tuple(records))  # fmt: skip
+    return Campaign(
+        path=Path("campaign.toml"),
+        mechanism_path=Path("mechanism.toml"),
+        mechanism=catalogue_mechanism(),
+        records=tuple(records),
+    )
 
 
 def noise_series(rng: np.random.Generator, noise: str, samples: int) -> np.ndarray:
@@ -154,10 +158,12 @@ def table(noise: str, lines: list[dict]) -> str:
     """Return coverage by parameter and pooled; intervals marked `local only`, and none at all, are tallied apart."""
     confidence = 1.0 - 0.05 / len(TRUTH)
     limit = norm.ppf(0.5 + 0.5 * LEVEL)
-    rows = [f"{noise}: {len(lines)} campaigns; outcomes {_counted(line['outcome'] for line in lines)}; "
-            f"median {statistics.median(line['seconds'] for line in lines):.2f} s a campaign", "",
-            f"{'parameter':28} holds  of   coverage  Clopper-Pearson {confidence:.2%}  scatter/sigma  local only  "
-            "none"]  # fmt: skip
+    rows = [
+        f"{noise}: {len(lines)} campaigns; outcomes {_counted(line['outcome'] for line in lines)}; "
+        f"median {statistics.median(line['seconds'] for line in lines):.2f} s a campaign",
+        "",
+        f"{'parameter':28} holds  of   coverage  Clopper-Pearson {confidence:.2%}  scatter/sigma  local only  none",
+    ]
     shares, excluded = {}, []
     for name in TRUTH:
         errors = {i: error_in_sigmas(line, name) for i, line in enumerate(lines)}

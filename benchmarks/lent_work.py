@@ -83,8 +83,10 @@ def spent(scheduler):
     """Return processor seconds so far: of this process, the scheduler, the workers."""
     known = {p.pid for p in scheduler}
     workers = [p for p in psutil.Process().children(recursive=True) if p.pid not in known]
-    return [sum(p.cpu_times().user + p.cpu_times().system for p in some)
-            for some in ([psutil.Process()], scheduler, workers)]  # fmt: skip
+    return [
+        sum(p.cpu_times().user + p.cpu_times().system for p in some)
+        for some in ([psutil.Process()], scheduler, workers)
+    ]
 
 
 def overhead(lend, count, batches):
@@ -132,8 +134,9 @@ def drawn(fit, draws):
                 before = spent(scheduler)
                 there = bootstrap(optimum, draws)
                 names = ("client_s", "scheduler_s", "worker_s")
-                each = dict(zip(names, ((b - a) / draws for a, b in zip(before, spent(scheduler), strict=True)),
-                                strict=True))  # fmt: skip
+                each = dict(
+                    zip(names, ((b - a) / draws for a, b in zip(before, spent(scheduler), strict=True)), strict=True)
+                )
                 rows[f"workers_{count}"] = each | {"same_to_the_last_bit": repr(there.draws) == repr(here.draws)}
     return rows
 
@@ -172,9 +175,12 @@ def main():
     serial_s = 1e-3 * max(cost["here_ms"], cost["scheduler_ms"])  # the journal waits once for all that is ready
     batch = max(int(-(-workforce.BATCH_S // task_s)), 1)
     result["on_paper"] = {
-        "draws": DRAWS, "draw_s": task_s, "tasks_a_batch": batch, "serial_ms": serial_s * 1e3,
+        "draws": DRAWS,
+        "draw_s": task_s,
+        "tasks_a_batch": batch,
+        "serial_ms": serial_s * 1e3,
         **{f"efficiency_{n}": efficiency(n, DRAWS, task_s, batch, serial_s, 1e-3 * cost["worker_ms"]) for n in MANY},
-    }  # fmt: skip
+    }
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
     out = arguments.out or RESULTS / f"lent-work-{stamp}.json"
     out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

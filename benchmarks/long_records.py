@@ -111,16 +111,24 @@ def _formats(folder: Path, seconds: float) -> Iterator[dict]:
             write(campaign, path)
         column = "1" if suffix == "csv" else "0" if suffix == "npy" else "torque"
         peak, cpu, samples, wall = measured_in_a_process(READ, [path, column])
-        row = {"seconds": seconds, "format": name, "peak_bytes": peak, "cpu_s": cpu, "wall_s": wall,
-               "samples": samples, "file_bytes": path.stat().st_size}  # fmt: skip
+        row = {
+            "seconds": seconds,
+            "format": name,
+            "peak_bytes": peak,
+            "cpu_s": cpu,
+            "wall_s": wall,
+            "samples": samples,
+            "file_bytes": path.stat().st_size,
+        }
         print(f"| {name} | {path.stat().st_size / 1e6:.0f} MB | {cpu:.2f} s | {peak / 1e6:.0f} MB |", flush=True)
         yield row
 
 
 def measured_in_a_process(script: str, arguments: list) -> list[float]:
     """Run a script that prints what it measured of itself, and return these numbers."""
-    done = subprocess.run([sys.executable, "-c", script, *map(str, arguments)], capture_output=True, text=True,
-                          check=False)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", script, *map(str, arguments)], capture_output=True, text=True, check=False
+    )
     last = [line for line in done.stdout.splitlines() if line.startswith("measured ")]
     if not last:
         raise SystemExit(done.stdout[-2000:] + done.stderr[-4000:])

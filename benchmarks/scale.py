@@ -131,8 +131,11 @@ def many_parameters(folder: Path) -> Path:
 
 def _seen(k: int) -> dict[str, Any]:
     """Return a detent of k periods in a turn of the rotor's two full steps, of a size that records show."""
-    return {"period_deg": 7.2 / k, "amplitude": {"value": 0.002, "min": 0.0, "max": 0.05},
-            "phase_deg": {"value": 20.0 * k, "min": -180.0, "max": 180.0}}  # fmt: skip
+    return {
+        "period_deg": 7.2 / k,
+        "amplitude": {"value": 0.002, "min": 0.0, "max": 0.05},
+        "phase_deg": {"value": 20.0 * k, "min": -180.0, "max": 180.0},
+    }
 
 
 def _unseen(k: int) -> dict[str, Any]:

@@ -106,18 +106,25 @@ def main():
             responses, bands, found, (from_rest_s, states_s, samples_s) = measured(estimate, mode, arguments.workers)
             run_s, off = simulated_anew(estimate, mode, responses, bands, arguments.anew, arguments.workers)
             rows[mode.name] = {
-                "steady_states_s": states_s, "of_these_from_rest_s": from_rest_s, "samples_s": samples_s,
+                "steady_states_s": states_s,
+                "of_these_from_rest_s": from_rest_s,
+                "samples_s": samples_s,
                 "rates_with_several": sum(len(here) > 1 for here in found),
                 "rates_of_several_periods": sum(any(s.periods != 1 for s in here) for here in found),
                 "longest_decay_s": max(state.decay_s for here in found for state in here),
                 "total_s": states_s + samples_s,
-                "simulated_anew_would_take_s": run_s * RATES.size * SAMPLES, "largest_difference_of_limits": off,
-            }  # fmt: skip
+                "simulated_anew_would_take_s": run_s * RATES.size * SAMPLES,
+                "largest_difference_of_limits": off,
+            }
     result = {
-        "rates": int(RATES.size), "samples": SAMPLES, "parameters": len(estimate.names),
-        "workers": arguments.workers, "machine": machine(), "modes": rows,
+        "rates": int(RATES.size),
+        "samples": SAMPLES,
+        "parameters": len(estimate.names),
+        "workers": arguments.workers,
+        "machine": machine(),
+        "modes": rows,
         "total_s": sum(row["total_s"] for row in rows.values()),
-    }  # fmt: skip
+    }
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
     out = arguments.out or RESULTS / f"speed-harmonic-map-{stamp}.json"
     out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

@@ -29,11 +29,19 @@ LEAD_MS = 10
 """How long before its first transient a window begins."""
 COUNT_RAD = 2.0 * np.pi / 8192
 STARTS = (
-    {"stepper.torque_constant": 0.0502, "stepper.detent.0.amplitude": 0.0016, "friction.coulomb": 0.0013,
-     "friction.viscous": 2.1e-4},
-    {"stepper.torque_constant": 0.0507, "stepper.detent.0.amplitude": 0.0013, "friction.coulomb": 0.0023,
-     "friction.viscous": 1e-4},
-)  # fmt: skip
+    {
+        "stepper.torque_constant": 0.0502,
+        "stepper.detent.0.amplitude": 0.0016,
+        "friction.coulomb": 0.0013,
+        "friction.viscous": 2.1e-4,
+    },
+    {
+        "stepper.torque_constant": 0.0507,
+        "stepper.detent.0.amplitude": 0.0013,
+        "friction.coulomb": 0.0023,
+        "friction.viscous": 1e-4,
+    },
+)
 """Each window is fitted from both, and the better fit counts: between them one stick/slip more or less is an optimum
 of its own."""
 RECORD = """mechanism = "mechanism.toml"
@@ -63,8 +71,10 @@ def main() -> None:
     for what in ("std_error", "std_error_noise"):
         z = pairs(fits, what)
         within = 100.0 * np.mean(np.abs(z) < 2.0)
-        print(f"{what}: {len(fits) * (len(fits) - 1) // 2} pairs, {z.size} differences, "
-              f"RMS z {np.sqrt(np.mean(z**2)):.2f}, below 2: {within:.1f} %, worst {np.abs(z).max():.1f}")  # fmt: skip
+        print(
+            f"{what}: {len(fits) * (len(fits) - 1) // 2} pairs, {z.size} differences, "
+            f"RMS z {np.sqrt(np.mean(z**2)):.2f}, below 2: {within:.1f} %, worst {np.abs(z).max():.1f}"
+        )
 
 
 def transients(counts: np.ndarray) -> np.ndarray:
@@ -92,9 +102,14 @@ def fitted(folder: Path, data: Path, begin: int) -> Fit:
     """Return the fit of the window that begins with a transient."""
     offset = (begin - BETWEEN_MS) / 1e3 - 1e-3
     text = RECORD.format(
-        file=FILE, gain=COUNT_RAD, offset=offset, least=offset - 2e-3, most=offset + 2e-3,
-        first=(begin - LEAD_MS) / 1e3, last=(begin - LEAD_MS + WINDOW_STEPS * BETWEEN_MS - 1) / 1e3,
-    )  # fmt: skip
+        file=FILE,
+        gain=COUNT_RAD,
+        offset=offset,
+        least=offset - 2e-3,
+        most=offset + 2e-3,
+        first=(begin - LEAD_MS) / 1e3,
+        last=(begin - LEAD_MS + WINDOW_STEPS * BETWEEN_MS - 1) / 1e3,
+    )
     own = folder / str(begin)
     own.mkdir()
     (own / "data").symlink_to(data.resolve(), target_is_directory=True)

@@ -104,13 +104,20 @@ def judged(case: Case, folder: Path, command: str, *, from_truth: bool = False) 
         "check": ["-m", "mechid", "check", str(campaign)],
     }[command]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([sys.executable, *asked], capture_output=True, text=True, check=False,
-                          env={**os.environ, "COLUMNS": "100000"})  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, *asked], capture_output=True, text=True, check=False, env={**os.environ, "COLUMNS": "100000"}
+    )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     lines = [line for line in (done.stdout or done.stderr).splitlines() if line]
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return {"kind": case.kind, "exit": done.returncode, "named": named(case, lines), "cpu_s": round(cpu, 2),
-            "lines": lines[:FIRST], **estimated(result)}  # fmt: skip
+    return {
+        "kind": case.kind,
+        "exit": done.returncode,
+        "named": named(case, lines),
+        "cpu_s": round(cpu, 2),
+        "lines": lines[:FIRST],
+        **estimated(result),
+    }
 
 
 def named(case: Case, lines: list[str]) -> str:
@@ -128,10 +135,15 @@ def estimated(result: Path) -> dict[str, Any]:
     off = {name: _off(name, content["parameters"][name]) for name in TRUTH}
     told = {name: one for name, one in off.items() if one is not None}
     worst = max(told, key=lambda name: told[name][0], default=None)
-    return {"grade": content["grade"], "worst": worst, "off": told[worst][0] if worst else None,
-            "wrong": {name: one for name, one in told.items() if one[0] > CONFIDENT and one[1] > SHARE},
-            "outcome": content["outcome"]["code"], "warnings": content["warnings"],
-            "missing": [one["name"] for one in content["missing"] or []]}  # fmt: skip
+    return {
+        "grade": content["grade"],
+        "worst": worst,
+        "off": told[worst][0] if worst else None,
+        "wrong": {name: one for name, one in told.items() if one[0] > CONFIDENT and one[1] > SHARE},
+        "outcome": content["outcome"]["code"],
+        "warnings": content["warnings"],
+        "missing": [one["name"] for one in content["missing"] or []],
+    }
 
 
 def is_confident_and_wrong(row: dict[str, Any]) -> bool:

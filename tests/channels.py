@@ -11,12 +11,28 @@ NOISE = {"torque": 2e-3, "current_phase_a": 3e-3, "current_phase_b": 3e-3, "outp
 OFFSET = {"torque": 0.01, "current_phase_a": 5e-3, "current_phase_b": -4e-3, "output_angle": 0.3}
 UNIT = {"torque": "Nm", "current_phase_a": "A", "current_phase_b": "A", "output_angle": "rad"}
 COMMANDS = {"full_5": (5.0, 1), "full_46": (46.0, 1)}
-FREE = ("stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant", "gear.stiffness",
-        "gear.damping", "friction.viscous")  # fmt: skip
+FREE = (
+    "stepper.coil_resistance",
+    "stepper.coil_inductance",
+    "stepper.torque_constant",
+    "gear.stiffness",
+    "gear.damping",
+    "friction.viscous",
+)
 
 
-def written(folder, m, truth, *, quantities=tuple(NOISE), keys=lambda quantity: "", more="",
-            change=lambda y, quantity: None, seed=31, seconds=0.3):  # fmt: skip
+def written(
+    folder,
+    m,
+    truth,
+    *,
+    quantities=tuple(NOISE),
+    keys=lambda quantity: "",
+    more="",
+    change=lambda y, quantity: None,
+    seed=31,
+    seconds=0.3,
+):
     """Write a campaign whose records have several channels, with three stages.
 
     `keys` adds to a channel's table, `more` to a record's, `change` its samples in place.
@@ -33,8 +49,14 @@ def written(folder, m, truth, *, quantities=tuple(NOISE), keys=lambda quantity: 
         header = ",".join(["time_s", *(f"{quantity}_{UNIT[quantity]}" for quantity in quantities)])
         np.savetxt(folder / f"{name}.csv", np.stack(columns, axis=1), delimiter=",", header=header, comments="")
         entries = ", ".join(f'{{ quantity = "{q}", column = {k}{keys(q)} }}' for k, q in enumerate(quantities, 1))
-        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"channels = [{entries}]", more,
-                  f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}']  # fmt: skip
+        lines += [
+            "[[record]]",
+            f'name = "{name}"',
+            f'file = "{name}.csv"',
+            f"channels = [{entries}]",
+            more,
+            f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}',
+        ]
     names = ", ".join(f'"{name}"' for name in truth)
     for window in ("window_s = [0.0, 0.03]", "window_s = [0.0, 0.1]", ""):
         lines += ["[[stage]]", window, f"free = [{names}]"]

@@ -89,87 +89,146 @@ FRICTIONS = {
         seed=101, table=table(LAYOUTS["stribeck"]), free=(*COULOMB, "friction.static", "friction.stribeck_rate")
     ),
     "directional": Bench(
-        seed=102, table=table(LAYOUTS["directional"]), commands=RETURN,
+        seed=102,
+        table=table(LAYOUTS["directional"]),
+        commands=RETURN,
         free=(*COULOMB, "friction.asymmetry", "friction.viscous_asymmetry"),
     ),
     "load_dependent": Bench(seed=103, table=table(LAYOUTS["load_dependent"]), free=(*COULOMB, "friction.load_share")),
     "lugre": Bench(seed=104, table=table(LAYOUTS["lugre"]), free=(*COULOMB, "friction.bristle_stiffness")),
     "output_friction": Bench(
-        seed=105, table=table(LAYOUTS["output_friction"]),
+        seed=105,
+        table=table(LAYOUTS["output_friction"]),
         free=(*GEARED, "output_friction.coulomb", "output_friction.viscous"),
     ),
-}  # fmt: skip
+}
 DRIVE_TRAINS = {
     "piecewise_gear": Bench(
-        seed=111, table=table(LAYOUTS["piecewise_linear"], {"gear": {"torque_1": 0.04, "torque_2": 0.12}}),
+        seed=111,
+        table=table(LAYOUTS["piecewise_linear"], {"gear": {"torque_1": 0.04, "torque_2": 0.12}}),
         free=(*MOTOR, "gear.damping", "gear.stiffness_1", "gear.stiffness_2", "gear.stiffness_3"),
     ),
     "backlash": Bench(seed=112, table=table(LAYOUTS["backlash"]), free=(*GEARED, "gear.backlash")),
     "kinematic_error": Bench(
-        seed=113, table=table(LAYOUTS["kinematic_error"]),
+        seed=113,
+        table=table(LAYOUTS["kinematic_error"]),
         free=(*GEARED, *entries("gear.kinematic_error", 2, "amplitude", "phase_deg")),
     ),
     "flexible_load": Bench(
-        seed=114, table=table(LAYOUTS["flexible load"]),
+        seed=114,
+        table=table(LAYOUTS["flexible load"]),
         free=(*GEARED, *entries("load.mode", 2, "frequency", "damping", "inertia")),
     ),
     "imbalance_torque_harmonics": Bench(
-        seed=115, table=table(LAYOUTS["imbalance"], LAYOUTS["torque_harmonic"]),
-        free=(*GEARED, "stepper.imbalance.torque_constant", "stepper.imbalance.offset_a",
-              *entries("stepper.torque_harmonic", 2, "amplitude", "phase_deg")),
+        seed=115,
+        table=table(LAYOUTS["imbalance"], LAYOUTS["torque_harmonic"]),
+        free=(
+            *GEARED,
+            "stepper.imbalance.torque_constant",
+            "stepper.imbalance.offset_a",
+            *entries("stepper.torque_harmonic", 2, "amplitude", "phase_deg"),
+        ),
     ),
     "own_blocks": Bench(
         seed=116,
-        table=table({
-            "housing": None, "friction": None, "load": {"block": "gravity.py:unbalanced_load", "unbalance": 0.5},
-        }) | {"friction": {"block": "grease.py:grease", "dry": 0.004, "grease": 0.006, "thinning_rate": 20.0}},
-        free=("stepper.torque_constant", "gear.stiffness", "gear.damping", "friction.dry", "friction.grease",
-              "load.unbalance"),
+        table=table(
+            {
+                "housing": None,
+                "friction": None,
+                "load": {"block": "gravity.py:unbalanced_load", "unbalance": 0.5},
+            }
+        )
+        | {"friction": {"block": "grease.py:grease", "dry": 0.004, "grease": 0.006, "thinning_rate": 20.0}},
+        free=(
+            "stepper.torque_constant",
+            "gear.stiffness",
+            "gear.damping",
+            "friction.dry",
+            "friction.grease",
+            "load.unbalance",
+        ),
     ),
-}  # fmt: skip
+}
 STANDS = {
     "measuring_chain": Bench(
-        seed=121, table=table(CHAIN),
-        free=(*GEARED, "transducer.gain", "transducer.adaptor_inertia", "transducer.damping",
-              "charge_amplifier.time_constant", "anti_alias.frequency"),
+        seed=121,
+        table=table(CHAIN),
+        free=(
+            *GEARED,
+            "transducer.gain",
+            "transducer.adaptor_inertia",
+            "transducer.damping",
+            "charge_amplifier.time_constant",
+            "anti_alias.frequency",
+        ),
     ),
     "own_measuring_chains": Bench(
         seed=122, table=table(CHAIN), free=(*GEARED, "charge_amplifier.time_constant"), own=OWN_CHAINS
     ),
     "torque_angle_current": Bench(
-        seed=123, table=table(), quantities=("torque", "output_angle", "current_phase_b"), seconds=0.4,
+        seed=123,
+        table=table(),
+        quantities=("torque", "output_angle", "current_phase_b"),
+        seconds=0.4,
         free=(*COULOMB, "stepper.coil_resistance", "stepper.peak_voltage"),
     ),
     "priors_and_spikes": Bench(
-        seed=124, table=table(), free=COULOMB, sigma={"gear.damping": 0.02, "friction.coulomb": 1e-3},
-        options='spikes = "reject"', disturbed=with_spikes,
+        seed=124,
+        table=table(),
+        free=COULOMB,
+        sigma={"gear.damping": 0.02, "friction.coulomb": 1e-3},
+        options='spikes = "reject"',
+        disturbed=with_spikes,
     ),
     "coloured_noise": Bench(seed=125, table=table(), free=COULOMB, disturbed=coloured),
-}  # fmt: skip
+}
 SHAFT = Bench(
-    seed=131, table={"assembly": "current_driven_stepper", **SINGLE_STEPPER}, quantities=("rotor_angle",),
-    free=("stepper.torque_constant", "friction.viscous", "friction.coulomb",
-          *entries("stepper.detent", 1, "amplitude", "phase_deg")),
-)  # fmt: skip
+    seed=131,
+    table={"assembly": "current_driven_stepper", **SINGLE_STEPPER},
+    quantities=("rotor_angle",),
+    free=(
+        "stepper.torque_constant",
+        "friction.viscous",
+        "friction.coulomb",
+        *entries("stepper.detent", 1, "amplitude", "phase_deg"),
+    ),
+)
 """A stepper without gear."""
 SLIDE = Bench(
-    seed=133, quantities=("position",), free=("load.mass", "friction.coulomb", "friction.viscous", "drive.offset"),
-    table={"assembly": "direct_force_drive", "load": {"mass": 95.0}, "drive": {"offset": -3.0},
-           "friction": {"static": 25.0, "coulomb": 20.0, "viscous": 200.0}},
-)  # fmt: skip
+    seed=133,
+    quantities=("position",),
+    free=("load.mass", "friction.coulomb", "friction.viscous", "drive.offset"),
+    table={
+        "assembly": "direct_force_drive",
+        "load": {"mass": 95.0},
+        "drive": {"offset": -3.0},
+        "friction": {"static": 25.0, "coulomb": 20.0, "viscous": 200.0},
+    },
+)
 PENDULUM = Bench(
-    seed=135, quantities=("output_angle",),
+    seed=135,
+    quantities=("output_angle",),
     free=("load.inertia", "load.unbalance", "friction.coulomb", "friction.viscous"),
-    table={"assembly": "direct_torque_drive", "load": {"inertia": 0.02, "unbalance": 0.3}, "drive": {"offset": 0.01},
-           "friction": {"static": 0.03, "coulomb": 0.02, "viscous": 0.01}},
-)  # fmt: skip
+    table={
+        "assembly": "direct_torque_drive",
+        "load": {"inertia": 0.02, "unbalance": 0.3},
+        "drive": {"offset": 0.01},
+        "friction": {"static": 0.03, "coulomb": 0.02, "viscous": 0.01},
+    },
+)
 TWO_MASSES = Bench(
-    seed=134, quantities=("rotor_angle",),
+    seed=134,
+    quantities=("rotor_angle",),
     free=("motor.inertia", "load.inertia", "friction.coulomb", "friction.viscous", "gear.stiffness", "gear.damping"),
-    table={"assembly": "two_mass_drive", "motor": {"inertia": 1e-4}, "load": {"inertia": 2e-3}, "drive": {},
-           "friction": {"static": 0.012, "coulomb": 0.01, "viscous": 1e-3},
-           "gear": {"ratio": 1, "stiffness": 20.0, "damping": 0.02}},
-)  # fmt: skip
+    table={
+        "assembly": "two_mass_drive",
+        "motor": {"inertia": 1e-4},
+        "load": {"inertia": 2e-3},
+        "drive": {},
+        "friction": {"static": 0.012, "coulomb": 0.01, "viscous": 1e-3},
+        "gear": {"ratio": 1, "stiffness": 20.0, "damping": 0.02},
+    },
+)
 CASES: Mapping[str, Case] = {
     **{f"family_1_seed_{seed}": drawn(1, seed) for seed in (0, 1, 2, 3, 4, 5, 6, 7, 9, 10)},
     **{f"family_1_seed_{seed}_without_slow": drawn(1, seed, "slow") for seed in (40, 41)},

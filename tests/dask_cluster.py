@@ -45,9 +45,12 @@ class Cluster:
         command = [sys.executable, "-W", "ignore", "-m", f"distributed.cli.{program}", "--no-dashboard"]
         with (self.folder / f"{program}_{len(self.workers)}.log").open("w") as log:
             return subprocess.Popen(
-                [*command, *map(str, arguments)], stdout=log, stderr=log, cwd=self.folder,
+                [*command, *map(str, arguments)],
+                stdout=log,
+                stderr=log,
+                cwd=self.folder,
                 env=os.environ | _paths() | environment,
-            )  # fmt: skip
+            )
 
 
 def _paths():

@@ -14,8 +14,19 @@ TRIED = ({"name": "gear.backlash", "words": "backlash of the gear", "why": "expl
 
 def missing(name, values, block, aliases=()):
     own = {n: OwnValue(value=v, std_error=1e-3, unit="1") for n, v in values.items()}
-    return Missing(name=name, words=f"what {name} is", parameters=own, chi_square=900.0, dof=len(own), share=0.9,
-                   p_value=0.0, records=("full_46",), toml="", block=block, aliases=aliases)  # fmt: skip
+    return Missing(
+        name=name,
+        words=f"what {name} is",
+        parameters=own,
+        chi_square=900.0,
+        dof=len(own),
+        share=0.9,
+        p_value=0.0,
+        records=("full_46",),
+        toml="",
+        block=block,
+        aliases=aliases,
+    )
 
 
 def left(folder, proposed, *effects, **changes):

@@ -9,13 +9,20 @@ STEPPING = {"stepping": "full", "microsteps": 1, "start_angle_deg": 45.0, "wavef
 def record(rms, *, use="estimate", samples=10_000, effective=None, used=None, digest="ab" * 32, **command):
     """Return a record's table; `effective` samples are all where they are not given."""
     channel = {
-        "unit": "N*m", "samples": samples, "samples_sha256": digest, "residual_rms": rms,
-        "fit_percent": None if rms is None else 90.0, "effective_samples": effective or (rms and samples),
-    }  # fmt: skip
+        "unit": "N*m",
+        "samples": samples,
+        "samples_sha256": digest,
+        "residual_rms": rms,
+        "fit_percent": None if rms is None else 90.0,
+        "effective_samples": effective or (rms and samples),
+    }
     return {
-        "use": use, "samples": used or samples, "offset": 0.01, "drift": 0.0,
+        "use": use,
+        "samples": used or samples,
+        "offset": 0.01,
+        "drift": 0.0,
         "validation": {"command": STEPPING | command, "channels": {"torque": channel}},
-    }  # fmt: skip
+    }
 
 
 def free(value, std_error, unit="N m/rad"):
@@ -31,10 +38,14 @@ def known(value, unit="N m/rad"):
 def write(folder: Path, records, parameters, outcome="converged", plant="p", grade="A"):
     """Write an estimate.json into a folder and return the folder."""
     content = {
-        "format": "mechid-estimate/1", "grade": grade, "grade_reasons": [],
-        "outcome": {"code": outcome, "message": ""}, "parameters": parameters,
-        "records": records, "provenance": {"plant": plant},
-    }  # fmt: skip
+        "format": "mechid-estimate/1",
+        "grade": grade,
+        "grade_reasons": [],
+        "outcome": {"code": outcome, "message": ""},
+        "parameters": parameters,
+        "records": records,
+        "provenance": {"plant": plant},
+    }
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "estimate.json").write_text(json.dumps(content))
     return folder

@@ -26,13 +26,22 @@ BENCH_ONLY = ("test stand", "unbalance", "three switches")
 CASES = {
     "paper": RIGID,
     **{name: {**changes, **RIGID} for name, changes in LAYOUTS.items() if name not in BENCH_ONLY},
-    "detent of 7.2 deg": {**RIGID, "stepper": {"detent": [
-        {"period_deg": 7.2, "amplitude": 0.004, "phase_deg": 10.0}, {"period_deg": 1.8, "amplitude": 0.0231}]}},
+    "detent of 7.2 deg": {
+        **RIGID,
+        "stepper": {
+            "detent": [
+                {"period_deg": 7.2, "amplitude": 0.004, "phase_deg": 10.0},
+                {"period_deg": 1.8, "amplitude": 0.0231},
+            ]
+        },
+    },
     "kinematic error of the input turn": {
-        **RIGID, "gear": {"kinematic_error": [{"order": 1, "amplitude": 1e-4, "phase_deg": 20.0}]}},
+        **RIGID,
+        "gear": {"kinematic_error": [{"order": 1, "amplitude": 1e-4, "phase_deg": 20.0}]},
+    },
     "strong output friction": {**RIGID, "output_friction": {"coulomb": 0.3}},
     "stepper alone": None,
-}  # fmt: skip
+}
 """Changes to the paper's file; None is the stepper of its own file, without a gear."""
 
 

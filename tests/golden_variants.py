@@ -17,9 +17,13 @@ STRIBECK = {**FRICTION, "law": "stribeck", "stribeck_rate": 2.0}
 DIRECTIONAL = {**FRICTION, "law": "directional", "asymmetry": 0.2}
 SINGLE = {"assembly": "current_driven_stepper", **SINGLE_STEPPER}
 TWO_MASSES = {
-    "assembly": "two_mass_drive", "motor": {"inertia": 1e-4}, "friction": FRICTION, "drive": {},
-    "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1}, "load": {"inertia": 1e-3},
-}  # fmt: skip
+    "assembly": "two_mass_drive",
+    "motor": {"inertia": 1e-4},
+    "friction": FRICTION,
+    "drive": {},
+    "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
+    "load": {"inertia": 1e-3},
+}
 ODD_PERIOD = {"stepper": {"detent": [{"period_deg": 2.5, "amplitude": 0.01, "phase_deg": 10.0}]}}
 """A detent whose period goes into an electrical one no whole number of times: its sine is one of its own."""
 
@@ -59,22 +63,32 @@ VARIANTS: Mapping[str, Mapping] = {
         SINGLE, {"stepper": {"drive": "measured_current", "peak_current": None}, "friction": STRIBECK}
     ),
     "direct_torque_drive": {
-        "assembly": "direct_torque_drive", "load": {"inertia": 1e-3}, "friction": DIRECTIONAL, "drive": {},
+        "assembly": "direct_torque_drive",
+        "load": {"inertia": 1e-3},
+        "friction": DIRECTIONAL,
+        "drive": {},
     },
     "direct_force_drive": {
-        "assembly": "direct_force_drive", "load": {"mass": 95.0}, "friction": FRICTION, "drive": {},
+        "assembly": "direct_force_drive",
+        "load": {"mass": 95.0},
+        "friction": FRICTION,
+        "drive": {},
     },
     "two_mass_drive": TWO_MASSES,
     "brushed_dc_drive": {"assembly": "brushed_dc_drive", **BRUSHED_DC},
     "brushed_dc_drive_spring_housing": changed(
         {"assembly": "brushed_dc_drive", **BRUSHED_DC},
-        {"spring": {"stiffness": 0.05}, "friction": STRIBECK, "transducer": {"gain": -1.0},
-         "housing": {"form": "unit_dc", "gain": 2.0, "frequency": 5000.0, "damping": 0.05}},
+        {
+            "spring": {"stiffness": 0.05},
+            "friction": STRIBECK,
+            "transducer": {"gain": -1.0},
+            "housing": {"form": "unit_dc", "gain": 2.0, "frequency": 5000.0, "damping": 0.05},
+        },
     ),
     "two_mass_drive_backlash": changed(
         TWO_MASSES, {"gear": {"law": "backlash", "backlash": 1e-3}, "output_friction": {"coulomb": 0.01}}
     ),
-}  # fmt: skip
+}
 """Mechanism files as read from TOML, by the name of their text."""
 CHANNELS = "paper_all_channels"
 """The paper's mechanism with everything measured that can be."""

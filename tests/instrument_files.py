@@ -80,11 +80,26 @@ def data_set_58(name, values, unit, **changes):
     import pyuff
 
     given = {
-        "binary": 0, "func_type": 1, "rsp_node": 1, "rsp_dir": 1, "ref_dir": 0, "ref_node": 0, "data": values,
-        "x": TIME, "id1": "T-12", "rsp_ent_name": name, "abscissa_spacing": 1, "abscissa_spec_data_type": 17,
-        "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": 0, "ordinate_axis_units_lab": unit,
-        "orddenom_spec_data_type": 0, "z_axis_spec_data_type": 0, "abscissa_min": 0.0, "abscissa_inc": 1.0 / RATE,
-    } | changes  # fmt: skip
+        "binary": 0,
+        "func_type": 1,
+        "rsp_node": 1,
+        "rsp_dir": 1,
+        "ref_dir": 0,
+        "ref_node": 0,
+        "data": values,
+        "x": TIME,
+        "id1": "T-12",
+        "rsp_ent_name": name,
+        "abscissa_spacing": 1,
+        "abscissa_spec_data_type": 17,
+        "abscissa_axis_units_lab": "s",
+        "ordinate_spec_data_type": 0,
+        "ordinate_axis_units_lab": unit,
+        "orddenom_spec_data_type": 0,
+        "z_axis_spec_data_type": 0,
+        "abscissa_min": 0.0,
+        "abscissa_inc": 1.0 / RATE,
+    } | changes
     return pyuff.prepare_58(**given)
 
 
@@ -101,8 +116,11 @@ def write_parquet(path):
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    fields = [pa.field("time", pa.float64(), metadata={"unit": "s"}), pa.field("Mz [mNm]", pa.float64()),
-              pa.field("iA", pa.float64())]  # fmt: skip
+    fields = [
+        pa.field("time", pa.float64(), metadata={"unit": "s"}),
+        pa.field("Mz [mNm]", pa.float64()),
+        pa.field("iA", pa.float64()),
+    ]
     schema = pa.schema(fields, metadata={"serial": "T-12"})
     table = pa.table([TIME, 1e3 * TORQUE, CURRENT], schema=schema)
     pq.write_table(table, path, row_group_size=20)

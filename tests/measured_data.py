@@ -7,8 +7,18 @@ from pathlib import Path
 import pytest
 
 NAMED = "MECHID_DATA"
-PARTS = ("EMPS", "cogging", "craig_bampton", "formats", "gear_robot", "nist_strd", "pendulum", "stepper_accel",
-         "stepper_encoder", "torque_ripple")  # fmt: skip
+PARTS = (
+    "EMPS",
+    "cogging",
+    "craig_bampton",
+    "formats",
+    "gear_robot",
+    "nist_strd",
+    "pendulum",
+    "stepper_accel",
+    "stepper_encoder",
+    "torque_ripple",
+)
 
 
 def data_folder():

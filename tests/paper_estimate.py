@@ -10,10 +10,17 @@ from mechid.campaign import mechanism_text
 from paper import ESTIMATED
 
 FREE = (
-    "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant", "stepper.detent.0.amplitude",
-    "stepper.detent.1.amplitude", "friction.coulomb", "friction.viscous", "gear.stiffness", "gear.damping",
+    "stepper.coil_resistance",
+    "stepper.coil_inductance",
+    "stepper.torque_constant",
+    "stepper.detent.0.amplitude",
+    "stepper.detent.1.amplitude",
+    "friction.coulomb",
+    "friction.viscous",
+    "gear.stiffness",
+    "gear.damping",
     "housing.gain",
-)  # fmt: skip
+)
 RELATIVE = 0.005
 
 

@@ -8,9 +8,15 @@ from rich.console import Console
 def printed(show, data, width, *, terminal=False, **more):
     stream = io.StringIO()
     console = Console(
-        file=stream, width=width, markup=False, highlight=False, force_terminal=terminal,
-        color_system="standard" if terminal else "auto", legacy_windows=False, _environ={},
-    )  # fmt: skip
+        file=stream,
+        width=width,
+        markup=False,
+        highlight=False,
+        force_terminal=terminal,
+        color_system="standard" if terminal else "auto",
+        legacy_windows=False,
+        _environ={},
+    )
     show(data, console, **more)
     return stream.getvalue()
 

@@ -34,10 +34,15 @@ def run_twin(mechanism, command, time_base, *, sensitive=(), begin=None, offset_
     """Return the twin's run of the same."""
     times = time_base.times - offset_s
     return simulate_twin(
-        mechanism.plant, command.excitation(max(times[-1], 0.0) + time_base.interval_s), times,
-        mechanism.kernel_values(), start_angle_rad=command.start_angle_rad, begin=begin, sensitive=sensitive,
+        mechanism.plant,
+        command.excitation(max(times[-1], 0.0) + time_base.interval_s),
+        times,
+        mechanism.kernel_values(),
+        start_angle_rad=command.start_angle_rad,
+        begin=begin,
+        sensitive=sensitive,
         tolerance=tolerance,
-    )  # fmt: skip
+    )
 
 
 def state_after(mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=()):

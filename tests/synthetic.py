@@ -26,12 +26,14 @@ OFFSET_NM = 0.01
 DRIFT_NM = 0.004
 SUBSTEPS = 4
 """Steps a sample with which the records are made; the identification begins with 1."""
-COMMANDS: Mapping[str, Command] = MappingProxyType({
-    "full_46": constant(46.0),
-    "full_23": constant(23.0),
-    "micro_46": constant(46.0, microsteps=16, start_angle_deg=0.0),
-    "micro_92": constant(92.0, microsteps=16, start_angle_deg=0.0),
-})  # fmt: skip
+COMMANDS: Mapping[str, Command] = MappingProxyType(
+    {
+        "full_46": constant(46.0),
+        "full_23": constant(23.0),
+        "micro_46": constant(46.0, microsteps=16, start_angle_deg=0.0),
+        "micro_92": constant(92.0, microsteps=16, start_angle_deg=0.0),
+    }
+)
 """Of the paper's kind: full steps at and below the resonance, microsteps at and above it."""
 
 
@@ -76,14 +78,22 @@ def record(
     path = Path(f"{name}.csv")
     status = Status.FREE if time_offset else Status.KNOWN
     own = Parameter(
-        name=record_parameter_name(name, TIME_OFFSET.key), declaration=TIME_OFFSET, status=status,
+        name=record_parameter_name(name, TIME_OFFSET.key),
+        declaration=TIME_OFFSET,
+        status=status,
         **(time_offset or {"value": 0.0}),
-    )  # fmt: skip
+    )
     data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=rate_hz, channels=(channel,))
     return CampaignRecord(
-        name=name, use=use, command=command, spec=RecordSpec(name=name, path=path.name), file=path,
-        matches=(Match(offset=offset, drift=drift),), parameters=(own,), data=data,
-    )  # fmt: skip
+        name=name,
+        use=use,
+        command=command,
+        spec=RecordSpec(name=name, path=path.name),
+        file=path,
+        matches=(Match(offset=offset, drift=drift),),
+        parameters=(own,),
+        data=data,
+    )
 
 
 def measured(
@@ -108,9 +118,12 @@ def with_leading(target: Target, **changes) -> Target:
 def campaign(mechanism: Mechanism, *records: CampaignRecord, stages: tuple[Stage, ...] = ()) -> Campaign:
     """Return a campaign in memory."""
     return Campaign(
-        path=Path("campaign.toml"), mechanism_path=Path("mechanism.toml"), mechanism=mechanism, records=records,
+        path=Path("campaign.toml"),
+        mechanism_path=Path("mechanism.toml"),
+        mechanism=mechanism,
+        records=records,
         stages=stages,
-    )  # fmt: skip
+    )
 
 
 def bench(

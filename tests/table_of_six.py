@@ -34,10 +34,18 @@ def measured(exerted, rate, rng, noise=NOISE, seconds=SECONDS, mounting=MOUNTING
     named = dict(zip(COMPONENTS, table.T, strict=True))
     channels = [("torque", named["moment_z"], Role.OUTPUT), *((name, named[name], Role.SIDE) for name in MEASURED)]
     return Record(
-        name="r", path=Path("r.csv"), digest="0" * 64, time_start_s=0.0, sample_rate_hz=SAMPLE_RATE_HZ,
-        channels=tuple(Channel(quantity=q, unit="N*m" if q[0] in "mt" else "N", data=np.ascontiguousarray(data),
-                               role=role, column=q) for q, data, role in channels),
-    )  # fmt: skip
+        name="r",
+        path=Path("r.csv"),
+        digest="0" * 64,
+        time_start_s=0.0,
+        sample_rate_hz=SAMPLE_RATE_HZ,
+        channels=tuple(
+            Channel(
+                quantity=q, unit="N*m" if q[0] in "mt" else "N", data=np.ascontiguousarray(data), role=role, column=q
+            )
+            for q, data, role in channels
+        ),
+    )
 
 
 def tracked(record, rate, mounting=MOUNTING):
@@ -50,8 +58,13 @@ def tracked(record, rate, mounting=MOUNTING):
 def side_records(exerted_at, rates, rng, **options):
     """Return the records of a bench that exerts `exerted_at(rate)` at each rate, in microsteps."""
     records = tuple(
-        SideRecord(name=f"r{rate:g}", stepping="micro", microsteps=16, components=MEASURED,
-                   rates=tracked(measured(exerted_at(rate), rate, rng, **options), rate))
+        SideRecord(
+            name=f"r{rate:g}",
+            stepping="micro",
+            microsteps=16,
+            components=MEASURED,
+            rates=tracked(measured(exerted_at(rate), rate, rng, **options), rate),
+        )
         for rate in rates
-    )  # fmt: skip
+    )
     return SideRecords(mounting=MOUNTING, records=records)

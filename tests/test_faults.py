@@ -60,8 +60,9 @@ def test_what_is_half_written_and_what_nobody_should_see_is_named(tmp_path):
     (tmp_path / "estimate.json").write_text('{"a": 1}')
     assert half_written(tmp_path) == ["half-written: budget.json"]
     assert unexpected("Traceback (most recent call last):\nmechid: unexpected error, please") == [
-        "said: Traceback", "said: unexpected error",
-    ]  # fmt: skip
+        "said: Traceback",
+        "said: unexpected error",
+    ]
 
 
 def test_the_table_counts_what_was_as_promised():

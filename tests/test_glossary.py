@@ -17,8 +17,17 @@ RETIRED = re.compile(
     r"hangs by|\bcliff\b|in the small|derivatives say|noise released|not told|local only|grazes?\b", re.I
 )
 """What pages and messages said before there was one set of words."""
-STAGE_NAMES = ("multi-start", "gated growth", "records compared", "joint fit", "noise re-estimated", "whitened again",
-               "spikes rejected", "growth again", "along a threshold")  # fmt: skip
+STAGE_NAMES = (
+    "multi-start",
+    "gated growth",
+    "records compared",
+    "joint fit",
+    "noise re-estimated",
+    "whitened again",
+    "spikes rejected",
+    "growth again",
+    "along a threshold",
+)
 
 
 def texts(path):

@@ -75,8 +75,9 @@ def test_it_is_simulated_like_any_other(folder, tmp_path):
     written = np.loadtxt(tmp_path / "out" / "full_46.csv", delimiter=",", skiprows=1)
     campaign = load_campaign(folder, read_records=False)
     m, command = campaign.mechanism, campaign.records[0].command
-    twin = simulate_twin(m.plant, command.excitation(0.2), written[:, 0], m.kernel_values(),
-                         start_angle_rad=command.start_angle_rad)  # fmt: skip
+    twin = simulate_twin(
+        m.plant, command.excitation(0.2), written[:, 0], m.kernel_values(), start_angle_rad=command.start_angle_rad
+    )
     error = written[:, 1] - twin.y[:, 0]
     assert np.sqrt(np.mean(error**2)) <= 1e-5 * np.sqrt(np.mean(twin.y**2))
     assert simulate(campaign, sample_rate_hz=1e4, duration_s=0.1).quantity == "torque"
@@ -88,8 +89,8 @@ REFUSED = {
     "no name": ("grease.py:grease", "grease.py:greese", 'grease.py has no "greese"; did you mean "grease"?'),
     "no block": ("grease.py:grease", "grease.py:ROTOR", "grease.py:ROTOR gives Site; it has to be a Block"),
     "law beside it": ("dry =", 'law = "stribeck"\ndry =', 'friction.block: stands beside law = "stribeck"; keep one'),
-    "not of it": ("dry =", "coulomb = 0.1\ndry =", 'friction.coulomb: unknown key'),
-}  # fmt: skip
+    "not of it": ("dry =", "coulomb = 0.1\ndry =", "friction.coulomb: unknown key"),
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -108,7 +109,7 @@ FAULTS = {
     "is no Python": ("def grease", "def def grease", "grease.py fails: SyntaxError"),
     "raises": ("    T_c, b", "    raise ValueError('no')\n    T_c, b", "grease.py:grease fails: ValueError: no"),
     "strange symbol": ("sliding=T_c", "sliding=symbols('T_x') * T_c", "T_x is no state, term, input or declared"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", FAULTS)
@@ -124,7 +125,7 @@ def test_a_file_that_fails_is_named(folder, case):
 ODD = {
     "source=source)": ("source=None)", 'Declaration "dry": source: found None, no text'),
     "lower=0.0, source=source": ("lower=None, source=source", "limits: found (None, inf)"),
-    'key="dry"': ('key="dr y"', 'key: found "dr y"; write a name'),
+    '"dry"': ('"dr y"', 'key: found "dr y"; write a name'),
     "sliding=T_c * sigma": ("sliding=T_c * zoo", "which is no number"),
 }
 

@@ -51,8 +51,11 @@ def main() -> None:
         app()
     finally:
         pens = resource.getrusage(resource.RUSAGE_CHILDREN)
-        whole = {"wall_s": time.time() - _process_start(), "cpu_s": time.process_time(),
-                 "figures_cpu_s": pens.ru_utime + pens.ru_stime}  # fmt: skip
+        whole = {
+            "wall_s": time.time() - _process_start(),
+            "cpu_s": time.process_time(),
+            "figures_cpu_s": pens.ru_utime + pens.ru_stime,
+        }
         Path(out).write_text(json.dumps({"whole": whole, "parts": spent}))
 
 

@@ -40,9 +40,13 @@ def _one(reference, verb, share, how):
     _, took = reference.whole(verb)
     out = reference.empty("killed")
     process = subprocess.Popen(
-        reference.command(verb, out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-        start_new_session=True, env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+        reference.command(verb, out),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
     time.sleep(share * took)
     ended_before = process.poll() is not None
     if not ended_before:
@@ -51,9 +55,10 @@ def _one(reference, verb, share, how):
     faults = [] if ended_before or how == signal.SIGKILL else _of_interrupt(process.returncode, said)
     stage = [line for line in said.splitlines() if line.startswith("stage")]
     return {
-        "faults": faults + afterwards(reference, verb, out), "ended_before": ended_before,
+        "faults": faults + afterwards(reference, verb, out),
+        "ended_before": ended_before,
         "at": stage[-1][:120] if stage else last(said)[:120],
-    }  # fmt: skip
+    }
 
 
 def _of_interrupt(code, said):

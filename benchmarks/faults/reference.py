@@ -31,8 +31,13 @@ NOT_NUMBERS = {
     "words",
 }
 """Keys of result files that differ from run to run, or from folder to folder."""
-RESULTS = {"identify": "estimate.json", "bootstrap": "bootstrap.json", "profile": "profile.json",
-           "budget": "budget.json", "fleet": "fleet.json"}  # fmt: skip
+RESULTS = {
+    "identify": "estimate.json",
+    "bootstrap": "bootstrap.json",
+    "profile": "profile.json",
+    "budget": "budget.json",
+    "fleet": "fleet.json",
+}
 WAIT_S = 900.0
 
 

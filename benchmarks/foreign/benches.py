@@ -66,8 +66,14 @@ def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mappi
         with whole(path) as beside:
             np.savetxt(beside, rows, fmt="%.10g", delimiter=",", header="time_s,torque_Nm,without_noise", comments="")
         print(f"{name}: {torque.size} samples, {torque.std():.4g} N m RMS", flush=True)
-    told = {"synthetic": True, "simulator": f"{maker} {version}", "noise_Nm": NOISE_NM, "seed": seed,
-            "parameters": dict(TRUTH), **facts}  # fmt: skip
+    told = {
+        "synthetic": True,
+        "simulator": f"{maker} {version}",
+        "noise_Nm": NOISE_NM,
+        "seed": seed,
+        "parameters": dict(TRUTH),
+        **facts,
+    }
     write_whole(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
 
 

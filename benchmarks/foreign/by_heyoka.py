@@ -18,8 +18,9 @@ MISSING = "has no heyoka: install it there (the package is named heyoka), or nam
 
 def version(python: str) -> str:
     """Return the version of heyoka in a Python; SystemExit where there is none."""
-    asked = subprocess.run([python, "-c", "import heyoka; print(heyoka.__version__)"], capture_output=True, text=True,
-                           check=False)  # fmt: skip
+    asked = subprocess.run(
+        [python, "-c", "import heyoka; print(heyoka.__version__)"], capture_output=True, text=True, check=False
+    )
     if asked.returncode:
         raise SystemExit(f"{python}: {MISSING}")
     return asked.stdout.strip()
@@ -29,10 +30,13 @@ def torque_of(python: str, command: Command, seconds: float) -> np.ndarray:
     """Return the torque of a test run, a sample every 1/RATE_HZ s, N m."""
     instants, voltages = edges(command, 1.01 * seconds)
     asked = {
-        "values": json.dumps(dict(VALUES)), "edges": instants, "voltages": voltages,
-        "angle": math.radians(command.get("start_angle_deg", 0.0)), "interval": 1.0 / RATE_HZ,
+        "values": json.dumps(dict(VALUES)),
+        "edges": instants,
+        "voltages": voltages,
+        "angle": math.radians(command.get("start_angle_deg", 0.0)),
+        "interval": 1.0 / RATE_HZ,
         "samples": round(seconds * RATE_HZ) + 1,
-    }  # fmt: skip
+    }
     with tempfile.TemporaryDirectory() as folder:
         run, out = Path(folder, "run.npz"), Path(folder, "out.npz")
         np.savez(run, **asked)

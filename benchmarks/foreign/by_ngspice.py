@@ -23,9 +23,12 @@ CREEP_RATE, STRIBECK_RATE = 0.01, 0.05
 """Of friction, rad/s: where it is nearly all there, and over which it falls from static to Coulomb."""
 LONGEST_STEP_S, RAMP_S = 2.5e-6, 1e-7
 FACTS: Mapping[str, Any] = {
-    "supply_V": SUPPLY_V, "chopper_Hz": CHOPPER_HZ, "switch_ohm": SWITCH_OHM,
-    "creep_rate_rad_s": CREEP_RATE, "stribeck_rate_rad_s": STRIBECK_RATE,
-}  # fmt: skip
+    "supply_V": SUPPLY_V,
+    "chopper_Hz": CHOPPER_HZ,
+    "switch_ohm": SWITCH_OHM,
+    "creep_rate_rad_s": CREEP_RATE,
+    "stribeck_rate_rad_s": STRIBECK_RATE,
+}
 NETLIST = """\
 * Two-phase stepper on two choppers, rotor, gear, load, housing. States are voltages of capacitors of 1 F.
 .options reltol=1e-5 abstol=1e-9 vntol=1e-9 chgtol=1e-14 method=gear maxord=2
@@ -120,13 +123,27 @@ def netlist(command: Command, seconds: float, interval: float, out: Path) -> str
     winding = v["R"] - 2.0 * SWITCH_OHM
     phases = [PHASE.format(x=x, winding=winding, current=currents[x], shape=shapes[x], **v) for x in ("A", "B")]
     return NETLIST.format(
-        angle=angle, step=0.5 * math.pi / n, travel=travel, ramp=RAMP_S * fastest,
-        depth=0.5 * v["U"] / SUPPLY_V, period=1.0 / CHOPPER_HZ, half=0.5 / CHOPPER_HZ - 1e-9,
-        supply=SUPPLY_V, switch=SWITCH_OHM,
-        phases="\n".join(phases), alpha=angle / v["half_poles"], per_mrad=1e3 / v["G"], creep=CREEP_RATE,
-        excess=v["static"] - v["coulomb"], stribeck=STRIBECK_RATE, interval=interval, seconds=seconds,
-        longest=LONGEST_STEP_S, out=out, **v,
-    )  # fmt: skip
+        angle=angle,
+        step=0.5 * math.pi / n,
+        travel=travel,
+        ramp=RAMP_S * fastest,
+        depth=0.5 * v["U"] / SUPPLY_V,
+        period=1.0 / CHOPPER_HZ,
+        half=0.5 / CHOPPER_HZ - 1e-9,
+        supply=SUPPLY_V,
+        switch=SWITCH_OHM,
+        phases="\n".join(phases),
+        alpha=angle / v["half_poles"],
+        per_mrad=1e3 / v["G"],
+        creep=CREEP_RATE,
+        excess=v["static"] - v["coulomb"],
+        stribeck=STRIBECK_RATE,
+        interval=interval,
+        seconds=seconds,
+        longest=LONGEST_STEP_S,
+        out=out,
+        **v,
+    )
 
 
 def _travel(command: Command, n: int) -> tuple[str, float]:

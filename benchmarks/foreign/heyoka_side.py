@@ -64,12 +64,14 @@ class Bench:
         self.of = {
             mode: hy.taylor_adaptive(system(values, s, mode != STUCK), np.zeros(len(NAMES)), t_events=events)
             for mode, events in {
-                STUCK: [hy.t_event(motor - rotor - side * values["static"], direction=way) for side, way in
-                        ((1.0, hy.event_direction.positive), (-1.0, hy.event_direction.negative))],
+                STUCK: [
+                    hy.t_event(motor - rotor - side * values["static"], direction=way)
+                    for side, way in ((1.0, hy.event_direction.positive), (-1.0, hy.event_direction.negative))
+                ],
                 1: [hy.t_event(s["omega"], direction=hy.event_direction.negative)],
                 -1: [hy.t_event(s["omega"], direction=hy.event_direction.positive)],
             }.items()
-        }  # fmt: skip
+        }
         self.switches = 0
 
     def run(self, edges, voltages, angle, interval, samples):

@@ -72,11 +72,23 @@ def make_bench(effect: str, seed: int, folder: Path, *, with_effect: bool = True
     generators = np.random.default_rng((_number(effect), seed, 2)).spawn(len(runs))
     for (name, one), rng in zip(runs.items(), generators, strict=True):
         record = recorded(mechanism, size, one, rng)
-        np.savetxt(folder / f"{name}.csv", np.stack([record.time_s, record.torque_Nm], axis=1), fmt="%.10g",
-                   delimiter=",", header="time_s,torque_Nm", comments="")  # fmt: skip
+        np.savetxt(
+            folder / f"{name}.csv",
+            np.stack([record.time_s, record.torque_Nm], axis=1),
+            fmt="%.10g",
+            delimiter=",",
+            header="time_s,torque_Nm",
+            comments="",
+        )
     truth = {p.name: p.value for p in mechanism.free}
-    told = {"synthetic": True, "effect": effect, "seed": seed, "size": dict(size), "parameters": truth,
-            "in_library": all(EFFECTS[one].in_library for one in effects_of(effect))}  # fmt: skip
+    told = {
+        "synthetic": True,
+        "effect": effect,
+        "seed": seed,
+        "size": dict(size),
+        "parameters": truth,
+        "in_library": all(EFFECTS[one].in_library for one in effects_of(effect)),
+    }
     write_whole(folder / "truth.json", json.dumps(told, indent=1) + "\n")
     return Bench(folder, effect, seed, truth, size, runs)
 

@@ -106,8 +106,11 @@ def _friction_over_angle(rng: np.random.Generator) -> Size:
 
 
 def _cross_axis_mode(rng: np.random.Generator) -> Size:
-    return {"cross_gain": _signed(rng, 3e-3, 0.05), "cross_w": 2.0 * math.pi * _log(rng, 100.0, 700.0),
-            "cross_zeta": _log(rng, 0.01, 0.05)}  # fmt: skip
+    return {
+        "cross_gain": _signed(rng, 3e-3, 0.05),
+        "cross_w": 2.0 * math.pi * _log(rng, 100.0, 700.0),
+        "cross_zeta": _log(rng, 0.01, 0.05),
+    }
 
 
 def _anti_alias(rng: np.random.Generator) -> Size:
@@ -122,40 +125,71 @@ EFFECTS: Mapping[str, Effect] = {
     "kinematic_error": Effect("kinematic error of order 1, 2 or 4, 3 to 50 urad at the output", _kinematic_error),
     "backlash": Effect("backlash, 1 to 10 urad at the output", lambda rng: {"backlash": _log(rng, 1e-6, 1e-5)}),
     "output_friction": Effect("dry friction at the output, 2 to 20 mN m, stiction up to half above", _output_friction),
-    "stribeck": Effect("Stribeck friction, speed 0.5 to 4 rad/s",
-                       lambda rng: {"stribeck_rate": _log(rng, 0.5, 4.0)}),
-    "load_dependent_friction": Effect("friction that grows with the transmitted torque, 2 to 20 % of it",
-                                      lambda rng: {"load_share": _log(rng, 0.02, 0.2)}),
-    "charge_amplifier": Effect("charge amplifier, time constant 0.3 to 5 s",
-                               lambda rng: {"amplifier_s": _log(rng, 0.3, 5.0)}, in_mechanism=False),
+    "stribeck": Effect("Stribeck friction, speed 0.5 to 4 rad/s", lambda rng: {"stribeck_rate": _log(rng, 0.5, 4.0)}),
+    "load_dependent_friction": Effect(
+        "friction that grows with the transmitted torque, 2 to 20 % of it",
+        lambda rng: {"load_share": _log(rng, 0.02, 0.2)},
+    ),
+    "charge_amplifier": Effect(
+        "charge amplifier, time constant 0.3 to 5 s",
+        lambda rng: {"amplifier_s": _log(rng, 0.3, 5.0)},
+        in_mechanism=False,
+    ),
     "anti_alias": Effect("Butterworth low-pass of order 2 or 4, 1.5 to 3 kHz", _anti_alias, in_mechanism=False),
-    "supply_apart": Effect("supply voltage of its own in every record, standard deviation 0.3 to 2 %",
-                           lambda rng: {"supply": _log(rng, 3e-3, 2e-2)}, in_mechanism=False),
-    "clock": Effect("recorder's clock off by 20 to 500 ppm",
-                    lambda rng: {"clock_ppm": _signed(rng, 20.0, 500.0)}, in_mechanism=False),
+    "supply_apart": Effect(
+        "supply voltage of its own in every record, standard deviation 0.3 to 2 %",
+        lambda rng: {"supply": _log(rng, 3e-3, 2e-2)},
+        in_mechanism=False,
+    ),
+    "clock": Effect(
+        "recorder's clock off by 20 to 500 ppm",
+        lambda rng: {"clock_ppm": _signed(rng, 20.0, 500.0)},
+        in_mechanism=False,
+    ),
     "mains_hum": Effect("mains hum, 1 to 10 mN m at 50 or 60 Hz and two multiples", _mains, in_mechanism=False),
-    "quantisation": Effect("resolution of 3 to 20 mN m, not declared",
-                           lambda rng: {"resolution": _log(rng, 3e-3, 2e-2)}, in_mechanism=False),
+    "quantisation": Effect(
+        "resolution of 3 to 20 mN m, not declared",
+        lambda rng: {"resolution": _log(rng, 3e-3, 2e-2)},
+        in_mechanism=False,
+    ),
     "detent_between": Effect("third detent of 1.2, 1.44 or 2.4 deg, which no term has", _detent_between),
-    "torque_harmonic_between": Effect("harmonic 7 or 9 of the torque constant, which no term has",
-                                      _torque_harmonic_between),
+    "torque_harmonic_between": Effect(
+        "harmonic 7 or 9 of the torque constant, which no term has", _torque_harmonic_between
+    ),
     "kinematic_error_between": Effect("kinematic error of order 3 or 6, which no term has", _kinematic_error_between),
-    "gear_hysteresis": Effect("Dahl's hysteresis in the gear, 20 to 200 N m/rad, slipping at 3 to 30 mN m",
-                              _gear_hysteresis, in_library=False),
-    "torque_saturation": Effect("torque constant that falls with the current squared, by 0.5 to 5 % at U/R",
-                                lambda rng: {"saturation": _log(rng, 5e-3, 0.05)}, in_library=False),
-    "coil_warming": Effect("coil resistance that rises by 2 to 20 % with a time constant of 1 to 10 s",
-                           _warming, in_library=False),
-    "inductance_over_angle": Effect("coil inductance that varies over the electrical angle, by 0.1 to 1 %",
-                                    lambda rng: {"inductance_share": _signed(rng, 1e-3, 1e-2)}, in_library=False),
-    "chopper_ripple": Effect("chopper ripple of 1 to 10 V at 1 to 3 kHz on the phases, in proportion to each",
-                             lambda rng: {"chopper": _log(rng, 1.0, 10.0), "chopper_hz": _log(rng, 1000.0, 3000.0)},
-                             in_library=False),
-    "friction_over_angle": Effect("dry friction that varies over the output's angle, by 5 to 50 %, period 1 to 10 deg",
-                                  _friction_over_angle, in_library=False),
-    "cross_axis_mode": Effect("mode of the rig at 100 to 700 Hz, 0.3 to 5 % of the total torque",
-                              _cross_axis_mode, in_library=False, in_mechanism=False),
-}  # fmt: skip
+    "gear_hysteresis": Effect(
+        "Dahl's hysteresis in the gear, 20 to 200 N m/rad, slipping at 3 to 30 mN m", _gear_hysteresis, in_library=False
+    ),
+    "torque_saturation": Effect(
+        "torque constant that falls with the current squared, by 0.5 to 5 % at U/R",
+        lambda rng: {"saturation": _log(rng, 5e-3, 0.05)},
+        in_library=False,
+    ),
+    "coil_warming": Effect(
+        "coil resistance that rises by 2 to 20 % with a time constant of 1 to 10 s", _warming, in_library=False
+    ),
+    "inductance_over_angle": Effect(
+        "coil inductance that varies over the electrical angle, by 0.1 to 1 %",
+        lambda rng: {"inductance_share": _signed(rng, 1e-3, 1e-2)},
+        in_library=False,
+    ),
+    "chopper_ripple": Effect(
+        "chopper ripple of 1 to 10 V at 1 to 3 kHz on the phases, in proportion to each",
+        lambda rng: {"chopper": _log(rng, 1.0, 10.0), "chopper_hz": _log(rng, 1000.0, 3000.0)},
+        in_library=False,
+    ),
+    "friction_over_angle": Effect(
+        "dry friction that varies over the output's angle, by 5 to 50 %, period 1 to 10 deg",
+        _friction_over_angle,
+        in_library=False,
+    ),
+    "cross_axis_mode": Effect(
+        "mode of the rig at 100 to 700 Hz, 0.3 to 5 % of the total torque",
+        _cross_axis_mode,
+        in_library=False,
+        in_mechanism=False,
+    ),
+}
 NOTHING = "nothing"
 """Effect of a complete bench."""
 

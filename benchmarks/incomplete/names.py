@@ -19,7 +19,7 @@ PLAIN = {
     "friction_over_angle": "friction.position:output",
     "inductance_over_angle": "stepper.saliency",
 }
-NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")  # fmt: skip
+NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")
 """What no block holds, or what is noise: nothing is to be named for it."""
 
 

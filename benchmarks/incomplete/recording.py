@@ -91,10 +91,22 @@ def values_of(mechanism: Mechanism, size: Size, *, supply: float = 1.0) -> Value
         detents[f"detent_phase_{k + 1}"] = math.radians(value(f"{detent}.phase_deg"))
     own = {key: float(number) for key, number in size.items() if key in Values._fields}
     return Values(
-        U=supply * value("stepper.peak_voltage"), half_poles=0.5 * value("stepper.poles"),
-        J_rot=value("stepper.rotor_inertia"), R=value("stepper.coil_resistance"), L=value("stepper.coil_inductance"),
-        k_m=value("stepper.torque_constant"), static=value("friction.static"), coulomb=value("friction.coulomb"),
-        viscous=value("friction.viscous"), G=float(value("gear.ratio")), K_s=value("gear.stiffness"),
-        D=value("gear.damping"), J_m=value("load.inertia"), K_res=value("housing.gain"),
-        w_0=value("housing.frequency"), zeta=value("housing.damping"), **detents, **own,
-    )  # fmt: skip
+        U=supply * value("stepper.peak_voltage"),
+        half_poles=0.5 * value("stepper.poles"),
+        J_rot=value("stepper.rotor_inertia"),
+        R=value("stepper.coil_resistance"),
+        L=value("stepper.coil_inductance"),
+        k_m=value("stepper.torque_constant"),
+        static=value("friction.static"),
+        coulomb=value("friction.coulomb"),
+        viscous=value("friction.viscous"),
+        G=float(value("gear.ratio")),
+        K_s=value("gear.stiffness"),
+        D=value("gear.damping"),
+        J_m=value("load.inertia"),
+        K_res=value("housing.gain"),
+        w_0=value("housing.frequency"),
+        zeta=value("housing.damping"),
+        **detents,
+        **own,
+    )

@@ -130,9 +130,12 @@ def incomplete_table(lines: Sequence[Mapping]) -> str:
     """Return the summary of benches with an effect left out."""
     whole = [line for line in lines if line["part"] == "whole"]
     counted = [line for line in whole if is_counted(line)]
-    rows = ["", f"{len(whole)} benches with one effect left out: {_counts(line['grade'] for line in whole)}; "
-            f"{_opened(whole)}; errors in stated sigmas of the {len(counted)} of grade {COUNTED}, "
-            "95 % intervals by fit"]  # fmt: skip
+    rows = [
+        "",
+        f"{len(whole)} benches with one effect left out: {_counts(line['grade'] for line in whole)}; "
+        f"{_opened(whole)}; errors in stated sigmas of the {len(counted)} of grade {COUNTED}, "
+        "95 % intervals by fit",
+    ]
     rows += [_pooled(words, [errors_of(line, key) for line in counted]) for key, words in SIGMAS.items()]
     rows.append(f"{'true value in the 95 % interval':34} {share_told([in_interval(line) for line in counted])}")
     rows += [_pooled(words, [contrasts_of(line)[k] for line in counted]) for k, words in enumerate(CONTRASTS)]
@@ -165,8 +168,10 @@ def catalogue_table(lines: Sequence[Mapping]) -> str:
 
 def by_effect(whole: Sequence[Mapping]) -> list[str]:
     """Return a line for each effect."""
-    rows = [f"{'effect':24} fits  grades                          counted  gate open  RMS z: noise  stated  "
-            "within 2  within 3  worst"]  # fmt: skip
+    rows = [
+        f"{'effect':24} fits  grades                          counted  gate open  RMS z: noise  stated  "
+        "within 2  within 3  worst"
+    ]
     for effect in dict.fromkeys(line["effect"] for line in whole):
         own = [line for line in whole if line["effect"] == effect]
         counted = [line for line in own if is_counted(line)]
@@ -187,8 +192,11 @@ def _halves(lines: Sequence[Mapping]) -> list[str]:
     of = {(line["effect"], line["seed"], line["part"]): line for line in lines}
     pairs = [(of[e, s, "first"], of[e, s, "second"]) for e, s, p in of if p == "first" and (e, s, "second") in of]
     kept = [pair for pair in pairs if all(map(is_counted, pair))]
-    return [_pooled(f"halves, {words}", [between_halves(*pair, key) for pair in kept])
-            for key, words in SIGMAS.items() if pairs]  # fmt: skip
+    return [
+        _pooled(f"halves, {words}", [between_halves(*pair, key) for pair in kept])
+        for key, words in SIGMAS.items()
+        if pairs
+    ]
 
 
 def _reference(lines: Sequence[Mapping]) -> list[str]:

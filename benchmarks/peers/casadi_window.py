@@ -33,9 +33,13 @@ def prepare_cvodes(window: Window, *, tolerance: float) -> Run:
     x, u, c = _symbols()
     system = {"x": x, "u": u, "p": c, "ode": _rates(x, u, c)}
     options = {
-        "reltol": tolerance, "abstol": tolerance, "max_num_steps": 1_000_000,
-        "jit": True, "jit_options": {"flags": ["-O3", "-march=native"], "compiler": "gcc"}, "compiler": "shell",
-    }  # fmt: skip
+        "reltol": tolerance,
+        "abstol": tolerance,
+        "max_num_steps": 1_000_000,
+        "jit": True,
+        "jit_options": {"flags": ["-O3", "-march=native"], "compiler": "gcc"},
+        "compiler": "shell",
+    }
     times = window.times - window.times[0]
     options["jit_options"]["directory"] = f"{tempfile.gettempdir()}/"
     solve = ca.integrator("sweep", "cvodes", system, 0.0, times[1:], options)

@@ -27,10 +27,18 @@ def prepare(window: Window, *, tolerance: float) -> Run:
     def solve(start, c):
         first, last = window.samples[0], window.samples[-1]
         return diffrax.diffeqsolve(
-            diffrax.ODETerm(field), diffrax.Tsit5(), first, last, 1e-5, start, args=c,
-            saveat=diffrax.SaveAt(ts=jnp.asarray(window.samples)), stepsize_controller=control, max_steps=MOST_STEPS,
+            diffrax.ODETerm(field),
+            diffrax.Tsit5(),
+            first,
+            last,
+            1e-5,
+            start,
+            args=c,
+            saveat=diffrax.SaveAt(ts=jnp.asarray(window.samples)),
+            stepsize_controller=control,
+            max_steps=MOST_STEPS,
             adjoint=diffrax.ForwardMode(),
-        ).ys  # fmt: skip
+        ).ys
 
     named = window.coefficients(window.problem.mechanism.estimated())
 

@@ -108,16 +108,27 @@ class Window:
         half_poles, J_rot, G, J_m = self.problem.mechanism.constants()
         per_torque = 1.0 / (J_rot * SPEED)
         values = {
-            "supply": 1.0 / (L * CURRENT), "loss": R / L,
-            "emf": k * SPEED / (L * CURRENT), "torque": k * CURRENT * per_torque,
-            "sin_4": d1c * per_torque, "cos_4": d1s * per_torque, "sin_2": d2c * per_torque, "cos_2": d2s * per_torque,
-            "coulomb": self.before.mode * T_frd * per_torque, "viscous": T_visc / J_rot,
-            "spring": K_s * ANGLE / G**2 * per_torque, "damper": D / (G**2 * J_rot),
-            "load_spring": K_s * ANGLE / (J_m * SPEED), "load_damper": D / J_m,
-            "force": w0**2 * K_res / (per_torque * HOUSING_RATE), "stiffness": w0**2 * HOUSING / HOUSING_RATE,
-            "damping": 2.0 * zeta * w0, "angle": half_poles * ANGLE,
-            "spring_out": K_s * ANGLE / G, "damper_out": D * SPEED / G,
-        }  # fmt: skip
+            "supply": 1.0 / (L * CURRENT),
+            "loss": R / L,
+            "emf": k * SPEED / (L * CURRENT),
+            "torque": k * CURRENT * per_torque,
+            "sin_4": d1c * per_torque,
+            "cos_4": d1s * per_torque,
+            "sin_2": d2c * per_torque,
+            "cos_2": d2s * per_torque,
+            "coulomb": self.before.mode * T_frd * per_torque,
+            "viscous": T_visc / J_rot,
+            "spring": K_s * ANGLE / G**2 * per_torque,
+            "damper": D / (G**2 * J_rot),
+            "load_spring": K_s * ANGLE / (J_m * SPEED),
+            "load_damper": D / J_m,
+            "force": w0**2 * K_res / (per_torque * HOUSING_RATE),
+            "stiffness": w0**2 * HOUSING / HOUSING_RATE,
+            "damping": 2.0 * zeta * w0,
+            "angle": half_poles * ANGLE,
+            "spring_out": K_s * ANGLE / G,
+            "damper_out": D * SPEED / G,
+        }
         return {name: values[name] for name in COEFFICIENTS}
 
     def checked(self, omega: np.ndarray) -> None:

@@ -96,6 +96,11 @@ def record_of(name: str, torque: np.ndarray, command: Command) -> CampaignRecord
     delay = Parameter(name=record_parameter_name(name, TIME_OFFSET.key), declaration=TIME_OFFSET, value=0.0)
     data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=RATE_HZ, channels=(channel,))
     return CampaignRecord(
-        name=name, use="estimate", command=command, spec=RecordSpec(name=name, path=path.name), file=path,
-        parameters=(delay,), data=data,
-    )  # fmt: skip
+        name=name,
+        use="estimate",
+        command=command,
+        spec=RecordSpec(name=name, path=path.name),
+        file=path,
+        parameters=(delay,),
+        data=data,
+    )

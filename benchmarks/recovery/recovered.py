@@ -18,10 +18,18 @@ def recovered(workers: int | None, key: tuple[int, int, str]) -> dict:
     wall, cpu = time.perf_counter(), time.process_time()
     fit = identify(records, workers=workers)
     seconds = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-    return {"family": family, "seed": seed, "variant": variant, **judged(truth, fit), **seconds, **_way(fit),
-            "truth": dict(truth.values), "estimate": {name: fit.parameters[name].value for name in truth.values},
-            "std_error": {name: fit.parameters[name].std_error for name in truth.values},
-            "bound": dict(truth.bounds)}  # fmt: skip
+    return {
+        "family": family,
+        "seed": seed,
+        "variant": variant,
+        **judged(truth, fit),
+        **seconds,
+        **_way(fit),
+        "truth": dict(truth.values),
+        "estimate": {name: fit.parameters[name].value for name in truth.values},
+        "std_error": {name: fit.parameters[name].std_error for name in truth.values},
+        "bound": dict(truth.bounds),
+    }
 
 
 def _way(fit: Fit) -> dict:

@@ -42,8 +42,9 @@ class Run:
     def command(self) -> Command:
         """As it is."""
         stepping = "full" if self.microsteps == 1 else "micro"
-        return Command(stepping=stepping, microsteps=self.microsteps, rate=self.rate,
-                       start_angle_deg=self.start_angle_deg)  # fmt: skip
+        return Command(
+            stepping=stepping, microsteps=self.microsteps, rate=self.rate, start_angle_deg=self.start_angle_deg
+        )
 
     @property
     def entry(self) -> dict[str, str]:

@@ -100,11 +100,20 @@ def _units() -> Iterator[Case]:
     yield Case("ms for s", "ms_one", "full_46.*(ms|milliseconds)", partial(_stretched, names=("full_46",), by=1e3))
     yield Case("ms for s", "ms_all", "(ms|milliseconds)", partial(_stretched, by=1e3))
     yield Case("ms for s", "kHz_for_Hz", "full_46.*(kHz|hertz|sample_rate_hz)", _kilohertz)
-    yield Case("deg for rad", "start_angle_rad", "full_46.*(rad|start angle)",
-               partial(_commanded, name="full_46", start_angle_deg="0.785398"))  # fmt: skip
-    yield Case("Hz for rad/s", "housing_hertz", "housing.frequency.*(Hz|hertz)",
-               partial(_entry, table="housing", key="frequency", value=5000.0 / 6.2832, low=2500.0 / 6.2832,
-                       high=9000.0 / 6.2832))  # fmt: skip
+    yield Case(
+        "deg for rad",
+        "start_angle_rad",
+        "full_46.*(rad|start angle)",
+        partial(_commanded, name="full_46", start_angle_deg="0.785398"),
+    )
+    yield Case(
+        "Hz for rad/s",
+        "housing_hertz",
+        "housing.frequency.*(Hz|hertz)",
+        partial(
+            _entry, table="housing", key="frequency", value=5000.0 / 6.2832, low=2500.0 / 6.2832, high=9000.0 / 6.2832
+        ),
+    )
 
 
 def _files() -> Iterator[Case]:
@@ -129,18 +138,42 @@ def _chains() -> Iterator[Case]:
 
 
 def _mechanisms() -> Iterator[Case]:
-    yield Case("bounds", "torque_constant", "stepper.torque_constant",
-               partial(_entry, table="stepper", key="torque_constant", value=0.277, low=0.1, high=0.3))  # fmt: skip
-    yield Case("bounds", "gear_stiffness", "gear.stiffness",
-               partial(_entry, table="gear", key="stiffness", value=2200.0, low=1500.0, high=5000.0))  # fmt: skip
-    yield Case("catalogue by 100", "rotor_inertia", "(rotor_inertia|unit in the mechanism)",
-               partial(_known, table="stepper", key="rotor_inertia", factor=100.0))  # fmt: skip
-    yield Case("catalogue by 100", "load_inertia", "(load.inertia|unit in the mechanism)",
-               partial(_known, table="load", key="inertia", factor=100.0))  # fmt: skip
-    yield Case("catalogue by 100", "torque_constant_free", "(torque_constant|unit in the mechanism)",
-               partial(_entry, table="stepper", key="torque_constant", value=27.7, low=10.0, high=80.0))  # fmt: skip
-    yield Case("catalogue by 100", "stiffness_free", "(gear.stiffness|unit in the mechanism)",
-               partial(_entry, table="gear", key="stiffness", value=22.0, low=3.0, high=50.0))  # fmt: skip
+    yield Case(
+        "bounds",
+        "torque_constant",
+        "stepper.torque_constant",
+        partial(_entry, table="stepper", key="torque_constant", value=0.277, low=0.1, high=0.3),
+    )
+    yield Case(
+        "bounds",
+        "gear_stiffness",
+        "gear.stiffness",
+        partial(_entry, table="gear", key="stiffness", value=2200.0, low=1500.0, high=5000.0),
+    )
+    yield Case(
+        "catalogue by 100",
+        "rotor_inertia",
+        "(rotor_inertia|unit in the mechanism)",
+        partial(_known, table="stepper", key="rotor_inertia", factor=100.0),
+    )
+    yield Case(
+        "catalogue by 100",
+        "load_inertia",
+        "(load.inertia|unit in the mechanism)",
+        partial(_known, table="load", key="inertia", factor=100.0),
+    )
+    yield Case(
+        "catalogue by 100",
+        "torque_constant_free",
+        "(torque_constant|unit in the mechanism)",
+        partial(_entry, table="stepper", key="torque_constant", value=27.7, low=10.0, high=80.0),
+    )
+    yield Case(
+        "catalogue by 100",
+        "stiffness_free",
+        "(gear.stiffness|unit in the mechanism)",
+        partial(_entry, table="gear", key="stiffness", value=22.0, low=3.0, high=50.0),
+    )
 
 
 def _changed(files: Files, names: tuple[str, ...], by: Callable[[FloatArray], FloatArray]) -> None:

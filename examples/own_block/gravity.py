@@ -14,10 +14,8 @@ def unbalanced_load() -> Block:
         name="unbalanced_load",
         table="load",
         declarations=(
-            Declaration(
-                key="inertia", symbol="J_m", unit="kg m2", meaning="inertia of the load", lower=0.0, source=book
-            ),
-            Declaration(key="unbalance", symbol="W_u", unit="N m", meaning="m c g of the load", lower=0.0, source=book),
+            Declaration("inertia", "J_m", "kg m2", "inertia of the load", lower=0.0, source=book),
+            Declaration("unbalance", "W_u", "N m", "m c g of the load", lower=0.0, source=book),
         ),
         inputs=(T,),
         rates={a: v, v: (T - W * sin(a)) / J},

@@ -14,13 +14,11 @@ def grease() -> Block:
     return set_valued(
         ROTOR,
         (
-            Declaration(key="dry", symbol="T_c", unit="N m", meaning="dry friction", lower=0.0, source=source),
-            Declaration(key="grease", symbol="b_g", unit="N m s/rad", meaning="grease at rest", lower=0.0,
-                        source=source),
-            Declaration(key="thinning_rate", symbol="omega_g", unit="rad/s", meaning="speed at which it has thinned",
-                        lower=0.0, source=source),
+            Declaration("dry", "T_c", "N m", "dry friction", lower=0.0, source=source),
+            Declaration("grease", "b_g", "N m s/rad", "grease at rest", lower=0.0, source=source),
+            Declaration("thinning_rate", "omega_g", "rad/s", "speed at which it has thinned", lower=0.0, source=source),
         ),
         sliding=T_c * sigma + b * omega / sqrt(1 + sigma * omega / omega_g),
         holds=(T_c, T_c),
         reference=source,
-    )  # fmt: skip
+    )

@@ -72,9 +72,15 @@ def _craig_bampton(draw: Draw, folder: Path) -> dict[str, Any]:
     if draw.chance(0.1):
         told = None
         matrices[draw.choice(("gxx", "bxx", "long_name_of_it"))] = matrices.pop(draw.choice(("kxx", "mxx")))
-    op4.write(str(folder / "s.op4"), list(matrices), list(matrices.values()), binary=draw.chance(0.6),
-              digits=draw.choice((9, 16)), sparse=draw.choice(("dense", "bigmat", "nonbigmat", "auto")),
-              endian=draw.choice(("=", "<", ">")))  # fmt: skip
+    op4.write(
+        str(folder / "s.op4"),
+        list(matrices),
+        list(matrices.values()),
+        binary=draw.chance(0.6),
+        digits=draw.choice((9, 16)),
+        sparse=draw.choice(("dense", "bigmat", "nonbigmat", "auto")),
+        endian=draw.choice(("=", "<", ">")),
+    )
     is_exact, frame = not draw.chance(0.3), draw.choice(("0", TURNED))
     lines = _cards(draw, frame, changed=not is_exact)
     (folder / "s.asm").write_text("\n".join(lines) + "\n")
@@ -134,9 +140,12 @@ def read(folder: Path, written: dict[str, Any]) -> None:
 
     first, second = written["grids"]
     selection = Selection(
-        interface=Location(first, "rz"), line_of_sight={"x": (Location(second, "rx"), Location(first, "ry", 0.5))},
-        damping=0.01, mass_unit_kg=1.0, length_unit_m=1.0,
-    )  # fmt: skip
+        interface=Location(first, "rz"),
+        line_of_sight={"x": (Location(second, "rx"), Location(first, "ry", 0.5))},
+        damping=0.01,
+        mass_unit_kg=1.0,
+        length_unit_m=1.0,
+    )
     structure = read_structure(folder / written["file"], selection, axis="rz")
     finite(structure)
     if written["damaged"] or written["mass"] is None:

@@ -8,7 +8,7 @@ mechanism, with a value and a status. Values are in the file's own coordinates a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from enum import StrEnum
 
 from mechid.units import angle_difference
@@ -41,7 +41,7 @@ class Role(StrEnum):
     """Of a low-pass in front of the recorder: the frequency above which it takes away."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Declaration:
     """A parameter as declared by the block that uses it.
 
@@ -92,6 +92,7 @@ class Declaration:
     symbol: str
     unit: str
     meaning: str
+    _: KW_ONLY
     lower: float = -math.inf
     upper: float = math.inf
     source: str = "Kornienko2013"

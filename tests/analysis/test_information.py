@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from mechid.analysis.information import record_information
-from mechid.identification.result.fit import Fit, RecordFit
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.fit import RecordFit
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.simulation.resonances import resonances
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
@@ -22,21 +22,39 @@ SAMPLES = 2001
 def made():
     mechanism = displaced(truth(), dict.fromkeys(FREE, 1.0))
     records = [record(n, torque_of(truth(), COMMANDS[n], SAMPLES), COMMANDS[n]) for n in NAMES]
-    fits = {n: RecordFit(name=n, use="estimate", samples=SAMPLES, fit_percent=99.0, residual_rms=SIGMA[n],
-                         noise_sigma=SIGMA[n], offset=0.0, drift=0.0, horizon_s=0.2) for n in NAMES}  # fmt: skip
-    empty = np.zeros((0, 0))
-    fit = Fit(
-        mechanism=mechanism, parameters={name: estimate(name, mechanism) for name in FREE}, correlation_names=(),
-        correlation=empty, covariance=empty, records=fits, stages=(), outcome=FitOutcome.CONVERGED, warnings=(),
-        notes=(), provenance={"substeps": 4},
-    )  # fmt: skip
+    fits = {
+        n: RecordFit(
+            name=n,
+            use="estimate",
+            samples=SAMPLES,
+            fit_percent=99.0,
+            residual_rms=SIGMA[n],
+            noise_sigma=SIGMA[n],
+            offset=0.0,
+            drift=0.0,
+            horizon_s=0.2,
+        )
+        for n in NAMES
+    }
+    parameters = {name: estimate(name, mechanism) for name in FREE}
+    fit = fit_by_hand(mechanism, parameters=parameters, records=fits, provenance={"substeps": 4})
     return campaign(mechanism, *records), fit
 
 
 def estimate(name, mechanism):
     q = mechanism.parameters[name]
-    return ParameterEstimate(name=name, symbol="", unit="", value=q.value, std_error=1.0, std_error_white=1.0,
-                             start=q.value, min=q.min, max=q.max, status="free")  # fmt: skip
+    return ParameterEstimate(
+        name=name,
+        symbol="",
+        unit="",
+        value=q.value,
+        std_error=1.0,
+        std_error_white=1.0,
+        start=q.value,
+        min=q.min,
+        max=q.max,
+        status="free",
+    )
 
 
 def fisher_by_differences(name, mechanism):

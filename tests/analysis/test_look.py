@@ -68,8 +68,14 @@ def test_lines_are_named_by_order_and_by_mains():
     names = {
         round(seen.line.frequency_hz, 1): (seen.order, seen.mains and seen.mains.mains_hz) for seen in channel.lines
     }
-    assert names == {11.5: (0.5, None), 23.0: (1.0, None), 46.0: (2.0, None), 69.0: (3.0, None), 50.0: (None, 50.0),
-                     333.3: (None, None)}  # fmt: skip
+    assert names == {
+        11.5: (0.5, None),
+        23.0: (1.0, None),
+        46.0: (2.0, None),
+        69.0: (3.0, None),
+        50.0: (None, 50.0),
+        333.3: (None, None),
+    }
 
 
 def test_hum_is_no_step_rate():
@@ -82,11 +88,13 @@ def test_hum_is_no_step_rate():
     [
         (lambda: np.sin(2.0 * np.pi * 20.0 * TIME) + noise(4), "floor"),
         (lambda: 0.2 * np.rint(5.0 * (np.sin(2.0 * np.pi * 0.2 * TIME))), "resolution"),
-        (lambda: np.where(TIME > 10.0, np.sin(40.0 * TIME), 0.0) + np.convolve(noise(5), np.full(9, 0.3), "same"),
-         "quiet stretch"),
+        (
+            lambda: np.where(TIME > 10.0, np.sin(40.0 * TIME), 0.0) + np.convolve(noise(5), np.full(9, 0.3), "same"),
+            "quiet stretch",
+        ),
     ],
     ids=["white", "coarse", "coloured"],
-)  # fmt: skip
+)
 def test_the_noise_says_what_it_rests_on(make, rests_on):
     y = make()
     (channel,) = look_at(record(y)).channels

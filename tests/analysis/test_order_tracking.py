@@ -31,7 +31,7 @@ def test_a_model_off_by_a_share_and_an_angle(travel):
     noise = 1e-3 * np.random.default_rng(2).standard_normal(travel.size)
     found = order_errors(
         lines(travel, amplitudes) + noise, lines(travel, [1.02 * a for a in amplitudes], 5.0), travel, RATE_HZ
-    )  # fmt: skip
+    )
     assert [e.order for e in found] == list(ORDERS)
     for error, amplitude in zip(found, amplitudes, strict=True):
         own = 3.0 * 1e-3 * math.sqrt(2.0 / travel.size) / amplitude

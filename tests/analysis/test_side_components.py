@@ -19,7 +19,7 @@ EXERTED = {
     "force_y": {1.0: 0.2 * np.exp(2.5j), 2.0: 0.1j},
     "moment_x": {0.5: 0.01},
     "force_z": {1.25: 0.3},
-}  # fmt: skip
+}
 """At the mounting point; of force_z at an order at which the torque has no line."""
 
 
@@ -54,8 +54,12 @@ def test_errors_are_as_large_as_they_are_said_to_be():
                 k = TRACKED.index(order)
                 if found.known[k, j]:
                     turned = found.phase[k, j] + np.angle(DRIVE[order] / true)
-                    off.append([(found.amplitude[k, j] - abs(true)) / found.sigma[k, j],
-                                np.angle(np.exp(1j * turned)) / found.phase_sigma[k, j]])  # fmt: skip
+                    off.append(
+                        [
+                            (found.amplitude[k, j] - abs(true)) / found.sigma[k, j],
+                            np.angle(np.exp(1j * turned)) / found.phase_sigma[k, j],
+                        ]
+                    )
     amplitude, phase = np.sqrt(np.mean(np.square(off), axis=0))
     assert len(off) > 40
     assert 0.7 < amplitude < 1.3

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from mechid.analysis import validate, with_validation
 from mechid.command import Command, RateProfile
 from mechid.identification.identify import make_problem
-from mechid.identification.result.fit import Fit
-from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import record_fit
 from synthetic import COMMANDS, NOISE_NM, campaign, measured, record, torque_of, truth
 
@@ -19,11 +18,7 @@ NAME = "full_46"
 
 def fit_at(mechanism, parameters=None):
     """Return a fit that stopped at a mechanism."""
-    empty = np.zeros((0, 0))
-    return Fit(
-        mechanism=mechanism, parameters=parameters or {}, correlation_names=(), correlation=empty, covariance=empty,
-        records={}, stages=(), outcome=FitOutcome.CONVERGED, warnings=(), notes=(), provenance={},
-    )  # fmt: skip
+    return fit_by_hand(mechanism, parameters=parameters or {})
 
 
 def made(mechanism, seed=1, **more):

@@ -32,8 +32,10 @@ def test_the_example_is_read_as_it_stands(folder):
     assert (run_up.is_profile, run_up.duration_s, run_up.highest_rate) == (True, 10.0, 60.0)
     assert [mode.duty for mode in file.modes] == [0.7, 0.02, 0.05]
     assert [(e.kind, e.axes.tolist()) for e in file.errors] == [
-        ("bias", [True, False]), ("random", [True, True]), ("periodic", [True, True]),
-    ]  # fmt: skip
+        ("bias", [True, False]),
+        ("random", [True, True]),
+        ("periodic", [True, True]),
+    ]
     assert file.flight.values == {"load.inertia": 0.0105}
     assert file.flight.uncertain == {"load.inertia": 1e-4}
     assert file.flight.spread == {"stepper.peak_voltage": 0.06}
@@ -84,7 +86,7 @@ def test_files_that_are_there_stay(folder):
         ("bandwidth_hz = 0.02", "bandwith_hz = 0.02", 'did you mean "bandwidth_hz"'),
         ('name = "slew"', 'name = "scan"', 'mode[1].name: "scan" is the name of another mode'),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_said(folder, old, new, said):
     with pytest.raises(InputFileError) as caught:
         read_budget_file(changed(folder, old, new))

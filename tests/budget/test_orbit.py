@@ -72,11 +72,17 @@ def test_the_fixed_points_derivative_is_that_of_differences(flying):
 def test_a_linear_mechanism_in_closed_form(flying):
     """Truth: expm(A 2/r) of coils that do not act, and of rotor, gear and load without dry friction and detents."""
     v = flying.mechanism.value
-    linear = {"stepper__torque_constant": 0.0, "stepper__detent__0__amplitude": 0.0,
-              "stepper__detent__1__amplitude": 0.0, "friction__static": 0.0, "friction__coulomb": 0.0}  # fmt: skip
+    linear = {
+        "stepper__torque_constant": 0.0,
+        "stepper__detent__0__amplitude": 0.0,
+        "stepper__detent__1__amplitude": 0.0,
+        "friction__static": 0.0,
+        "friction__coulomb": 0.0,
+    }
     period = period_map(flying, FULL, 40.0, **linear)
-    G, K, D, J, J_m = (v(n) for n in ("gear.ratio", "gear.stiffness", "gear.damping", "stepper.rotor_inertia",
-                                      "load.inertia"))  # fmt: skip
+    G, K, D, J, J_m = (
+        v(n) for n in ("gear.ratio", "gear.stiffness", "gear.damping", "stepper.rotor_inertia", "load.inertia")
+    )
     A = np.zeros((6, 6))
     A[0, 0] = A[1, 1] = -v("stepper.coil_resistance") / v("stepper.coil_inductance")
     A[2, 3] = A[4, 5] = 1.0
@@ -89,8 +95,9 @@ def test_a_linear_mechanism_in_closed_form(flying):
     image = period(x)
     scale = image.size / image.size[:, None]
     np.testing.assert_allclose(image.by_state * scale, expected * scale, atol=1e-6)
-    np.testing.assert_allclose(np.abs(multipliers(image.by_state)),
-                               np.sort(np.abs(np.linalg.eigvals(expected)))[::-1], atol=1e-6)  # fmt: skip
+    np.testing.assert_allclose(
+        np.abs(multipliers(image.by_state)), np.sort(np.abs(np.linalg.eigvals(expected)))[::-1], atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("command", [FULL, MICRO])
@@ -128,8 +135,12 @@ def test_on_a_free_base_with_a_mode_that_rings(flying):
     np.testing.assert_allclose(np.abs(state.lines), expected, atol=1e-3 * expected.max())
 
 
-DOUBLED = {"stepper.detent.1.amplitude": 0.0693, "friction.static": 0.05, "friction.coulomb": 0.0065,
-           "friction.viscous": 0.00122}  # fmt: skip
+DOUBLED = {
+    "stepper.detent.1.amplitude": 0.0693,
+    "friction.static": 0.05,
+    "friction.coulomb": 0.0065,
+    "friction.viscous": 0.00122,
+}
 STICKY = {"friction.static": 0.03, "friction.viscous": 0.002}
 
 
@@ -156,10 +167,13 @@ def sticky(flying):
     return steady_states(flying.mechanism.with_values(STICKY), mode(MICRO, *np.arange(18.0, 37.0, 3.0)), (), 1)
 
 
-@pytest.mark.parametrize(("way", "profile"), [
-    ("from rest", ((0.0, 21.0), (12.0, 21.0))),
-    ("falling", ((0.0, 0.0), (2.0, 60.0), (8.0, 21.0), (12.0, 21.0))),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("way", "profile"),
+    [
+        ("from rest", ((0.0, 21.0), (12.0, 21.0))),
+        ("falling", ((0.0, 0.0), (2.0, 60.0), (8.0, 21.0), (12.0, 21.0))),
+    ],
+)
 def test_a_rate_reached_from_rest_and_from_above(flying, sticky, way, profile):
     """Truth: long simulations at 20 kHz, started at the rate, and run up beyond it and slowly down to it."""
     known = {state.reached[0]: state for state in sticky[1]}

@@ -34,9 +34,10 @@ SAMPLE_RATE_HZ, SIGMA, SECONDS = 5000.0, 2e-3, 2.0
 LEFT_OUT = "stepper.detent.1.amplitude"
 RATES, FLYING = (18.0, 19.5, 22.5, 24.0), 21.0
 STRUCTURE = Structure(
-    name="s", line_of_sight=("x",),
+    name="s",
+    line_of_sight=("x",),
     model=Modes(np.array([5.0]), np.array([0.7]), np.array([1.0]), np.array([[1.0]])),
-)  # fmt: skip
+)
 
 
 def micro(rate):
@@ -46,8 +47,9 @@ def micro(rate):
 def record(residual, rate, name="r"):
     travel = rate * np.arange(residual.size) / SAMPLE_RATE_HZ
     found = residual_emission(residual, travel, SAMPLE_RATE_HZ)
-    return ResidualRecord(name=name, stepping="micro", microsteps=16, noise_sigma=SIGMA,
-                          sample_rate_hz=SAMPLE_RATE_HZ, rates=found)  # fmt: skip
+    return ResidualRecord(
+        name=name, stepping="micro", microsteps=16, noise_sigma=SIGMA, sample_rate_hz=SAMPLE_RATE_HZ, rates=found
+    )
 
 
 def white(rng, seconds=SECONDS):
@@ -149,8 +151,15 @@ def test_noise_alone_makes_a_source_at_one_rate_in_a_hundred_at_most():
 
 
 def requirement():
-    return Requirement(name="r", index=Index("APE"), axis="x", limit_rad=1e-2, interpretation="temporal",
-                       confidence=0.95, evaluation_period_s=10.0)  # fmt: skip
+    return Requirement(
+        name="r",
+        index=Index("APE"),
+        axis="x",
+        limit_rad=1e-2,
+        interpretation="temporal",
+        confidence=0.95,
+        evaluation_period_s=10.0,
+    )
 
 
 def test_a_complete_model_has_the_budget_that_it_had(flying):
@@ -225,8 +234,11 @@ def test_of_another_fit_it_is_refused(estimate, tmp_path):
     own = {"format": FORMAT, "orders": list(TRACKED), "records": {}, "provenance": content["provenance"]}
     (tmp_path / "residual.json").write_text(json.dumps(own), encoding="utf-8")
     assert read_residual(content, tmp_path) == ()
-    for wrong, says in (({"provenance": {}}, "is of another fit"), ({"orders": []}, "another version"),
-                        ({"records": {"a": {}}}, "is damaged at 'stepping'")):  # fmt: skip
+    for wrong, says in (
+        ({"provenance": {}}, "is of another fit"),
+        ({"orders": []}, "another version"),
+        ({"records": {"a": {}}}, "is damaged at 'stepping'"),
+    ):
         (tmp_path / "residual.json").write_text(json.dumps({**own, **wrong}), encoding="utf-8")
         with pytest.raises(InputFileError, match=says):
             read_residual(content, tmp_path)

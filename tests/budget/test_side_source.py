@@ -13,11 +13,11 @@ from mechid.budgets.line_of_sight import respond
 from mechid.budgets.side_here import COHERENT, MAGNITUDE, WITHIN
 from mechid.budgets.side_response import side_response
 from mechid.budgets.side_source import SideSource
-from mechid.budgets.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.records import COMPONENTS, Mounting
 from mechid.structure import Location, Modes, Selection, Structure, read_structure
+from states_by_hand import state_by_hand
 from table_of_six import MEASURED, side_records
 
 MICRO = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(1.0))
@@ -44,13 +44,15 @@ def steady(rate, drive=None, error=1e-9):
     drive = DRIVE if drive is None else drive
     orders = np.array([round(2 * q) for q in drive])
     turned = np.exp(2j * np.pi * 0.3 * np.array(list(drive)))
-    n = orders.size
-    return SteadyState(
-        rate=rate, steps=2, periods=1, orders=orders, lines=np.array(list(drive.values())) * turned,
-        gradient=np.zeros((n, 0), dtype=np.complex128), error=np.full(n, error), sample_rate_hz=1e4,
-        samples_a_period=1e3, torque=np.zeros(8), residual=np.zeros(8), rms=0.1, rms_error=0.0, x=np.zeros(0),
-        multipliers=np.zeros(0, dtype=np.complex128), follows=True, size=np.zeros(0),
-    )  # fmt: skip
+    return state_by_hand(
+        rate,
+        orders,
+        np.array(list(drive.values())) * turned,
+        error=np.full(orders.size, error),
+        sample_rate_hz=1e4,
+        samples_a_period=1e3,
+        rms=0.1,
+    )
 
 
 def wrench(rate, order):
@@ -63,8 +65,12 @@ def wrench(rate, order):
 def along(rng, n=4):
     """Return a modal structure with six directions and two lines of sight, drawn."""
     shapes = dict(zip(("tx", "ty", "tz", "rx", "ry", "rz"), rng.normal(size=(6, n)) * 0.1, strict=True))
-    modes = Modes(np.array([0.05, 7.0, 11.0, 23.0]), np.array([0.7, 0.01, 0.01, 0.02]), shapes["rz"],
-                  0.1 * rng.normal(size=(2, n)))  # fmt: skip
+    modes = Modes(
+        np.array([0.05, 7.0, 11.0, 23.0]),
+        np.array([0.7, 0.01, 0.01, 0.02]),
+        shapes["rz"],
+        0.1 * rng.normal(size=(2, n)),
+    )
     others = {d: replace(modes, interface=shape) for d, shape in shapes.items() if d != "rz"}
     return Structure(name="s", line_of_sight=("x", "y"), model=modes, axis="rz", directions=others)
 
@@ -74,8 +80,9 @@ STRUCTURE = along(np.random.default_rng(5))
 
 def response(source, rate, state=None, command=MICRO):
     state = steady(rate) if state is None else state
-    return respond(state, source.structure, None, HIGHEST_HZ,
-                   side_response(state, source, source.at(command, rate), HIGHEST_HZ))  # fmt: skip
+    return respond(
+        state, source.structure, None, HIGHEST_HZ, side_response(state, source, source.at(command, rate), HIGHEST_HZ)
+    )
 
 
 @cache

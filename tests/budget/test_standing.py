@@ -21,12 +21,13 @@ from mechid.budgets.other_errors import OtherError
 from mechid.budgets.over_rate import level_curve, rms_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.standing import DISCREPANCY, SAMPLING, nominal_level, standing
-from mechid.budgets.steady_state import SteadyState, steady_state
+from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
+from states_by_hand import state_by_hand
 
 APE = Index("APE")
 ONE = np.array([True])
@@ -35,21 +36,20 @@ NOBODY = make_ensemble((), np.zeros(0), (), seed=0)
 
 def requirement(index=APE, confidence=0.95, interpretation="temporal"):
     return Requirement(
-        name="r", index=index, axis="x", limit_rad=1.0, interpretation=interpretation, confidence=confidence,
+        name="r",
+        index=index,
+        axis="x",
+        limit_rad=1.0,
+        interpretation=interpretation,
+        confidence=confidence,
         evaluation_period_s=100.0,
-    )  # fmt: skip
+    )
 
 
 def line(amplitude, rate=20.0, slopes=()):
     """Return a response of one line at the step rate; its derivatives are `slopes`."""
     gradient = np.array([slopes], dtype=complex).reshape(1, len(slopes))
-    nothing = np.zeros(100)
-    state = SteadyState(
-        rate=rate, steps=2, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex),
-        gradient=gradient, error=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing,
-        residual=nothing, rms=0.0, rms_error=0.0, x=np.zeros(0), multipliers=np.zeros(0), follows=True,
-        size=np.zeros(0),
-    )  # fmt: skip
+    state = state_by_hand(rate, [2], [amplitude], gradient=gradient)
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)
 
@@ -206,8 +206,13 @@ def test_what_the_model_misses_of_each_line(tmp_path, certain):
     """Truth: the report's errors of the orders, where it is of the same fit; a line's level is off by as much."""
     path = write_estimate_of_paper(tmp_path, fit_percent=90.0)
     provenance = json.loads(path.read_text(encoding="utf-8"))["provenance"]
-    row = {"name": "sweep", "quantity": "torque", "order": 1.0, "amplitude_error_percent": 3.0,
-           "phase_error_deg": np.degrees(0.04)}  # fmt: skip
+    row = {
+        "name": "sweep",
+        "quantity": "torque",
+        "order": 1.0,
+        "amplitude_error_percent": 3.0,
+        "phase_error_deg": np.degrees(0.04),
+    }
     rows = [row, row | {"quantity": "rotor_rate", "amplitude_error_percent": 50.0}]
     report = {"provenance": provenance, "orders": rows}
     (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
@@ -235,9 +240,12 @@ def test_what_is_uncertain_joins_the_covariance(tmp_path):
 
 
 SCAN = OperatingMode(
-    name="scan", command=Command(stepping="micro", microsteps=16, rate=RateProfile.constant(37.3)),
-    rates=np.array([37.3]), settle_s=1.0, highest_hz=300.0,
-)  # fmt: skip
+    name="scan",
+    command=Command(stepping="micro", microsteps=16, rate=RateProfile.constant(37.3)),
+    rates=np.array([37.3]),
+    settle_s=1.0,
+    highest_hz=300.0,
+)
 PAYLOAD = Modes(np.array([35.0]), np.array([0.01]), np.array([0.2]), np.array([[0.05]]))
 STRUCTURE = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
 

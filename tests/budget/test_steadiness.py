@@ -15,10 +15,10 @@ from mechid.budgets.over_rate import level_curve, rms_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.standing import nominal_level
 from mechid.budgets.steadiness import steadiness, steadiness_words
-from mechid.budgets.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
+from states_by_hand import state_by_hand
 
 RATES = np.array([20.0, 30.0])
 MODE = OperatingMode(
@@ -28,21 +28,30 @@ STRUCTURE = Structure(
     name="s", line_of_sight=("x",), model=Modes(np.array([35.0]), np.array([0.01]), np.array([0.2]), np.array([[0.05]]))
 )
 REQUIREMENT = Requirement(
-    name="r", index=Index("APE", 0.0), axis="x", limit_rad=1e-6, interpretation="temporal", confidence=0.95,
+    name="r",
+    index=Index("APE", 0.0),
+    axis="x",
+    limit_rad=1e-6,
+    interpretation="temporal",
+    confidence=0.95,
     evaluation_period_s=10.0,
-)  # fmt: skip
+)
 
 
 def motion(rate, amplitude, *reached, periods=1, multiplier=0.5, follows=True):
     """Return a steady state of one line at the step rate."""
-    nothing = np.zeros(100)
-    return SteadyState(
-        rate=rate, steps=2, periods=periods, orders=np.array([2 * periods]),
-        lines=np.array([amplitude], dtype=complex), gradient=np.array([[0.05 * amplitude]], dtype=complex),
-        error=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing, residual=nothing,
-        rms=0.0, rms_error=0.0, x=np.zeros(1), multipliers=np.array([multiplier], dtype=complex), follows=follows,
-        size=np.ones(1), reached=reached,
-    )  # fmt: skip
+    return state_by_hand(
+        rate,
+        [2 * periods],
+        [amplitude],
+        periods=periods,
+        gradient=np.array([[0.05 * amplitude]], dtype=complex),
+        x=np.zeros(1),
+        multipliers=np.array([multiplier], dtype=complex),
+        follows=follows,
+        size=np.ones(1),
+        reached=reached,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +89,9 @@ def test_how_a_rate_was_reached_is_told_where_it_matters(estimate):
     (several,) = steadiness(apart)["several"]
     assert several["differs"]
     assert [(s["reached"], s["worst"]) for s in several["states"]] == [
-        (["from rest"], False), (["rising", "falling"], True),
-    ]  # fmt: skip
+        (["from rest"], False),
+        (["rising", "falling"], True),
+    ]
     near = made_of(estimate, motion(20.0, 1.0, "from rest"), motion(20.0, 0.98, "falling"))
     assert not list(steadiness_words(near))
     assert not steadiness(near)["several"][0]["differs"]
@@ -103,8 +113,12 @@ def test_odd_motions_are_told(estimate):
 
 def test_two_way_lines_stand_at_those_of_one_way(estimate):
     """Truth: one way two periods, joined one: the line between has no counterpart."""
-    one = replace(motion(20.0, 1.0, "from rest", periods=2), orders=np.array([1, 2]),
-                  lines=np.array([0.1, 1.0], dtype=complex), gradient=np.zeros((2, 1), dtype=complex))  # fmt: skip
+    one = replace(
+        motion(20.0, 1.0, "from rest", periods=2),
+        orders=np.array([1, 2]),
+        lines=np.array([0.1, 1.0], dtype=complex),
+        gradient=np.zeros((2, 1), dtype=complex),
+    )
     two = replace(motion(20.0, 0.9, "from rest"), orders=np.array([1, 2]), lines=np.array([0.9, 0.2], dtype=complex))
     made = replace(made_of(estimate, one), two_way=(respond(two, STRUCTURE),))
     torque, sight = made.two_way_lines(0)

@@ -31,9 +31,14 @@ MODE = OperatingMode(name="scan", command=MICRO, rates=np.array([37.3]), settle_
 SUBSTEPS = 4
 PAYLOAD = Modes(np.array([35.0]), np.array([0.01]), np.array([0.2]), np.array([[0.05]]))
 REQUIREMENT = Requirement(
-    name="r", index=Index("RPE", 0.2), axis="x", limit_rad=1e-6, interpretation="temporal", confidence=0.95,
+    name="r",
+    index=Index("RPE", 0.2),
+    axis="x",
+    limit_rad=1e-6,
+    interpretation="temporal",
+    confidence=0.95,
     evaluation_period_s=10.0,
-)  # fmt: skip
+)
 
 
 @pytest.fixture(scope="module")

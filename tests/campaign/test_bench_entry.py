@@ -71,19 +71,32 @@ def entry(quantity, column="Fz", more=""):
         ({"end": BENCH.replace("0.1, 0.0, 0.0", '0.1, "5 mm", 0.0')}, r"_m\[1\]: found \"5 mm\"; write the"),
         ({"end": BENCH + "offset = 1\n"}, "bench.offset: unknown key"),
         ({"end": BENCH.replace('"z"', '"x"')}, r"channels\[3\]: moment_x is the drive torque; write quantity"),
-        ({"end": BENCH.replace("0.1, 0.0, 0.0", "0.0, 0.0, 0.1"), "channels": CHANNELS.replace("force_y", "force_z")},
-         r"channels\[3\]: moment_x about the mounting point takes force_y too, by the lever arm"),
-        ({"channels": CHANNELS.replace("force_y", "force_z")},
-         r"channels\[0\]: torque about the mounting point takes force_y too.*add the channel$"),
-        ({"channels": entry("force_z", more=', unit = "N", role = "input"')},
-         "role: force_z is measured beside the torque and has no role"),
-        ({"channels": entry("force_z", more=', unit = "N", noise_sigma = 1.0')},
-         "noise_sigma: it says how an output is matched, and this is a component"),
+        (
+            {
+                "end": BENCH.replace("0.1, 0.0, 0.0", "0.0, 0.0, 0.1"),
+                "channels": CHANNELS.replace("force_y", "force_z"),
+            },
+            r"channels\[3\]: moment_x about the mounting point takes force_y too, by the lever arm",
+        ),
+        (
+            {"channels": CHANNELS.replace("force_y", "force_z")},
+            r"channels\[0\]: torque about the mounting point takes force_y too.*add the channel$",
+        ),
+        (
+            {"channels": entry("force_z", more=', unit = "N", role = "input"')},
+            "role: force_z is measured beside the torque and has no role",
+        ),
+        (
+            {"channels": entry("force_z", more=', unit = "N", noise_sigma = 1.0')},
+            "noise_sigma: it says how an output is matched, and this is a component",
+        ),
         ({"channels": entry("force_z", more=', unit = "N*m"')}, 'unit "N.m" does not measure force_z; expected N'),
-        ({"channels": '[ { quantity = "force_z", column = "Fz", unit = "N" } ]'},
-         "nothing but components beside the torque"),
+        (
+            {"channels": '[ { quantity = "force_z", column = "Fz", unit = "N" } ]'},
+            "nothing but components beside the torque",
+        ),
     ],
-)  # fmt: skip
+)
 def test_wrong_entries_are_one_line_with_their_place(campaign, changed, said):
     with pytest.raises(InputFileError, match=said):
         campaign(**changed)

@@ -40,9 +40,7 @@ def test_a_campaign(folder):
 
 def test_free_parameters_of_records_follow_those_of_the_mechanism(folder):
     campaign = load_campaign(folder)
-    assert [q.name for q in campaign.free] == [
-        *(q.name for q in campaign.mechanism.free), "record.sweep.time_offset_s"
-    ]  # fmt: skip
+    assert [q.name for q in campaign.free] == [*(q.name for q in campaign.mechanism.free), "record.sweep.time_offset_s"]
     assert len(campaign.parameters) == len(campaign.mechanism.parameters) + 2
 
 
@@ -64,8 +62,9 @@ command"""
     record = load_campaign(changed("campaign.toml", "command", more)).record("full_46")
     assert record.spec.sample_rate_hz == 1000.0
     assert [(m.quantity, m.offset, m.drift) for m in record.matches] == [
-        ("torque", False, False), ("current_phase_a", False, False)
-    ]  # fmt: skip
+        ("torque", False, False),
+        ("current_phase_a", False, False),
+    ]
     assert record.spec.channels == (
         ChannelSpec(quantity="current_phase_a", column=0, unit="mA"),
         ChannelSpec(quantity="torque", column="torque", unit="N*m", gain=-2.0),
@@ -181,8 +180,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
     "no command": (
         COMMAND,
         "",
-        "record[0].command: missing; write how the motor was driven, as "
-        'command = { stepping = "full", rate = 46.0 }',
+        'record[0].command: missing; write how the motor was driven, as command = { stepping = "full", rate = 46.0 }',
     ),
     "fault of a command": (
         "rate = 46.0",
@@ -306,7 +304,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
         "record[0].channels: force: the mechanism gives torque, rotor_angle, rotor_rate, output_angle, ",
     ),
     "no toml": ("[[record]]", "[[record]", "line 3, column "),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -325,7 +323,7 @@ WHOLE_FILES_REFUSED = {
         'mechanism = "mechanism.toml"\n[record]\nname = "a"\n',
         "record: found a table; write each as a table under [[record]]",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", WHOLE_FILES_REFUSED)

@@ -16,13 +16,23 @@ TORQUE = ("torque",)
 
 def test_every_key_is_read():
     entry = {
-        "time_stamps": "regular", "limits": {"torque": [-5, 5.0]}, "max_gap_s": 0.002,
-        "cumulate": ["torque"], "quiet_s": {"torque": [[0.0, 0.5], [9.5, 10]]}, "window_s": [1.0, 9], "decimate": 5,
-    }  # fmt: skip
+        "time_stamps": "regular",
+        "limits": {"torque": [-5, 5.0]},
+        "max_gap_s": 0.002,
+        "cumulate": ["torque"],
+        "quiet_s": {"torque": [[0.0, 0.5], [9.5, 10]]},
+        "window_s": [1.0, 9],
+        "decimate": 5,
+    }
     assert read_conditioning(entry, PLACE, TORQUE) == Conditioning(
-        time_stamps=TimeStamps.REGULAR, limits={"torque": (-5.0, 5.0)}, max_gap_s=0.002,
-        cumulate=("torque",), quiet_s={"torque": ((0.0, 0.5), (9.5, 10.0))}, window_s=(1.0, 9.0), decimate=5,
-    )  # fmt: skip
+        time_stamps=TimeStamps.REGULAR,
+        limits={"torque": (-5.0, 5.0)},
+        max_gap_s=0.002,
+        cumulate=("torque",),
+        quiet_s={"torque": ((0.0, 0.5), (9.5, 10.0))},
+        window_s=(1.0, 9.0),
+        decimate=5,
+    )
 
 
 def test_no_entry_is_no_conditioning():

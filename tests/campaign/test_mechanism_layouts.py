@@ -15,11 +15,15 @@ TABLES = {
     "direct_torque_drive": {"load": {"inertia": 1e-3}, "friction": FRICTION, "drive": {"offset": 0.1}},
     "direct_force_drive": {"load": {"mass": 95.0}, "friction": FRICTION, "drive": {"offset": -3.0}},
     "two_mass_drive": {
-        "motor": {"inertia": 1e-4}, "friction": FRICTION, "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
-        "load": {"inertia": 1e-3}, "output_friction": {"coulomb": 0.01}, "drive": {},
+        "motor": {"inertia": 1e-4},
+        "friction": FRICTION,
+        "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
+        "load": {"inertia": 1e-3},
+        "output_friction": {"coulomb": 0.01},
+        "drive": {},
     },
     "brushed_dc_drive": {**BRUSHED_DC, "spring": {"stiffness": 0.05, "rest_angle": 0.2}},
-}  # fmt: skip
+}
 
 
 PAIRS = [("stepper_gear_mass", name) for name in LAYOUTS]
@@ -143,7 +147,7 @@ REFUSED = {
         'friction.law: unknown law "load_dependent"',
     ),
     "table that the assembly has not": ({"assembly": "direct_torque_drive"}, "stepper: unknown table"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -129,7 +129,7 @@ STAGES_REFUSED = {
         'window_s[1]: found "0.3 s"; write the number alone in s, without quotes',
     ),
     "unknown key": ("window_s", "window", 'window: unknown key; did you mean "window_s"?'),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", STAGES_REFUSED)

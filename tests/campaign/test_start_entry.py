@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from layouts import mechanism_of, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.errors import InputFileError
@@ -10,17 +11,18 @@ from mechid.identification.output_error.target import target_of
 
 STEPS = 'stepping = "full", rate = 46.0, start_angle_deg = 45.0'
 TORQUE_DRIVE = {
-    "assembly": "direct_torque_drive", "load": {"inertia": 1e-3}, "drive": {},
+    "assembly": "direct_torque_drive",
+    "load": {"inertia": 1e-3},
+    "drive": {},
     "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 1e-3},
-}  # fmt: skip
+}
 
 
 def campaign(folder, command, *more, first_s=0.0, table=None, samples=200):
     """Write and read a campaign of one record, whose file begins at some time."""
     (folder / "mechanism.toml").write_text(mechanism_text(mechanism_of(table or paper_table())))
     t = first_s + np.arange(samples) / 1e4
-    np.savetxt(folder / "run.csv", np.stack([t, np.sin(300 * t), np.cos(100 * t)], axis=1), delimiter=",",
-               header="time_s,torque_Nm,other", comments="", fmt="%.12g")  # fmt: skip
+    write_csv(folder / "run.csv", "time_s,torque_Nm,other", t, np.sin(300 * t), np.cos(100 * t), fmt="%.12g")
     lines = [
         'mechanism = "mechanism.toml"',
         "[[record]]",
@@ -80,14 +82,20 @@ def test_states_that_the_file_names_are_as_it_says(tmp_path):
     assert states["angle"].is_free
 
 
-@pytest.mark.parametrize(("command", "more", "message"), [
-    (STEPS, "start_state = { rate = 1.0 }",
-     'start_state: there is no estimated start; write start = "estimated" in command'),
-    (f'{STEPS}, start = "estimated"', "start_state = 3", "start_state: found 3; write a table"),
-    (f'{STEPS}, start = "estimated"', "start_state = { rates = 1.0 }", 'start_state.rates: unknown key'),
-    (STEPS, "burn_in_s = -0.1", "burn_in_s: found -0.1; write a time of 0 s or more"),
-    (STEPS, "burn_in_s = 0.02", "burn_in_s: found 0.02, and the record has 0.0199 s"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "more", "message"),
+    [
+        (
+            STEPS,
+            "start_state = { rate = 1.0 }",
+            'start_state: there is no estimated start; write start = "estimated" in command',
+        ),
+        (f'{STEPS}, start = "estimated"', "start_state = 3", "start_state: found 3; write a table"),
+        (f'{STEPS}, start = "estimated"', "start_state = { rates = 1.0 }", "start_state.rates: unknown key"),
+        (STEPS, "burn_in_s = -0.1", "burn_in_s: found -0.1; write a time of 0 s or more"),
+        (STEPS, "burn_in_s = 0.02", "burn_in_s: found 0.02, and the record has 0.0199 s"),
+    ],
+)
 def test_what_cannot_be_is_refused_with_its_place(tmp_path, command, more, message):
     with pytest.raises(InputFileError) as error:
         campaign(tmp_path, command, more)

@@ -106,14 +106,21 @@ def changed(folder):
 def staged(changed, folder):
     """Return the folder, its mechanism at the truth but for the gear, and a short stage that fits it."""
     for old, new in (
-        ("value = 9.5,", "value = 9.9,"), ("value = 0.0229", "value = 0.045"), ("value = 0.277", "value = 0.384"),
-        ("value = 0.01,", "value = 0.0047,"), ("phase_deg = { value = 0.0,", "phase_deg = { value = 35.0,"),
+        ("value = 9.5,", "value = 9.9,"),
+        ("value = 0.0229", "value = 0.045"),
+        ("value = 0.277", "value = 0.384"),
+        ("value = 0.01,", "value = 0.0047,"),
+        ("phase_deg = { value = 0.0,", "phase_deg = { value = 35.0,"),
         ("amplitude = { value = 0.0,", "amplitude = { value = 0.0231,"),
         ("phase_deg = { value = 0.0,", "phase_deg = { value = -110.0,"),
-        ("value = 0.03,", "value = 0.008,"), ("value = 0.0265", "value = 0.0013"),
-        ("value = 0.000974", "value = 0.0061"), ("value = 2200.0", "value = 1000.0"),
-        ("value = 2.0,", "value = 4.6,"), ("value = 5000.0,", "value = 5578.0,"), ("value = 0.05,", "value = 0.095,"),
-    ):  # fmt: skip
+        ("value = 0.03,", "value = 0.008,"),
+        ("value = 0.0265", "value = 0.0013"),
+        ("value = 0.000974", "value = 0.0061"),
+        ("value = 2200.0", "value = 1000.0"),
+        ("value = 2.0,", "value = 4.6,"),
+        ("value = 5000.0,", "value = 5578.0,"),
+        ("value = 0.05,", "value = 0.095,"),
+    ):
         changed("mechanism.toml", old, new)
     path = folder / "campaign.toml"
     path.write_text(path.read_text(encoding="utf-8") + STAGE, encoding="utf-8")

@@ -69,11 +69,24 @@ def turbulent(site):
     """T_fr = T_c sign(omega) + c omega |omega|, held up to T_c: the drag of a rotor that churns its lubricant."""
     T_c, c = Symbol(f"T_dry{site.suffix}"), Symbol(f"c_drag{site.suffix}")
     own = (
-        Declaration(key="dry", symbol=T_c.name, unit=site.torque, meaning="dry friction", lower=0.0, source=SOURCE,
-                    role=Role.DRY_FRICTION),
-        Declaration(key="drag", symbol=c.name, unit="N m s2/rad2", meaning="drag at the square of the speed", lower=0.0,
-                    source=SOURCE),
-    )  # fmt: skip
+        Declaration(
+            key="dry",
+            symbol=T_c.name,
+            unit=site.torque,
+            meaning="dry friction",
+            lower=0.0,
+            source=SOURCE,
+            role=Role.DRY_FRICTION,
+        ),
+        Declaration(
+            key="drag",
+            symbol=c.name,
+            unit="N m s2/rad2",
+            meaning="drag at the square of the speed",
+            lower=0.0,
+            source=SOURCE,
+        ),
+    )
     return friction.set_valued(
         site, own, sliding=site.sigma * (T_c + c * site.omega**2), holds=(T_c, T_c), reference=SOURCE
     )
@@ -100,8 +113,12 @@ def bench(tmp_path_factory):
         y = run_twin(mechanism, constant(rate), time_base).y[:, 0] + rng.normal(0.0, 2e-3, time_base.samples)
         columns = np.stack([time_base.times, y], axis=1)
         np.savetxt(folder / f"{name}.csv", columns, delimiter=",", header="time_s,torque_Nm", comments="")
-        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"',
-                  f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}']  # fmt: skip
+        lines += [
+            "[[record]]",
+            f'name = "{name}"',
+            f'file = "{name}.csv"',
+            f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}',
+        ]
     names = ", ".join(f'"{name}"' for name in TRUTH)
     lines += ["[[stage]]", "window_s = [0.0, 0.06]", f"free = [{names}]", "[[stage]]", f"free = [{names}]"]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")

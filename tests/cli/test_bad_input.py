@@ -26,10 +26,13 @@ WRONG_FILES = [
     ("no toml", CAMPAIGN, "[[record]]", "[[record]", "campaign.toml: line"),
     ("mechanism file missing", CAMPAIGN, '"mechanism.toml"', '"mechanisms.toml"', "there is no such file"),
     (
-        "unknown parameter in a stage", CAMPAIGN, 'mechanism = "mechanism.toml"',
-        'mechanism = "mechanism.toml"\nstage = [{ free = ["gear.stifness"] }]', 'did you mean "gear.stiffness"?',
+        "unknown parameter in a stage",
+        CAMPAIGN,
+        'mechanism = "mechanism.toml"',
+        'mechanism = "mechanism.toml"\nstage = [{ free = ["gear.stifness"] }]',
+        'did you mean "gear.stiffness"?',
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,9 @@ def test_a_profile_leaves_its_interval_and_its_points(fitted, run, tmp_path):
     assert result.exit_code == 0, result.stderr
     content = json.loads((tmp_path / "p" / "profile.json").read_text())["profiles"]["housing.gain"]
     width, local = (b - a for a, b in (content["ci95"], content["ci95_local"]))
-    assert width == pytest.approx(local * content["level"] ** 0.5 / 1.959964 *
-                                  content["std_error_white"] / content["std_error"], rel=0.02)  # fmt: skip
+    assert width == pytest.approx(
+        local * content["level"] ** 0.5 / 1.959964 * content["std_error_white"] / content["std_error"], rel=0.02
+    )
     points = rows(tmp_path / "p" / "profile.csv")
     assert [float(p["value"]) for p in points] == [p["value"] for p in content["points"]]
     assert "profile from" in result.stdout

@@ -12,9 +12,9 @@ from paper_estimate import write_estimate_of_paper
 
 WITHOUT_DUTY = re.sub(r"duty = .*\n", "", BUDGET)
 ALONE = WITHOUT_DUTY[: WITHOUT_DUTY.index('[[mode]]\nname = "slew"')] + BUDGET[BUDGET.index("[[requirement]]") :]
-SMALL = (
-    ALONE.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]")
-    .replace("limit_rad = 6e-7", "limit_rad = 1e-7"))  # fmt: skip
+SMALL = ALONE.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]").replace(
+    "limit_rad = 6e-7", "limit_rad = 1e-7"
+)
 
 
 @pytest.fixture

@@ -46,8 +46,9 @@ def test_an_irregular_clock_is_a_warning(run, tmp_path):
 def test_the_samples_of_a_text_without_a_clock_are_counted(run, tmp_path):
     (tmp_path / "run.txt").write_text("1 2\n" * 77)
     assert [" ".join(line.split()) for line in run("check", tmp_path / "run.txt").stdout.splitlines()][3:5] == [
-        "0 77", "1 77",
-    ]  # fmt: skip
+        "0 77",
+        "1 77",
+    ]
 
 
 def test_an_irregular_clock_has_its_median_rate(tmp_path):

@@ -87,8 +87,7 @@ def test_a_design_of_records_without_files(designed):
         assert slow["limit"] is None or slow["limit"] >= start["limit"]
     assert "Between two ranges is a hole" in " ".join(result.stdout.split())
     rows = list(csv.DictReader((out / "torque_over_rate.csv").read_text(encoding="utf-8").splitlines()))
-    assert [float(r["micro_Nm"]) for r in rows] == pytest.approx(
-        data["torque_over_rate"][2]["amplitude_Nm"], rel=1e-5)  # fmt: skip
+    assert [float(r["micro_Nm"]) for r in rows] == pytest.approx(data["torque_over_rate"][2]["amplitude_Nm"], rel=1e-5)
     for m in data["torque_over_rate"]:
         low, amplitude, high = (np.array(m[key]) for key in ("low_Nm", "amplitude_Nm", "high_Nm"))
         assert np.all((low <= amplitude) & (amplitude <= high))
@@ -155,12 +154,12 @@ def test_one_parameter_can_be_the_aim(run, planned, tmp_path):
 @pytest.mark.parametrize(
     ("change", "code", "message"),
     [
-        (("campaign.toml", '[[record]]', '[[record]]\nuse = "validate"'), 2, 'no record has use = "estimate"'),
+        (("campaign.toml", "[[record]]", '[[record]]\nuse = "validate"'), 2, 'no record has use = "estimate"'),
         (("design.toml", "[limits]", '[limits]\nkeep = ["micro_64"]'), 2, 'no record "micro_64"; did you mean'),
-        (("design.toml", "[limits]", "[criterion]\nkind = \"gear.stifness\"\n[limits]"), 2, 'did you mean "gear.stiff'),
+        (("design.toml", "[limits]", '[criterion]\nkind = "gear.stifness"\n[limits]'), 2, 'did you mean "gear.stiff'),
         (("design.toml", "[limits]", "[limmits]"), 3, 'limmits: unknown key; did you mean "limits"'),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_one_line(refused, planned, tmp_path, change, code, message):
     name, old, new = change
     path = planned / name

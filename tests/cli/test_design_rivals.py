@@ -26,8 +26,13 @@ ENTRY = {
 def diagnosed(folder, *missing, **changes):
     """Write a diagnosis by hand and return its folder."""
     folder.mkdir()
-    data = {"format": FORMAT, "missing": list(missing), "tried": [], "unexplained": {"share": 0.0, "words": "None."},
-            "over_noise": {"as_written": 1.3, "with_effects": 1.0}}  # fmt: skip
+    data = {
+        "format": FORMAT,
+        "missing": list(missing),
+        "tried": [],
+        "unexplained": {"share": 0.0, "words": "None."},
+        "over_noise": {"as_written": 1.3, "with_effects": 1.0},
+    }
     (folder / FILE_NAME).write_text(json.dumps({**data, **changes}), encoding="utf-8")
     return folder
 

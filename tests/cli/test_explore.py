@@ -25,8 +25,11 @@ WAIT_S = 120.0
 def test_it_prints_where_the_page_is_and_ctrl_c_ends_it(staged):
     process = subprocess.Popen(
         [sys.executable, "-m", "mechid", "explore", str(staged), "--no-browser"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
     watchdog = threading.Timer(WAIT_S, process.kill)
     watchdog.start()
     try:

@@ -47,8 +47,11 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     out = tmp_path / "out"
     assert "yes or no" in refused(2, *asked(fit, bench, out, "c", "--option", "sensitivities=1"))
     assert 'did you mean "stand"' in refused(2, *asked(fit, bench, out, "fmu", "--option", "stnad=yes"))
-    table = {"assembly": "direct_torque_drive", "load": {"inertia": 0.01},
-             "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01}}  # fmt: skip
+    table = {
+        "assembly": "direct_torque_drive",
+        "load": {"inertia": 0.01},
+        "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01},
+    }
     mechanism = mechanism_of(table)
     write_signed(fit, mechanism, estimate_of(mechanism, ["friction.coulomb"]))
     assert "--to c" in refused(3, *asked(fit, bench, out, "fmu"))

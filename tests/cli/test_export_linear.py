@@ -61,8 +61,11 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     there = tmp_path / "file" / "out"
     assert "is a file" in refused(2, "export", fit, "--to", "linear", "--out", there)
-    table = {"assembly": "direct_torque_drive", "load": {"inertia": 0.01},
-             "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01}}  # fmt: skip
+    table = {
+        "assembly": "direct_torque_drive",
+        "load": {"inertia": 0.01},
+        "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01},
+    }
     mechanism = mechanism_of(table)
     write_signed(fit, mechanism, estimate_of(mechanism, ["friction.coulomb"]))
     assert "follows a measured torque" in refused(3, *asked, "linear")

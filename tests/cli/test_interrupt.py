@@ -20,8 +20,11 @@ def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
     out = tmp_path / "result"
     process = subprocess.Popen(
         [sys.executable, "-m", "mechid", "identify", str(bench), "--out", str(out)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
     watchdog = threading.Timer(WAIT_S, process.kill)
     watchdog.start()
     try:

@@ -41,8 +41,9 @@ def looked(tmp_path_factory):
     gapped = torque(2)
     gapped[5_000:5_020] = np.nan
     written(folder / "gapped.csv", np.clip(gapped, -0.3, 0.3))
-    result = CliRunner().invoke(app, ["look", str(folder / "two.csv"), str(folder / "gapped.csv"), "--out",
-                                      str(folder / "out")])  # fmt: skip
+    result = CliRunner().invoke(
+        app, ["look", str(folder / "two.csv"), str(folder / "gapped.csv"), "--out", str(folder / "out")]
+    )
     assert result.exit_code == 0, result.output
     return folder / "out", result.stdout
 

@@ -16,12 +16,20 @@ ENDLESS = "x" * 5000
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["simulate", "bench"], ["identify", "bench"], ["look", "bench/full_46.csv"], ["check", "bench"], ["demo"],
-        ["fleet", "bench"], ["design", "bench"], ["export", "fit", "--to", "c"], ["diagnose", "fit"],
-        ["profile", "fit", "--parameter", "housing.gain"], ["bootstrap", "fit"],
+        ["simulate", "bench"],
+        ["identify", "bench"],
+        ["look", "bench/full_46.csv"],
+        ["check", "bench"],
+        ["demo"],
+        ["fleet", "bench"],
+        ["design", "bench"],
+        ["export", "fit", "--to", "c"],
+        ["diagnose", "fit"],
+        ["profile", "fit", "--parameter", "housing.gain"],
+        ["bootstrap", "fit"],
     ],
     ids=lambda arguments: arguments[0],
-)  # fmt: skip
+)
 def test_an_output_folder_of_300_letters_is_2(refused, fitted, tmp_path, arguments):
     told = [fitted / one if one.startswith(("bench", "fit")) else one for one in arguments]
     line = refused(2, *told, "--out", tmp_path / LONG)
@@ -32,10 +40,18 @@ def test_an_output_folder_of_300_letters_is_2(refused, fitted, tmp_path, argumen
 
 @pytest.mark.parametrize(
     "arguments",
-    [["new"], ["report"], ["explore", "--no-browser"], ["kernel", "--mechanism"], ["diagnose", "--out", "out"],
-     ["export", "--to", "c", "--out", "out"], ["fleet", "--out", "out"], ["compare", "x"]],
+    [
+        ["new"],
+        ["report"],
+        ["explore", "--no-browser"],
+        ["kernel", "--mechanism"],
+        ["diagnose", "--out", "out"],
+        ["export", "--to", "c", "--out", "out"],
+        ["fleet", "--out", "out"],
+        ["compare", "x"],
+    ],
     ids=lambda arguments: arguments[0],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("name", [LONG, ENDLESS])
 def test_a_name_that_no_file_can_have_is_one_line(run, tmp_path, monkeypatch, arguments, name):
     monkeypatch.chdir(tmp_path)

@@ -64,6 +64,13 @@ def test_the_journal_notes_a_stage_when_it_ends_and_keeps_earlier_runs(tmp_path)
         noted = path.read_text().splitlines()  # while it still runs
     assert [json.loads(line)["event"] for line in noted] == ["started", "progress", "stage"] * 2  # all in one second
     assert json.loads(noted[-1]) | {"time": "", "check": ""} == {
-        "time": "", "check": "", "event": "stage", "number": 1, "total": 4,
-        "stage": "multi-start", "line": "16 refined", "cost": 7100.706, "elapsed_s": 0.7,
-    }  # fmt: skip
+        "time": "",
+        "check": "",
+        "event": "stage",
+        "number": 1,
+        "total": 4,
+        "stage": "multi-start",
+        "line": "16 refined",
+        "cost": 7100.706,
+        "elapsed_s": 0.7,
+    }

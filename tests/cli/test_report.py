@@ -82,8 +82,12 @@ def test_a_report_that_fails_leaves_the_estimate(run, staged, tmp_path, monkeypa
     assert "no report was made (RuntimeError: no font)" in result.stderr
     assert f'"mechid report {tmp_path / "out"}" tries again' in result.stderr
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "estimate.json", "journal.jsonl", "mechanism.toml", "report.json", "residual.json",
-    ]  # fmt: skip
+        "estimate.json",
+        "journal.jsonl",
+        "mechanism.toml",
+        "report.json",
+        "residual.json",
+    ]
 
 
 def test_a_failed_fit_has_a_report_too(run, staged, tmp_path, monkeypatch):

@@ -14,8 +14,10 @@ WAIT_S = 180.0
 def identify(bench, out, *options):
     return subprocess.Popen(
         [sys.executable, "-m", "mechid", "identify", str(bench), "--out", str(out), *options],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
 
 
 def kill_at(process, path, kind, count):

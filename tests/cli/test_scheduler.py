@@ -42,9 +42,12 @@ def begun(fitted, out, *further, draws=DRAWS):
     """Start the bootstrap of a fit as a shell would."""
     command = ["-m", "mechid", "bootstrap", fitted / "fit", "--out", out, "--draws", draws, *further]
     return subprocess.Popen(
-        [sys.executable, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, *map(str, command)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+    )
 
 
 def ended(process):

@@ -68,12 +68,19 @@ def walked(tmp_path_factory):
     whole = shutil.copytree(folder / "bench", folder / "whole")
     with (whole / "mechanism.toml").open("a") as file:
         file.write(HARMONIC)
-    said = {name: done("identify", folder / name, "--out", folder / f"{name}_fit", "--workers", 1)
-            for name in ("bench", "whole")}  # fmt: skip
+    said = {
+        name: done("identify", folder / name, "--out", folder / f"{name}_fit", "--workers", 1)
+        for name in ("bench", "whole")
+    }
     return SimpleNamespace(
-        folder=folder, campaign=campaign, fit=folder / "bench_fit", whole=folder / "whole_fit", said=said["bench"],
-        truth=bench.truth, size=bench.size,
-    )  # fmt: skip
+        folder=folder,
+        campaign=campaign,
+        fit=folder / "bench_fit",
+        whole=folder / "whole_fit",
+        said=said["bench"],
+        truth=bench.truth,
+        size=bench.size,
+    )
 
 
 @pytest.fixture
@@ -90,8 +97,12 @@ def test_identify_shows_the_term_and_finds_the_truth(walked, estimate):
     assert abs(found["value"] - walked.size["harmonic"]) < 4.0 * found["std_error"]
     free = {n: p for n, p in estimate["parameters"].items() if p["std_error"]}
     assert len(free) == len(walked.truth) == 15
-    off = [((p["value"] - walked.truth[n] + 180.0) % 360.0 - 180.0) / p["std_error"] if p["unit"] == "deg" else
-           (p["value"] - walked.truth[n]) / p["std_error"] for n, p in free.items()]  # fmt: skip
+    off = [
+        ((p["value"] - walked.truth[n] + 180.0) % 360.0 - 180.0) / p["std_error"]
+        if p["unit"] == "deg"
+        else (p["value"] - walked.truth[n]) / p["std_error"]
+        for n, p in free.items()
+    ]
     assert max(map(abs, off)) < 4.0
     assert "INCOMPLETE" in (walked.fit / "mechanism.toml").read_text()
 

@@ -89,7 +89,7 @@ FREE = {
     "directional": (LAYOUTS["directional"], ["friction.asymmetry"]),
     "piecewise_linear": (LAYOUTS["piecewise_linear"], ["gear.stiffness_2"]),
     "anti_alias": (LAYOUTS["test stand"], ["anti_alias.frequency", "charge_amplifier.time_constant"]),
-}  # fmt: skip
+}
 QUICK = ("transducer",)
 
 
@@ -137,8 +137,9 @@ def test_an_own_friction_block_flies_as_itself(run, tmp_path):
         "    keys = (('static', T_s, 'N m'), ('coulomb', T_c, 'N m'), ('viscous', b, 'N m s/rad'))\n"
         "    own = tuple(Declaration(key=k, symbol=s.name, unit=u, meaning=k, lower=0.0) for k, s, u in keys)\n"
         "    sliding = 3 * T_c * ROTOR.sigma + 3 * b * ROTOR.omega\n"
-        "    return set_valued(ROTOR, own, sliding=sliding, holds=(3 * T_s, 3 * T_s))\n", encoding="utf-8",
-    )  # fmt: skip
+        "    return set_valued(ROTOR, own, sliding=sliding, holds=(3 * T_s, 3 * T_s))\n",
+        encoding="utf-8",
+    )
     tables = {"own": {"friction": {"block": f"{tmp_path}/own.py:law"}}, "thrice": {"friction": {}}, "plain": {}}
     for key, times in (("static", 3.0), ("coulomb", 3.0), ("viscous", 3.0)):
         tables["thrice"]["friction"][key] = times * paper_table()["friction"][key]
@@ -203,9 +204,14 @@ def test_a_measured_drive_flies_on_a_command_of_given_voltage(run, refused, tmp_
 
 def test_what_no_step_command_drives_cannot_fly(refused, tmp_path):
     """Truth: an assembly under a measured torque; one sentence with the block and the remedy."""
-    table = {"assembly": "two_mass_drive", "motor": {"inertia": 1e-4}, "drive": {},
-             "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 1e-3}, "load": {"inertia": 1e-3},
-             "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1}}  # fmt: skip
+    table = {
+        "assembly": "two_mass_drive",
+        "motor": {"inertia": 1e-4},
+        "drive": {},
+        "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 1e-3},
+        "load": {"inertia": 1e-3},
+        "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
+    }
     budget = left(tmp_path, {}, ["gear.stiffness"], table=table)
     line = refused(3, "budget", budget, "--out", tmp_path / "out")
     assert 'assembly = "two_mass_drive": block drive follows a measured torque' in line
@@ -234,8 +240,9 @@ def test_an_own_load_flies_one_way_and_says_so(run, tmp_path):
         "    J_d = Declaration(key='inertia', symbol='J_m', unit='kg m2', meaning='inertia', lower=0.0)\n"
         "    return Block(name='load', table='load', declarations=(J_d,), inputs=(T,), rates={a: v, v: T / J},\n"
         "                 initial={a: t / (p / 2) / G, v: 0},\n"
-        "                 outputs={'alpha_gear': a, 'omega_gear': v, 'T_load': T})\n", encoding="utf-8",
-    )  # fmt: skip
+        "                 outputs={'alpha_gear': a, 'omega_gear': v, 'T_load': T})\n",
+        encoding="utf-8",
+    )
     changes = {"load": {"block": f"{tmp_path}/own.py:load"}, "housing": None}
     budget = left(tmp_path, changes, ["gear.stiffness"], coupled=350.0)
     result = run("budget", budget, "--out", tmp_path / "out")

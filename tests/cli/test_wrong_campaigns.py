@@ -13,11 +13,25 @@ from wrong_campaigns import FIRST, estimated, is_confident_and_wrong, named
 
 CASES = {case.name: case for case in cases()}
 LEFT_TO_IDENTIFY = (
-    "sign_one", "sign_all", "rate_sign_one", "late_5ms_one", "late_5ms_all", "begun_30ms_one",
-    "gain_full_46", "gain_sweep", "16_as_8", "full_as_half", "200_ppm_all", "200_ppm_sweep",
-    "compressing_full", "torque_constant", "gear_stiffness", "rotor_inertia", "load_inertia",
+    "sign_one",
+    "sign_all",
+    "rate_sign_one",
+    "late_5ms_one",
+    "late_5ms_all",
+    "begun_30ms_one",
+    "gain_full_46",
+    "gain_sweep",
+    "16_as_8",
+    "full_as_half",
+    "200_ppm_all",
+    "200_ppm_sweep",
+    "compressing_full",
+    "torque_constant",
+    "gear_stiffness",
+    "rotor_inertia",
+    "load_inertia",
     "stiffness_free",
-)  # fmt: skip
+)
 """What no record shows without a fit."""
 
 

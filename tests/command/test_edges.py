@@ -64,8 +64,11 @@ def as_floats(points):
     return RateProfile.through((float(time), float(rate)) for time, rate in points)
 
 
-EDGE_AT_THE_END = {"points": [(Fraction(-1, 10), Fraction(-189, 5)), (Fraction(23, 10), Fraction(-141, 5))], "n": 2,
-                   "tenths": 106}  # fmt: skip
+EDGE_AT_THE_END = {
+    "points": [(Fraction(-1, 10), Fraction(-189, 5)), (Fraction(23, 10), Fraction(-141, 5))],
+    "n": 2,
+    "tenths": 106,
+}
 """The integral reaches a step at the last instant exactly, and a hair later in rounded arithmetic."""
 
 

@@ -22,9 +22,7 @@ def test_it_is_the_integral_of_the_speed(name):
     rates = np.interp(fine, profile.times_s, profile.rates)
     summed = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(rates[1:] + rates[:-1]) * np.diff(fine))])
     times = np.array([-0.5, 0.0, 0.3, 0.69, 0.95, 1.15, 2.0])
-    np.testing.assert_allclose(
-        steps_travelled(profile, times), np.interp(times, fine, summed), atol=1e-4, err_msg=name
-    )  # fmt: skip
+    np.testing.assert_allclose(steps_travelled(profile, times), np.interp(times, fine, summed), atol=1e-4, err_msg=name)
 
 
 def test_at_each_edge_another_step_is_done():

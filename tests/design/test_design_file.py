@@ -59,7 +59,10 @@ def test_without_a_file_and_with_an_empty_one_it_is_the_usual(tmp_path):
     assert beside(tmp_path / "campaign.toml") == DesignOptions()
     empty = read_design_file(written(tmp_path, ""))
     assert (empty.candidates, empty.limits, empty.criterion) == (
-        DesignOptions().candidates, DesignOptions().limits, "D")  # fmt: skip
+        DesignOptions().candidates,
+        DesignOptions().limits,
+        "D",
+    )
     assert beside(tmp_path / "campaign.toml").criterion == "D"
 
 

@@ -53,8 +53,10 @@ def test_what_has_no_standard_error_says_why():
     errors = predicted_errors(problem, problem.start)
     assert errors.reasons == {"gear.damping": ON_BOUND, "stepper.detent.1.phase_deg": NO_PHASE}
     assert errors.std_error("gear.damping") is None
-    resting = replace(planned("full_46")[0], command=replace(COMMANDS["full_46"], rate=replace(
-        COMMANDS["full_46"].rate, rates=(0.0,))))  # fmt: skip
+    resting = replace(
+        planned("full_46")[0],
+        command=replace(COMMANDS["full_46"], rate=replace(COMMANDS["full_46"].rate, rates=(0.0,))),
+    )
     still = planned_problem(SearchSpace(truth({"friction.static": 0.09})), [resting])
     assert set(predicted_errors(still, still.start).reasons.values()) == {UNSEEN}
 

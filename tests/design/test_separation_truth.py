@@ -56,8 +56,9 @@ def designed(campaign, group):
     """Return what is proposed of full steps at three rates."""
     pool = [planned(rate) for rate in RATES]
     all_of_them = np.ones(len(pool), dtype=bool)
-    found = separation(campaign, [group], pool, driven=all_of_them, allowed=all_of_them,
-                       seconds=np.full(len(pool), 11.0), total_s=30.0)  # fmt: skip
+    found = separation(
+        campaign, [group], pool, driven=all_of_them, allowed=all_of_them, seconds=np.full(len(pool), 11.0), total_s=30.0
+    )
     return pool, found
 
 

@@ -28,8 +28,10 @@ def largest_torque(mechanism, rate):
     Both phases as one phasor in the rotor's frame, i = (U e^(j delta) - k omega) / (R + j p/2 omega L), torque k Re i;
     largest over the load angle delta: k U / Z - k^2 omega R / Z^2 (Acarnley, Stepping Motors, chapter 5).
     """
-    k, U, R, L = (mechanism.value(f"stepper.{n}") for n in
-                  ("torque_constant", "peak_voltage", "coil_resistance", "coil_inductance"))  # fmt: skip
+    k, U, R, L = (
+        mechanism.value(f"stepper.{n}")
+        for n in ("torque_constant", "peak_voltage", "coil_resistance", "coil_inductance")
+    )
     omega = math.radians(1.8) * rate
     Z = math.hypot(R, 50.0 * omega * L)
     drag = mechanism.value("friction.coulomb") + mechanism.value("friction.viscous") * omega

@@ -226,9 +226,15 @@ def test_what_cannot_be_is_refused(library):
     assert library("init") == 0
     assert library("advance", 0.01) == 0
     for name, values in (
-        ("advance", (float("nan"),)), ("advance", (0.005,)), ("advance", (float("inf"),)), ("rate", (float("nan"),)),
-        ("set", (99, 1.0)), ("set", (0, float("nan"))), ("pulse", (0.001, 1)), ("pulse", (0.02, 2)),
-    ):  # fmt: skip
+        ("advance", (float("nan"),)),
+        ("advance", (0.005,)),
+        ("advance", (float("inf"),)),
+        ("rate", (float("nan"),)),
+        ("set", (99, 1.0)),
+        ("set", (0, float("nan"))),
+        ("pulse", (0.001, 1)),
+        ("pulse", (0.02, 2)),
+    ):
         assert library(name, *values) == 3, (name, values)
     assert library("advance", 0.02) == 0
     assert library("pulse", 0.05, 1) == 0

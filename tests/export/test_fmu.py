@@ -231,8 +231,11 @@ def test_events_end_a_step_early_in_fmi_3(unit, importer):
     _, switching = kernel(unit[1], command, 0.3)
     made = importer("3", Importer)
     no, yes, nothing = ct.c_bool(False), ct.c_bool(True), ct.c_void_p(None)
-    of = ct.c_void_p(made._function("InstantiateCoSimulation", ct.c_void_p)(
-        b"early", made.guid, b"", no, no, yes, yes, nothing, ct.c_size_t(0), nothing, nothing, nothing))  # fmt: skip
+    of = ct.c_void_p(
+        made._function("InstantiateCoSimulation", ct.c_void_p)(
+            b"early", made.guid, b"", no, no, yes, yes, nothing, ct.c_size_t(0), nothing, nothing, nothing
+        )
+    )
     made._command(of, Trial("full", command, TimeBase(RATE_HZ, 1)))
     made._initialise(of)
     now, instants = 0.0, []

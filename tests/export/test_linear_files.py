@@ -170,8 +170,9 @@ UREAL = "function d = ureal(name, nominal, varargin)\n  d = 0.5;\nend\n"
 def octave_with_control():
     """Return the path of an Octave that has its control package, or nothing."""
     program = shutil.which("octave-cli")
-    asked = program and subprocess.run([program, "--no-gui", "--quiet", "--eval", "pkg load control"],
-                                       capture_output=True, check=False, timeout=120)  # fmt: skip
+    asked = program and subprocess.run(
+        [program, "--no-gui", "--quiet", "--eval", "pkg load control"], capture_output=True, check=False, timeout=120
+    )
     return program if asked and asked.returncode == 0 else None
 
 
@@ -187,8 +188,14 @@ def test_octave_opens_it(linear, tmp_path):
     (tmp_path / "mechid_uss.m").write_text(UNCERTAIN_SS, encoding="utf-8")
     (tmp_path / "ureal.m").write_text(UREAL, encoding="utf-8")
     (tmp_path / "run.m").write_text(SCRIPT, encoding="utf-8")
-    run = subprocess.run([program, "--no-gui", "--quiet", "run.m"], capture_output=True, text=True, check=False,
-                         cwd=tmp_path, timeout=120)  # fmt: skip
+    run = subprocess.run(
+        [program, "--no-gui", "--quiet", "run.m"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        timeout=120,
+    )
     lines = run.stdout.splitlines()
     model = linear["free"]
     assert lines[0].split() == [*model.states.names, *model.inputs.names, *model.outputs.names], run.stderr
@@ -259,8 +266,11 @@ def test_the_same_seed_gives_the_same_file(paper, linear):
 
 def test_assemblies_that_no_command_steps(paper):
     """Truth: one line, with what to do."""
-    table = {"assembly": "direct_torque_drive", "load": {"inertia": 0.01},
-             "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01}}  # fmt: skip
+    table = {
+        "assembly": "direct_torque_drive",
+        "load": {"inertia": 0.01},
+        "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01},
+    }
     with pytest.raises(InputFileError, match="follows a measured torque"):
         linear_of(replace(paper, mechanism=mechanism_of(table)))
     measured = changed(OWN, {"stepper": {"drive": "measured_voltage", "peak_voltage": None}, "housing": None})
@@ -271,15 +281,18 @@ def test_assemblies_that_no_command_steps(paper):
     assert given["free"].limits["added_voltage_phase_b"][1] == pytest.approx(5.7 * (1.0 - np.sin(np.pi / 4)))
 
 
-@pytest.mark.parametrize(("given", "said"), [
-    ({"rate": "5"}, 'found "rate"; did you mean "rates"?'),
-    ({"rates": "5,x"}, 'rates: found "x"'),
-    ({"rates": "0"}, "rates: found 0; write full steps/s above 0"),
-    ({"samples": "1.5"}, 'samples: found "1.5"; write a whole number'),
-    ({"samples": "-1"}, "samples: found -1"),
-    ({"seed": "-1"}, "seed: found -1"),
-    ({"load.inertia": "heavy"}, 'load.inertia: found "heavy"'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"rate": "5"}, 'found "rate"; did you mean "rates"?'),
+        ({"rates": "5,x"}, 'rates: found "x"'),
+        ({"rates": "0"}, "rates: found 0; write full steps/s above 0"),
+        ({"samples": "1.5"}, 'samples: found "1.5"; write a whole number'),
+        ({"samples": "-1"}, "samples: found -1"),
+        ({"seed": "-1"}, "seed: found -1"),
+        ({"load.inertia": "heavy"}, 'load.inertia: found "heavy"'),
+    ],
+)
 def test_options_that_cannot_be(given, said):
     """Truth: what was found, and what to write."""
     with pytest.raises(UsageError) as error:

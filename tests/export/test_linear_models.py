@@ -21,9 +21,15 @@ from mechid.plant.small_signal import small_signal
 from mechid.simulation.simulator import Simulator, TimeBase
 
 NAMES = (
-    "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant", "stepper.detent.0.amplitude",
-    "stepper.detent.1.phase_deg", "friction.viscous", "gear.stiffness", "gear.damping",
-)  # fmt: skip
+    "stepper.coil_resistance",
+    "stepper.coil_inductance",
+    "stepper.torque_constant",
+    "stepper.detent.0.amplitude",
+    "stepper.detent.1.phase_deg",
+    "friction.viscous",
+    "gear.stiffness",
+    "gear.damping",
+)
 RESTS = Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0), start_angle_deg=20.0)
 """Off the detents' own rest, so that the equilibrium moves with the parameters."""
 INPUTS = ("added_voltage_phase_a", "added_voltage_phase_b", "output_torque", "base_acceleration")
@@ -64,16 +70,28 @@ def test_names_and_units(models):
     stuck, free = models["stuck"], models["free"]
     assert list(models) == ["stuck", "free"]
     assert stuck.states.names == ("current_phase_a", "current_phase_b", "output_angle", "output_rate")
-    assert free.states.names == ("current_phase_a", "current_phase_b", "rotor_angle", "rotor_rate", "output_angle",
-                                 "output_rate")  # fmt: skip
+    assert free.states.names == (
+        "current_phase_a",
+        "current_phase_b",
+        "rotor_angle",
+        "rotor_rate",
+        "output_angle",
+        "output_rate",
+    )
     assert free.states.units == ("A", "A", "rad", "rad/s", "rad", "rad/s")
     assert dict(zip(free.inputs.names, free.inputs.units, strict=True)) == dict(
         zip(INPUTS, ("V", "V", "N*m", "rad/s2"), strict=True)
     )
     assert dict(zip(free.outputs.names, free.outputs.units, strict=True)) == {
-        "torque": "N*m", "rotor_angle": "rad", "rotor_rate": "rad/s", "output_angle": "rad", "output_rate": "rad/s",
-        "current_phase_a": "A", "current_phase_b": "A", "output_acceleration": "rad/s2",
-    }  # fmt: skip
+        "torque": "N*m",
+        "rotor_angle": "rad",
+        "rotor_rate": "rad/s",
+        "output_angle": "rad",
+        "output_rate": "rad/s",
+        "current_phase_a": "A",
+        "current_phase_b": "A",
+        "output_acceleration": "rad/s2",
+    }
 
 
 def test_stuck_in_closed_form(models):
@@ -141,10 +159,14 @@ def test_the_response_is_that_of_a_stepped_sine(held, models, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("changes", "name"), [
-    ({}, "stuck"), ({"friction": {"static": 0.0, "coulomb": 0.0}}, "free"),
-    ({"load": LAYOUTS["flexible load"]["load"]}, "stuck"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({}, "stuck"),
+        ({"friction": {"static": 0.0, "coulomb": 0.0}}, "free"),
+        ({"load": LAYOUTS["flexible load"]["load"]}, "stuck"),
+    ],
+)
 def test_the_response_is_that_of_the_simulated_mechanism(changes, name):
     """Truth: the compiled kernel with its switches, a torque on the output in steps of 50 us: 0.5 %."""
     held = held_of(flying(changes))
@@ -175,13 +197,30 @@ def test_the_response_is_that_of_the_simulated_mechanism(changes, name):
     np.testing.assert_allclose(got[large], expected[large], rtol=5e-3)
 
 
-@pytest.mark.parametrize("layout", [
-    "paper", "lugre", "alone",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in (
-        "kinematic_error", "flexible load", "imbalance", "supply", "current limit", "backlash", "output_friction",
-        "cable", "piecewise_linear", "load_dependent", "microstep table",
-    )),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "layout",
+    [
+        "paper",
+        "lugre",
+        "alone",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in (
+                "kinematic_error",
+                "flexible load",
+                "imbalance",
+                "supply",
+                "current limit",
+                "backlash",
+                "output_friction",
+                "cable",
+                "piecewise_linear",
+                "load_dependent",
+                "microstep table",
+            )
+        ),
+    ],
+)
 def test_models_of_the_block_library_are_those_of_their_equations(layout):
     """Truth: the nonlinear equations over one period of a small sine."""
     table = {"assembly": "current_driven_stepper", **SINGLE_STEPPER} if layout == "alone" else None

@@ -95,12 +95,22 @@ def test_sigmas_are_those_of_the_covariance(paper):
 def left(content, order, amplitude):
     """Return residual.json of a fit whose records have one line that the model lacks, at six rates near 46."""
     sizes = [amplitude if q == order else 1e-6 for q in TRACKED]
-    at = {"windows": 1, "duration_s": 1.0, "amplitude": sizes, "sigma": [1e-6] * len(TRACKED),
-          "density": [0.0] * CENTRES_HZ.size}  # fmt: skip
+    at = {
+        "windows": 1,
+        "duration_s": 1.0,
+        "amplitude": sizes,
+        "sigma": [1e-6] * len(TRACKED),
+        "density": [0.0] * CENTRES_HZ.size,
+    }
     record = {"stepping": "full", "microsteps": 1, "noise_sigma": 1e-6, "sample_rate_hz": 1e4}
     record["rates"] = [{"rate": rate, **at} for rate in (44.0, 45.0, 46.0, 47.0, 48.0, 49.0)]
-    return {"format": FORMAT, "orders": list(TRACKED), "band_centres_hz": CENTRES_HZ.tolist(),
-            "records": {"full_46": record}, "provenance": content["provenance"]}  # fmt: skip
+    return {
+        "format": FORMAT,
+        "orders": list(TRACKED),
+        "band_centres_hz": CENTRES_HZ.tolist(),
+        "records": {"full_46": record},
+        "provenance": content["provenance"],
+    }
 
 
 def test_a_line_that_the_model_lacks_is_in_its_bound(paper, tmp_path):
@@ -154,8 +164,17 @@ def test_the_covariance_is_that_of_the_estimate(tables):
 def test_the_workbook_holds_the_same_as_the_csv_files(tables):
     """Truth: another library's reader."""
     book = pytest.importorskip("openpyxl").load_workbook(tables.folder / "tables.xlsx", read_only=True)
-    assert book.sheetnames == ["parameters", "covariance", "correlation", "records", "lines", "bands", "rates",
-                               "provenance", "columns"]  # fmt: skip
+    assert book.sheetnames == [
+        "parameters",
+        "covariance",
+        "correlation",
+        "records",
+        "lines",
+        "bands",
+        "rates",
+        "provenance",
+        "columns",
+    ]
     for sheet in book:
         head, *cells = sheet.iter_rows(values_only=True)
         found = rows(tables.folder, sheet.title)
@@ -223,16 +242,20 @@ def test_ways_of_stepping_are_told_apart_by_what_they_do():
         command = Command(stepping=stepping, microsteps=microsteps, rate=rate, start_angle_deg=angle)
         return Trial(name, command, SECOND)
 
-    found = steppings((
-        trial("a", "full", 1, 45.0, (0.0, 46.0)),
-        trial("b", "full", 1, 135.0, (0.0, -92.0)),
-        trial("c", "full", 1, 0.0, (0.0, 20.0)),
-        trial("d", "micro", 16, 45.0, (0.0, 0.0), (2.0, 100.0)),
-        trial("e", "half", 2, 0.0, (0.0, 0.0)),
-    ))  # fmt: skip
+    found = steppings(
+        (
+            trial("a", "full", 1, 45.0, (0.0, 46.0)),
+            trial("b", "full", 1, 135.0, (0.0, -92.0)),
+            trial("c", "full", 1, 0.0, (0.0, 20.0)),
+            trial("d", "micro", 16, 45.0, (0.0, 0.0), (2.0, 100.0)),
+            trial("e", "half", 2, 0.0, (0.0, 0.0)),
+        )
+    )
     assert [(s.name, s.ranges) for s in found] == [
-        ("full_45deg", ((46.0, 46.0), (92.0, 92.0))), ("full_0deg", ((20.0, 20.0),)), ("micro16", ((0.0, 50.0),)),
-    ]  # fmt: skip
+        ("full_45deg", ((46.0, 46.0), (92.0, 92.0))),
+        ("full_0deg", ((20.0, 20.0),)),
+        ("micro16", ((0.0, 50.0),)),
+    ]
     tested = found[0].tested(np.array([45.9, 46.0, 92.0]))
     assert tested.tolist() == [False, True, True]
 

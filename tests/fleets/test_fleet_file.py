@@ -34,10 +34,16 @@ def wrong(fits):
 
 def test_all_keys(fits):
     entries = (
-        {"folder": '"A"', "label": '"FM1, cold"', "unit": '"FM1"', "group": '"lot 1"', "state": '"cold"',
-         "covariates": "{ temperature_degC = -20, date = 2026-03-01 }"},
+        {
+            "folder": '"A"',
+            "label": '"FM1, cold"',
+            "unit": '"FM1"',
+            "group": '"lot 1"',
+            "state": '"cold"',
+            "covariates": "{ temperature_degC = -20, date = 2026-03-01 }",
+        },
         {"folder": '"B"', "unit": '"FM1"', "group": '"lot 1"', "state": '"hot"'},
-    )  # fmt: skip
+    )
     asked = read_members(
         [write_fleet_file(fits, entries, 'before_after = [["cold", "hot"]]\nfalse_discovery_rate = 0.1')]
     )
@@ -57,20 +63,23 @@ def test_folders_alone_and_beside_a_fleet_file(fits):
     assert [m.label for m in read_members([fits, fits / "A", fits / "B"]).members] == ["first", "B"]
 
 
-@pytest.mark.parametrize(("first", "second", "head", "said"), [
-    ("lable = 'x'", "", "", 'fleet.toml: campaign[0].lable: unknown key; did you mean "label"?'),
-    ("label = 3", "", "", "fleet.toml: campaign[0].label: found 3; write label ="),
-    ("label = 'B'", "", "", 'fleet.toml: campaign[1].label: "B" stands here twice'),
-    ("covariates = 20", "", "", "fleet.toml: campaign[0].covariates: found 20; write a table"),
-    ("covariates = { T = 'warm' }", "", "", "fleet.toml: campaign[0].covariates.T: found \"warm\"; write the number"),
-    ("covariates = { T = 1.0 }", "covariates = { T = 2026-01-01 }", "", "campaign[1].covariates.T: is a date here"),
-    ("unit = 'u'\ngroup = 'a'", "unit = 'u'\ngroup = 'b'", "", 'campaign[1].group: found "b", and "a" in another'),
-    ("", "", "before_after = [['cold', 'hot']]", 'before_after[0]: no campaign has state = "cold"'),
-    ("state = 'cold'", "", "before_after = [['cold']]", "before_after[0]: found 1 states; write pairs"),
-    ("state = 's'\nunit = 'u'", "state = 's'\nunit = 'u'", "before_after = [['s', 'r']]", 'unit "u" has several'),
-    ("", "", "false_discovery_rate = 5", "false_discovery_rate: found 5; write a share between 0 and 1"),
-    ("", "", "mechanism = 'm.toml'", "fleet.toml: mechanism: unknown key"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("first", "second", "head", "said"),
+    [
+        ("lable = 'x'", "", "", 'fleet.toml: campaign[0].lable: unknown key; did you mean "label"?'),
+        ("label = 3", "", "", "fleet.toml: campaign[0].label: found 3; write label ="),
+        ("label = 'B'", "", "", 'fleet.toml: campaign[1].label: "B" stands here twice'),
+        ("covariates = 20", "", "", "fleet.toml: campaign[0].covariates: found 20; write a table"),
+        ("covariates = { T = 'warm' }", "", "", 'fleet.toml: campaign[0].covariates.T: found "warm"; write the number'),
+        ("covariates = { T = 1.0 }", "covariates = { T = 2026-01-01 }", "", "campaign[1].covariates.T: is a date here"),
+        ("unit = 'u'\ngroup = 'a'", "unit = 'u'\ngroup = 'b'", "", 'campaign[1].group: found "b", and "a" in another'),
+        ("", "", "before_after = [['cold', 'hot']]", 'before_after[0]: no campaign has state = "cold"'),
+        ("state = 'cold'", "", "before_after = [['cold']]", "before_after[0]: found 1 states; write pairs"),
+        ("state = 's'\nunit = 'u'", "state = 's'\nunit = 'u'", "before_after = [['s', 'r']]", 'unit "u" has several'),
+        ("", "", "false_discovery_rate = 5", "false_discovery_rate: found 5; write a share between 0 and 1"),
+        ("", "", "mechanism = 'm.toml'", "fleet.toml: mechanism: unknown key"),
+    ],
+)
 def test_what_is_wrong_is_said_with_its_place(wrong, first, second, head, said):
     assert said in wrong(first, second, head)
 

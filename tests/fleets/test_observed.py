@@ -34,8 +34,13 @@ def test_angles_on_both_sides_of_the_turn_are_near(seen):
 
 
 def test_campaigns_of_a_unit_are_averaged_and_their_scatter_counts_in_its_error(seen):
-    rows = [(1.0, SMALL, {"unit": "A"}), (3.0, SMALL, {"unit": "A"}), (10.0, SMALL, {"unit": "B"}),
-            (14.0, SMALL, {"unit": "B"}), (20.0, SMALL, {"unit": "C"})]  # fmt: skip
+    rows = [
+        (1.0, SMALL, {"unit": "A"}),
+        (3.0, SMALL, {"unit": "A"}),
+        (10.0, SMALL, {"unit": "B"}),
+        (14.0, SMALL, {"unit": "B"}),
+        (20.0, SMALL, {"unit": "C"}),
+    ]
     each = of_units(seen(rows))
     within = np.sqrt((2.0 + 8.0) / 2.0)  # sums of squares of A and B over their degrees of freedom
     assert each.units == ("A", "B", "C")
@@ -79,11 +84,15 @@ def test_dates_are_counted_in_days_whatever_they_are_written_as(seen):
     assert without(o, found, first).values == pytest.approx(np.full(4, 2.0 * 9.5 / 4.0))
 
 
-@pytest.mark.parametrize("rows", [
-    [(1.0, 1.0, {"covariates": {"T": 1.0}}), (2.0, 1.0, {"covariates": {"T": 2.0}})],
-    [(float(k), 1.0, {"covariates": {"T": 20.0}}) for k in range(5)],
-    [(1.0, 1.0, {}), (2.0, 1.0, {}), (3.0, 1.0, {})],
-], ids=["two campaigns", "one temperature", "no temperature"])  # fmt: skip
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [(1.0, 1.0, {"covariates": {"T": 1.0}}), (2.0, 1.0, {"covariates": {"T": 2.0}})],
+        [(float(k), 1.0, {"covariates": {"T": 20.0}}) for k in range(5)],
+        [(1.0, 1.0, {}), (2.0, 1.0, {}), (3.0, 1.0, {})],
+    ],
+    ids=["two campaigns", "one temperature", "no temperature"],
+)
 def test_where_a_line_cannot_be_told_there_is_none(seen, rows):
     assert trend(seen(rows), "T", None) is None
 
@@ -99,8 +108,11 @@ def test_two_groups_are_compared_as_by_the_t_test(seen, member):
 
 def test_changes_are_differences_within_units_and_their_mean_is_the_paired_t_test(seen):
     before, after = [1.0, 5.0, 9.0, 2.0], [1.5, 5.9, 9.2, 2.8]
-    rows = [(v, SMALL, {"unit": f"u{k}", "state": s})
-            for s, values in (("b", before), ("a", after)) for k, v in enumerate(values)]  # fmt: skip
+    rows = [
+        (v, SMALL, {"unit": f"u{k}", "state": s})
+        for s, values in (("b", before), ("a", after))
+        for k, v in enumerate(values)
+    ]
     each = changes(seen([*rows, (7.0, SMALL, {"unit": "alone", "state": "b"})]), ("b", "a"))
     assert [c.difference for c in each] == pytest.approx(np.subtract(after, before))
     assert mean_change(each).p_value == pytest.approx(ttest_rel(after, before).pvalue, rel=1e-6)

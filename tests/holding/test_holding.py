@@ -158,9 +158,12 @@ def test_what_a_killed_run_left_half_written_goes(other, tmp_path):
     other.wait()
     gone = [out / f".report.json.{other.pid}.part", out / "figures" / f".torque.svg.{other.pid}.part"]
     kept = [
-        out / f".report.html.{os.getpid()}.part", out / ".part", out / "notes.part", out / ".notes.part",
+        out / f".report.html.{os.getpid()}.part",
+        out / ".part",
+        out / "notes.part",
+        out / ".notes.part",
         out / "units" / "a" / f".estimate.json.{other.pid}.part",
-    ]  # fmt: skip
+    ]
     for path in (*gone, *kept):
         path.write_text("half")
     (out / f".export.{other.pid}.part").mkdir()

@@ -120,8 +120,10 @@ def test_the_terms_of_a_fit_come_back_from_its_file():
 @pytest.mark.parametrize("allowed", [True, False])
 def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
     """Truth: the mechanism that made the records, with a harmonic of the torque constant that the file lacks."""
-    table = {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": [
-        {"order": 3, "amplitude": 0.06, "phase_deg": 40.0}]}}  # fmt: skip
+    table = {
+        **CATALOGUE,
+        "stepper": {**CATALOGUE["stepper"], "torque_harmonic": [{"order": 3, "amplitude": 0.06, "phase_deg": 40.0}]},
+    }
     made_by = mechanism_from_table(table, "with a harmonic").with_values(TRUTH)
     names = ("full_46", "full_23", "micro_46")
     records = [

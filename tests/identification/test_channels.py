@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from channels import FREE, NOISE, OFFSET, written
+from csv_files import write_csv
 from freed import assert_found, freed
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.analysis.validation import validate
@@ -62,8 +63,13 @@ def test_a_channel_to_validate_with_is_compared_and_not_fitted(tmp_path):
     """Truth: the fit without it, to the bit; and its noise, which is what the prediction leaves."""
     m = mechanism_of(paper_table())
     truth = {name: m.value(name) for name in ("gear.stiffness", "gear.damping")}
-    compared = written(tmp_path, m, truth, keys=lambda q: ', use = "validate"' if q == "current_phase_a" else "",
-                       quantities=("torque", "current_phase_a"))  # fmt: skip
+    compared = written(
+        tmp_path,
+        m,
+        truth,
+        keys=lambda q: ', use = "validate"' if q == "current_phase_a" else "",
+        quantities=("torque", "current_phase_a"),
+    )
     fit = identify(compared)
     records = tuple(
         replace(r, matches=tuple(match for match in r.matches if match.quantity == "torque")) for r in compared.records
@@ -139,12 +145,15 @@ def counted(folder, turned, zero):
     lines = ['mechanism = "mechanism.toml"']
     for rate, angle in angles.items():
         counts = np.floor(angle * COUNTS / (2.0 * np.pi) + zero)
-        np.savetxt(folder / f"{rate:g}.csv", np.stack([np.arange(counts.size) / 5e3, counts], axis=1), delimiter=",",
-                   header="time_s,counts", comments="")  # fmt: skip
+        write_csv(folder / f"{rate:g}.csv", "time_s,counts", np.arange(counts.size) / 5e3, counts)
         channel = f'quantity = "rotor_angle", column = "counts", unit = "rad", gain = {2.0 * np.pi / COUNTS!r}'
-        lines += ["[[record]]", f'name = "at_{rate:g}"', f'file = "{rate:g}.csv"',
-                  f"channels = [{{ {channel}, quantisation = 1 }}]",
-                  f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}']  # fmt: skip
+        lines += [
+            "[[record]]",
+            f'name = "at_{rate:g}"',
+            f'file = "{rate:g}.csv"',
+            f"channels = [{{ {channel}, quantisation = 1 }}]",
+            f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}',
+        ]
     lines += ["[[stage]]", f"free = [{', '.join(f'{chr(34)}{name}{chr(34)}' for name in STEPPER)}]"]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
     (folder / "mechanism.toml").write_text(freed(mechanism_text(m), STEPPER, off=1.01))

@@ -5,6 +5,7 @@ import pytest
 
 from complete_benches import Bench, catalogue, noisy
 from complete_fits import GEARED
+from csv_files import write_csv
 from layouts import changed, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.command import Command, RateProfile
@@ -14,10 +15,14 @@ from mechid.identification.identify import identify, make_problem
 from paper import constant
 from runs import base, rms, run_kernel
 
-CHAOTIC = changed(paper_table(), {
-    "load": {"inertia": 0.05765}, "gear": {"damping": 0.0146},
-    "friction": {"static": 0.0451, "coulomb": 0.00898, "viscous": 9.84e-5},
-})  # fmt: skip
+CHAOTIC = changed(
+    paper_table(),
+    {
+        "load": {"inertia": 0.05765},
+        "gear": {"damping": 0.0146},
+        "friction": {"static": 0.0451, "coulomb": 0.00898, "viscous": 9.84e-5},
+    },
+)
 """A lightly damped drive with much stiction under quarter steps: it slips at every step, now longer, now shorter."""
 FREE = (*GEARED[2:], "friction.coulomb", "stepper.torque_constant")
 STEPS = 'stepping = "micro", microsteps = 4, rate = 66.3, start_angle_deg = 45.0'
@@ -29,8 +34,7 @@ def campaign(folder, *more, seconds=4.0, exact=True, command=COMMAND, steps=STEP
     """Write and read a campaign of one record of the chaotic drive, from its own values or from a catalogue."""
     time_base = base(seconds)
     y = noisy(run_kernel(BENCH.mechanism, command, time_base, substeps=8).torque, "torque", np.random.default_rng(7))
-    np.savetxt(folder / "run.csv", np.stack([time_base.times, y], axis=1), delimiter=",", header="time_s,torque_Nm",
-               comments="", fmt="%.12g")  # fmt: skip
+    write_csv(folder / "run.csv", "time_s,torque_Nm", time_base.times, y, fmt="%.12g")
     text = catalogue(BENCH)
     if exact:
         found = mechanism_text(BENCH.mechanism)
@@ -90,11 +94,17 @@ def test_stretches_are_records_that_begin_where_the_one_before_ends(tmp_path):
         assert part.start[0].name.startswith(f"record.{part.name}.start.")
 
 
-@pytest.mark.parametrize(("more", "message"), [
-    (["stretch_s = 0.0"], "stretch_s: found 0; write the length of a stretch in s, above 0"),
-    (["stretch_s = 1e-3"], "stretch_s: found 0.001; a stretch has 64 samples at least"),
-    (["stretch_s = 0.05", "[[stage]]", 'free = ["stepper.torque_constant"]'], "stretch_s: stages name whole records"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["stretch_s = 0.0"], "stretch_s: found 0; write the length of a stretch in s, above 0"),
+        (["stretch_s = 1e-3"], "stretch_s: found 0.001; a stretch has 64 samples at least"),
+        (
+            ["stretch_s = 0.05", "[[stage]]", 'free = ["stepper.torque_constant"]'],
+            "stretch_s: stages name whole records",
+        ),
+    ],
+)
 def test_stretches_that_cannot_be_are_refused(tmp_path, more, message):
     with pytest.raises(InputFileError) as error:
         campaign(tmp_path, *more, seconds=0.1)

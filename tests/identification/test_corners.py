@@ -36,10 +36,11 @@ def problem_of(mechanism, records, start):
     """Return the problem in which friction alone is free, and begins at `start`."""
     known = mechanism.with_values(TRUTH).with_free(())
     free = {
-        f"friction.{key}": replace(known.parameters[f"friction.{key}"], status=Status.FREE, value=value,
-                                   min=LIMITS[key][0], max=LIMITS[key][1])
+        f"friction.{key}": replace(
+            known.parameters[f"friction.{key}"], status=Status.FREE, value=value, min=LIMITS[key][0], max=LIMITS[key][1]
+        )
         for key, value in start.items()
-    }  # fmt: skip
+    }
     return make_problem(campaign(known.with_parameters(free), *records), 1)
 
 

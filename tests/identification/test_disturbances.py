@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from incomplete.benches import drawn
 from incomplete.recording import NOISE_NM, Run, recorded
 from mechid.analysis import validate
@@ -43,11 +44,12 @@ def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=F
     for (name, run), supply in zip(runs.items(), supplies, strict=True):
         true = recorded(
             mechanism.with_values({"stepper.peak_voltage": supply * mechanism.value("stepper.peak_voltage")}),
-            (sizes or {}).get(name, size), run, None,
-        )  # fmt: skip
+            (sizes or {}).get(name, size),
+            run,
+            None,
+        )
         y = true.torque_Nm + NOISE_NM * rng.standard_normal(true.time_s.size) + 0.01
-        np.savetxt(folder / f"{name}.csv", np.stack([true.time_s, y], axis=1), fmt="%.10g", delimiter=",",
-                   header="time_s,torque_Nm", comments="")  # fmt: skip
+        write_csv(folder / f"{name}.csv", "time_s,torque_Nm", true.time_s, y, fmt="%.10g")
         command = ", ".join(f"{key} = {value!r}" for key, value in run.command.items()).replace("'", '"')
         lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"command = {{ {command} }}"]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
@@ -261,8 +263,12 @@ def test_the_score_tells_which_it_is(clock):
     found = scores(plain, q, plain.whole(), possible(plain, one, q))
     assert max(found, key=lambda name: found[name].over) == "clock"
     assert {name: score.dof for name, score in found.items()} == {
-        "clock": 1, "record.clock": 3, "record.delay": 3, "record.voltage": 2, "record.temperature": 2,
-    }  # fmt: skip
+        "clock": 1,
+        "record.clock": 3,
+        "record.delay": 3,
+        "record.voltage": 2,
+        "record.temperature": 2,
+    }
     assert found["clock"].share > 0.5
 
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import ChannelFit, Fit, RecordFit
+from mechid.identification.result.fit import ChannelFit, RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
@@ -23,9 +24,17 @@ FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}
 def parameter(name, factor=None, **changes):
     noise = None if factor is None else 0.1
     entries = {
-        "symbol": "x", "unit": "N*m", "value": 2.0, "std_error": factor and factor * 0.1, "std_error_noise": noise,
-        "std_error_white": noise, "start": 1.0, "min": 0.0, "max": 2.0, "status": "free" if factor else "at_bound",
-    }  # fmt: skip
+        "symbol": "x",
+        "unit": "N*m",
+        "value": 2.0,
+        "std_error": factor and factor * 0.1,
+        "std_error_noise": noise,
+        "std_error_white": noise,
+        "start": 1.0,
+        "min": 0.0,
+        "max": 2.0,
+        "status": "free" if factor else "at_bound",
+    }
     return ParameterEstimate(name=name, **(entries | changes))
 
 
@@ -34,19 +43,32 @@ def record(name, *, use="estimate", taken=None, **changes):
         unit="N*m", use=use, fit_percent=99.0, residual_rms=2e-3, noise_sigma=2e-3, offset=0.0, drift=0.0, **changes
     )
     return RecordFit(
-        name=name, use=use, samples=1001, fit_percent=99.0, residual_rms=2e-3, noise_sigma=2e-3, offset=0.0,
-        drift=0.0, horizon_s=1.0, channels={"torque": channel}, taken=taken or Reading(),
-    )  # fmt: skip
+        name=name,
+        use=use,
+        samples=1001,
+        fit_percent=99.0,
+        residual_rms=2e-3,
+        noise_sigma=2e-3,
+        offset=0.0,
+        drift=0.0,
+        horizon_s=1.0,
+        channels={"torque": channel},
+        taken=taken or Reading(),
+    )
 
 
 def fit(*records, outcome=FitOutcome.CONVERGED, consistency=None, parameters=()):
     free = [parameter(name, factor) for name, factor in FACTORS.items()]
-    return Fit(
-        mechanism=catalogue_mechanism(), parameters={p.name: p for p in (*free, *parameters)},
-        correlation_names=tuple(FACTORS), correlation=np.eye(3), covariance=np.eye(3),
-        records={r.name: r for r in records or (record("full"), record("sweep"))}, stages=(), outcome=outcome,
-        warnings=(), notes=(), provenance={}, consistency=consistency,
-    )  # fmt: skip
+    return fit_by_hand(
+        catalogue_mechanism(),
+        parameters={p.name: p for p in (*free, *parameters)},
+        correlation_names=tuple(FACTORS),
+        correlation=np.eye(3),
+        covariance=np.eye(3),
+        records={r.name: r for r in records or (record("full"), record("sweep"))},
+        outcome=outcome,
+        consistency=consistency,
+    )
 
 
 EVIDENCE = Evidence(
@@ -81,9 +103,11 @@ def test_a_bound_that_the_records_allow_is_nothing_against_it():
 def test_parts_that_disagree_are_model_error_and_the_widening_is_said():
     """Truth: standard errors 2, 6 and 3 times those of noise: 6 at most, 3 in the median."""
     parts = Consistency(
-        phase=Scatter(ratio=8.4, z=131.0, clusters=32), time=Scatter(ratio=1.0, z=0.3, clusters=10),
-        parameter="gear.damping", contested_record="sweep",
-    )  # fmt: skip
+        phase=Scatter(ratio=8.4, z=131.0, clusters=32),
+        time=Scatter(ratio=1.0, z=0.3, clusters=10),
+        parameter="gear.damping",
+        contested_record="sweep",
+    )
     found = graded(fit(consistency=parts), EVIDENCE)
     reason = only(found)
     assert found.grade is Grade.B

@@ -44,9 +44,12 @@ def friction(law):
 
 def _detent(table, s):
     table["stepper"]["detent"].append(
-        {"period_deg": 360.0 / s["detent_order_3"], "amplitude": s["detent_3"],
-         "phase_deg": math.degrees(s["detent_phase_3"])}
-    )  # fmt: skip
+        {
+            "period_deg": 360.0 / s["detent_order_3"],
+            "amplitude": s["detent_3"],
+            "phase_deg": math.degrees(s["detent_phase_3"]),
+        }
+    )
 
 
 def _harmonic(owner, key, name):
@@ -58,8 +61,13 @@ def _harmonic(owner, key, name):
 
 
 def _imbalance(table, s):
-    keys = {"r_R": "resistance", "r_L": "inductance", "r_k": "torque_constant", "offset_A": "offset_a",
-            "offset_B": "offset_b"}  # fmt: skip
+    keys = {
+        "r_R": "resistance",
+        "r_L": "inductance",
+        "r_k": "torque_constant",
+        "offset_A": "offset_a",
+        "offset_B": "offset_b",
+    }
     table["stepper"]["imbalance"] = {keys[name]: value for name, value in s.items()}
 
 
@@ -157,9 +165,20 @@ def line(effect, parameters, *, part="whole", grade="B", agrees=False, rho=0.0):
     """Return a fit's line; every two errors correlate alike."""
     own = {f"p{k}": p for k, p in enumerate(parameters)}
     matrix = [[1.0 if i == j else rho for j in range(len(own))] for i in range(len(own))]
-    return {"effect": effect, "seed": 0, "part": part, "size": {}, "outcome": "converged", "grade": grade,
-            "correlation": {"names": list(own), "matrix": matrix},
-            "cpu_s": 3.0, "wall_s": 4.0, "concluding_s": 1.0, "parameters": own, "agrees": agrees}  # fmt: skip
+    return {
+        "effect": effect,
+        "seed": 0,
+        "part": part,
+        "size": {},
+        "outcome": "converged",
+        "grade": grade,
+        "correlation": {"names": list(own), "matrix": matrix},
+        "cpu_s": 3.0,
+        "wall_s": 4.0,
+        "concluding_s": 1.0,
+        "parameters": own,
+        "agrees": agrees,
+    }
 
 
 def test_the_table_counts_what_lies_within_the_errors():

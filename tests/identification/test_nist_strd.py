@@ -34,9 +34,7 @@ def solved(name, start, tolerance):
     """Return the solution and the standard errors, s^2 (J^T J)^-1 with s^2 over the degrees of freedom."""
     p = problem(name)
     unbounded = np.full(p.certified.size, np.inf)
-    solution = descend(
-        p.norm, p.triangle, p.starts[start], (-unbounded, unbounded), steps=STEPS, tolerance=tolerance
-    )  # fmt: skip
+    solution = descend(p.norm, p.triangle, p.starts[start], (-unbounded, unbounded), steps=STEPS, tolerance=tolerance)
     scale = solution.triangle.cost / p.freedom
     return solution, np.sqrt(scale * np.diag(covariance(solution.triangle)))
 

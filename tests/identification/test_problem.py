@@ -16,9 +16,14 @@ from paper import SENSITIVE
 from synthetic import COMMANDS, displaced, measured, measuring, record, truth, with_leading
 
 FREE = {
-    "stepper.coil_resistance": 1.03, "stepper.detent.1.amplitude": 1.1, "stepper.detent.1.phase_deg": 1.05,
-    "friction.static": 1.2, "friction.coulomb": 0.9, "gear.stiffness": 0.98, "housing.frequency": 1.01,
-}  # fmt: skip
+    "stepper.coil_resistance": 1.03,
+    "stepper.detent.1.amplitude": 1.1,
+    "stepper.detent.1.phase_deg": 1.05,
+    "friction.static": 1.2,
+    "friction.coulomb": 0.9,
+    "gear.stiffness": 0.98,
+    "housing.frequency": 1.01,
+}
 SECONDS = 0.25
 """Of each record: 2501 samples, so more than two of the simulator's blocks."""
 DELAY = {"value": 3.3e-4, "min": -2e-3, "max": 2e-3}
@@ -145,9 +150,9 @@ def test_samples_that_do_not_count_are_not_there(problem, window, taps):
 
 def test_offset_and_drift_change_nothing(problem):
     """Truth: what is projected out has no effect; where nothing is projected out it has."""
-    shifted = replace(problem, targets=tuple(
-        measuring(t, t.leading.measured + 0.3 - 20.0 * t.base.times) for t in problem.targets
-    ))  # fmt: skip
+    shifted = replace(
+        problem, targets=tuple(measuring(t, t.leading.measured + 0.3 - 20.0 * t.base.times) for t in problem.targets)
+    )
     before, after = problem.norms(problem.start, WINDOWS), shifted.norms(problem.start, WINDOWS)
     assert after[0] == pytest.approx(before[0], rel=1e-9)
     assert after[1] > 2.0 * before[1]
@@ -191,10 +196,12 @@ def test_what_stands_on_a_bound_is_known():
     names = np.array(problem.coordinates.names)
     assert not problem.coordinates.on_bound(problem.start).any()
     cases = {
-        "gear.stiffness": {"gear.stiffness": 5000.0}, "stepper.coil_resistance": {"stepper.coil_resistance": 5.0},
+        "gear.stiffness": {"gear.stiffness": 5000.0},
+        "stepper.coil_resistance": {"stepper.coil_resistance": 5.0},
         "stepper.detent.1.amplitude": {"stepper.detent.1.amplitude": 0.1},
-        "friction.static": {"friction.static": 0.1}, "friction.coulomb": {"friction.coulomb": 0.0},
-    }  # fmt: skip
+        "friction.static": {"friction.static": 0.1},
+        "friction.coulomb": {"friction.coulomb": 0.0},
+    }
     known = {p.name: p.value for p in mechanism.parameters.values()}
     for name, moved in cases.items():
         q = problem.space.from_values({**known, **moved})

@@ -38,8 +38,16 @@ command = {{ stepping = "full", rate = 23.0 }}
 
 
 def free(name, value, sigma, declaration, replaces=""):
-    return Parameter(name=name, value=value, declaration=declaration, min=value - 5 * sigma, max=value + 5 * sigma,
-                     sigma=sigma, status=Status.FREE, replaces=replaces)  # fmt: skip
+    return Parameter(
+        name=name,
+        value=value,
+        declaration=declaration,
+        min=value - 5 * sigma,
+        max=value + 5 * sigma,
+        sigma=sigma,
+        status=Status.FREE,
+        replaces=replaces,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +72,12 @@ def problem():
 def test_what_records_share_is_one_coordinate(problem):
     """Truth: the names of what is free."""
     assert problem.coordinates.own_names == (
-        "campaign.clock_ppm", "record.full_46.peak_voltage", "record.full_46.coil_resistance",
-        "record.micro_46.peak_voltage", "record.micro_46.coil_resistance",
-    )  # fmt: skip
+        "campaign.clock_ppm",
+        "record.full_46.peak_voltage",
+        "record.full_46.coil_resistance",
+        "record.micro_46.peak_voltage",
+        "record.micro_46.coil_resistance",
+    )
 
 
 def test_derivatives_are_those_of_differences(problem):
@@ -108,8 +119,10 @@ def test_a_clock_is_that_of_an_independent_simulator(tmp_path, ppm):
     command = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
     true = recorded(mechanism, {"clock_ppm": 1e6 / (1.0 + 1e-6 * ppm) - 1e6}, Run(command, 2.0), None)
     (tmp_path / "mechanism.toml").write_text(mechanism_text(mechanism))
-    text = 'mechanism = "mechanism.toml"\n[[record]]\nname = "a"\n' \
-           'command = { stepping = "full", rate = 46.0, start_angle_deg = 45.0 }\n'  # fmt: skip
+    text = (
+        'mechanism = "mechanism.toml"\n[[record]]\nname = "a"\n'
+        'command = { stepping = "full", rate = 46.0, start_angle_deg = 45.0 }\n'
+    )
     (tmp_path / "campaign.toml").write_text(text)
     without = simulate(load_campaign(tmp_path, read_records=False), sample_rate_hz=1e4, duration_s=2.0).torque
     (tmp_path / "campaign.toml").write_text(f"{text}clock_ppm = {ppm}\n")
@@ -128,8 +141,10 @@ def test_a_file_says_it_for_all_records_and_for_one(tmp_path):
     """Truth: what was written; a record's own clock goes before that of all."""
     campaign = loaded(tmp_path, a="clock_ppm = 30.0\npeak_voltage = 5.5")
     assert [q.name for q in campaign.record("a").parameters] == [
-        "record.a.time_offset_s", "record.a.clock_ppm", "record.a.peak_voltage"
-    ]  # fmt: skip
+        "record.a.time_offset_s",
+        "record.a.clock_ppm",
+        "record.a.peak_voltage",
+    ]
     assert campaign.record("a").timing.clock_ppm == 30.0
     assert campaign.record("b").clock is campaign.parameters["campaign.clock_ppm"]
     (line,) = [one for one in campaign_data(campaign)["records"][0]["lines"] if "of its own" in one]

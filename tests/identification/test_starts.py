@@ -7,6 +7,7 @@ import pytest
 
 from complete_benches import Bench, catalogue, noisy
 from complete_fits import COULOMB, GEARED, table
+from csv_files import write_csv
 from layouts import mechanism_of
 from mechid.analysis import validate
 from mechid.campaign import load_campaign, mechanism_text
@@ -21,8 +22,11 @@ from mechid.simulation.start import Start
 from runs import base, run_kernel
 
 FULL, MICRO = 'stepping = "full", rate = {}, start_angle_deg = 45.0', 'stepping = "micro", microsteps = 16, rate = {}'
-CUTS = {"full_46": (FULL.format(46.0), 2.03, 0.57), "micro_46": (MICRO.format(46.0), 1.5, 0.5),
-        "full_5": (FULL.format(5.0), 1.013, 0.6)}  # fmt: skip
+CUTS = {
+    "full_46": (FULL.format(46.0), 2.03, 0.57),
+    "micro_46": (MICRO.format(46.0), 1.5, 0.5),
+    "full_5": (FULL.format(5.0), 1.013, 0.6),
+}
 """Command, first instant and length of each record, s."""
 RECORD = 'mechanism = "mechanism.toml"\n[[record]]\nname = "run"\nfile = "run.csv"\n'
 
@@ -35,15 +39,21 @@ def cut(folder, free, names=tuple(CUTS), shorter=1.0, seed=5):
         text, first_s, length_s = CUTS[name]
         rate = float(text.partition("rate = ")[2].partition(",")[0])
         command = Command(
-            stepping="micro" if "micro" in text else "full", microsteps=16 if "micro" in text else 1,
-            rate=RateProfile.constant(rate), start_angle_deg=45.0 if "45" in text else 0.0,
-        )  # fmt: skip
+            stepping="micro" if "micro" in text else "full",
+            microsteps=16 if "micro" in text else 1,
+            rate=RateProfile.constant(rate),
+            start_angle_deg=45.0 if "45" in text else 0.0,
+        )
         time_base = base(shorter * length_s, start_s=first_s)
         run = run_kernel(bench.mechanism, command, time_base, substeps=8)
         rows = np.stack([time_base.times, noisy(run.torque, "torque", rng)], axis=1)
         np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="time_s,torque_Nm", comments="", fmt="%.12g")
-        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"',
-                  f'command = {{ {text}, start = "estimated" }}']  # fmt: skip
+        lines += [
+            "[[record]]",
+            f'name = "{name}"',
+            f'file = "{name}.csv"',
+            f'command = {{ {text}, start = "estimated" }}',
+        ]
     (folder / "mechanism.toml").write_text(catalogue(bench))
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
     return load_campaign(folder), bench.truth
@@ -108,8 +118,7 @@ def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
     made = Simulator(m.plant, command, time_base, capacity=32, start=Start(off))
     run = made.run(m.kernel_values(), substeps=8, directions=np.zeros((m.kernel_values().size, 0)))
     y = np.concatenate([b.y[:, 0].copy() for b in run.blocks()])
-    np.savetxt(tmp_path / "run.csv", np.stack([time_base.times, noisy(y, "torque", rng)], axis=1), delimiter=",",
-               header="time_s,torque_Nm", comments="")  # fmt: skip
+    write_csv(tmp_path / "run.csv", "time_s,torque_Nm", time_base.times, noisy(y, "torque", rng))
     (tmp_path / "mechanism.toml").write_text(catalogue(bench))
 
     def campaign(start):
@@ -128,9 +137,11 @@ def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
 
 
 AXIS = {
-    "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
+    "assembly": "direct_torque_drive",
+    "load": {"inertia": 2e-3},
+    "drive": {},
     "friction": {"coulomb": 0.02, "viscous": 0.01},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("way", ["estimated", "burn_in"])
@@ -149,8 +160,7 @@ def test_a_driven_axis_that_begins_in_motion(tmp_path, way):
     made = Simulator(plant, command, whole, capacity=0).run(p, substeps=8, directions=np.zeros((p.size, 0)))
     y = np.concatenate([b.y[:, 0].copy() for b in made.blocks()]) + rng.normal(0.0, 2e-3, whole.samples)
     kept = t >= 2.2
-    np.savetxt(tmp_path / "run.csv", np.stack([t[kept], y[kept], u[kept]], axis=1), delimiter=",",
-               header="time_s,rate,torque", comments="", fmt="%.12g")  # fmt: skip
+    write_csv(tmp_path / "run.csv", "time_s,rate,torque", t[kept], y[kept], u[kept], fmt="%.12g")
     assert abs(y[kept][0]) > 0.1
     text = mechanism_text(m).replace("viscous = 0.01", "viscous = { value = 0.013, min = 0.001, max = 0.1 }")
     text = text.replace("inertia = 0.002", "inertia = { value = 0.0025, min = 0.0005, max = 0.01 }")

@@ -106,9 +106,17 @@ def test_every_fit_is_stored_and_every_stored_one_is_made():
 
 @pytest.mark.parametrize(
     ("moved", "told"),
-    [({}, 0), ({"value": 179.9 + 4e-5}, 0), ({"value": -180.1}, 0), ({"value": 179.9 + 4e-4}, 1),
-     ({"std_error": 0.2002}, 0), ({"std_error": 0.202}, 1), ({"std_error": None}, 1), ({"status": "at_bound"}, 1)],
-)  # fmt: skip
+    [
+        ({}, 0),
+        ({"value": 179.9 + 4e-5}, 0),
+        ({"value": -180.1}, 0),
+        ({"value": 179.9 + 4e-4}, 1),
+        ({"std_error": 0.2002}, 0),
+        ({"std_error": 0.202}, 1),
+        ({"std_error": None}, 1),
+        ({"status": "at_bound"}, 1),
+    ],
+)
 def test_a_fit_that_has_moved_is_told(moved, told):
     """Truth: a thousandth of a standard error of 0.2 deg; phases are compared on the circle."""
     phase = {"value": 179.9, "std_error": 0.2, "unit": "deg", "status": "free"}

@@ -41,8 +41,13 @@ FREE = ("gear.stiffness", "gear.damping")
 
 def concluded(harmonic):
     """Return a campaign of 0.3 s and its fit, from the optimum of a problem with two terms; nothing is searched."""
-    table = {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": [
-        {"order": 3, "amplitude": harmonic, "phase_deg": HARMONIC[PHASE]}]}}  # fmt: skip
+    table = {
+        **CATALOGUE,
+        "stepper": {
+            **CATALOGUE["stepper"],
+            "torque_harmonic": [{"order": 3, "amplitude": harmonic, "phase_deg": HARMONIC[PHASE]}],
+        },
+    }
     made_by = mechanism_from_table(table, "with a harmonic").with_values(TRUTH)
     campaign = bench(displaced(truth(), dict.fromkeys(FREE, 1.001)), made_by, "full_46", seed=11, seconds=0.3)
     beside = terms_beside(superset_of(campaign.mechanism), [TERM, OTHER])
@@ -50,9 +55,14 @@ def concluded(harmonic):
     begun = problem.coordinates.point({**{n: TRUTH[n] for n in FREE}, **HARMONIC, AMPLITUDE: harmonic})
     solution = solve(problem, begun, problem.whole())
     state = SearchState(
-        problem, solution.q, problem.whole(), outcome=FitOutcome.CONVERGED, solution=solution, searched=True,
+        problem,
+        solution.q,
+        problem.whole(),
+        outcome=FitOutcome.CONVERGED,
+        solution=solution,
+        searched=True,
         beside=beside,
-    )  # fmt: skip
+    )
     return campaign, conclude(campaign, state, seed=1, seconds=1.0)
 
 
@@ -143,8 +153,10 @@ def test_the_report_has_the_clear_term_in_its_table_and_the_other_apart(made):
     row = beside["clear_terms"][0]
     estimate = json.loads(made.path.read_text())["beside"]["parameters"][AMPLITUDE]
     assert (row["value"], row["std_error"], row["meaning"]) == (
-        estimate["value"], estimate["std_error"], "amplitude of the harmonic over the torque constant",
-    )  # fmt: skip
+        estimate["value"],
+        estimate["std_error"],
+        "amplitude of the harmonic over the torque constant",
+    )
     assert float(row["text"]["value"]) == pytest.approx(row["value"], abs=row["std_error"])
     json.loads(json_text(report_data(made.read)))
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from freed import assert_found, freed
 from layouts import changed, mechanism_of, paper_table
 from mechid.analysis import validate
@@ -28,8 +29,16 @@ STAND = {
     "charge_amplifier": {"time_constant": 0.15},
     "anti_alias": {"frequency": 16000.0, "order": 4},
 }
-SHARED = ("transducer.adaptor_inertia", "transducer.damping", "charge_amplifier.time_constant", "anti_alias.frequency",
-          "stepper.torque_constant", "gear.stiffness", "gear.damping", "housing.frequency")  # fmt: skip
+SHARED = (
+    "transducer.adaptor_inertia",
+    "transducer.damping",
+    "charge_amplifier.time_constant",
+    "anti_alias.frequency",
+    "stepper.torque_constant",
+    "gear.stiffness",
+    "gear.damping",
+    "housing.frequency",
+)
 RUNS = {"full_5": (5.0, 1), "full_46": (46.0, 1), "micro_46": (46.0, 16)}
 OWN = {
     "full_5": {"transducer.gain": 1.07, "time_offset_s": 4.3e-4},
@@ -56,14 +65,18 @@ def written(folder, seconds=0.6, own=free):
         time_base = base(seconds)
         y = run_twin(m.with_values(stand), command, time_base, offset_s=delay).y[:, 0]
         y = y + rng.normal(0.0, NOISE_NM, y.size) + rng.normal(0.0, 0.01)
-        np.savetxt(folder / f"{name}.csv", np.stack([time_base.times, y], axis=1), delimiter=",",
-                   header="time_s,torque_Nm", comments="")  # fmt: skip
+        write_csv(folder / f"{name}.csv", "time_s,torque_Nm", time_base.times, y)
         steps = f'stepping = "micro", microsteps = {microsteps}' if microsteps > 1 else 'stepping = "full"'
         entries = ", ".join(f"{key} = {own(value, 1.02)}" for key, value in stand.items())
-        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', "drift = false",
-                  f"command = {{ {steps}, rate = {rate}, start_angle_deg = 45.0, clock_tick_s = {TICK_S} }}",
-                  "time_offset_s = { value = 0.0, min = -1e-3, max = 1e-3 }",
-                  f"test_stand = {{ {entries} }}"]  # fmt: skip
+        lines += [
+            "[[record]]",
+            f'name = "{name}"',
+            f'file = "{name}.csv"',
+            "drift = false",
+            f"command = {{ {steps}, rate = {rate}, start_angle_deg = 45.0, clock_tick_s = {TICK_S} }}",
+            "time_offset_s = { value = 0.0, min = -1e-3, max = 1e-3 }",
+            f"test_stand = {{ {entries} }}",
+        ]
         truth |= {f"record.{name}.{key}": value for key, value in OWN[name].items()}
     names = ", ".join(f'"{name}"' for name in truth)
     for window in ("window_s = [0.0, 0.03]", "window_s = [0.0, 0.15]", ""):
@@ -157,11 +170,13 @@ def test_known_values_of_a_record_hold_for_it_alone(tmp_path):
         ("{ drive.offset = 2.0 }", "record[0].test_stand.drive: the mechanism has none; write [drive] in its file"),
         ("{ transducer = 2.0 }", "record[0].test_stand.transducer: found 2.0; write a table"),
         ("3", "record[0].test_stand: found 3; write a table"),
-        ("{ charge_amplifier.time_constant = 0.0 }",
-         "record[0].test_stand.charge_amplifier.time_constant: found 0; the equations divide by it"),
+        (
+            "{ charge_amplifier.time_constant = 0.0 }",
+            "record[0].test_stand.charge_amplifier.time_constant: found 0; the equations divide by it",
+        ),
         ("{ anti_alias.order = 3 }", "record[0].test_stand.anti_alias.order: unknown key"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_test_stand_says_where_and_what(folder, tmp_path, entry, says):
     text = (folder / "campaign.toml").read_text()
     (tmp_path / "campaign.toml").write_text(re.sub(r"test_stand = .*", f"test_stand = {entry}", text, count=1))

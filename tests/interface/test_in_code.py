@@ -41,10 +41,13 @@ SOURCES = {
         "a", xr.Dataset({"torque": ("t", 1e3 * TORQUE, {"units": "mN*m"})}, coords={"t": TIME}), command=COMMAND
     ),
     "channels": lambda: mechid.make_record(
-        "a", {"Mz": -TORQUE}, sample_rate_hz=RATE_HZ, command=COMMAND,
+        "a",
+        {"Mz": -TORQUE},
+        sample_rate_hz=RATE_HZ,
+        command=COMMAND,
         channels=[{"quantity": "torque", "column": "Mz", "gain": -1.0}],
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("source", SOURCES)
@@ -101,12 +104,16 @@ def test_a_measured_channel_drives_a_mechanism():
 @pytest.mark.parametrize("source", SOURCES)
 def test_a_campaign_in_memory_is_the_same_in_files(source, tmp_path):
     """Truth: the campaign that was written, samples to the last bit."""
-    entries = {"stage": [{"records": ["a"], "window_s": [0.0, 0.2], "free": ["gear.stiffness"]}],
-               "identify": {"colour": "none"}}  # fmt: skip
+    entries = {
+        "stage": [{"records": ["a"], "window_s": [0.0, 0.2], "free": ["gear.stiffness"]}],
+        "identify": {"colour": "none"},
+    }
     planned = mechid.make_record(
-        "b", command=mechid.make_command("micro", microsteps=16, rate=[[0.0, 0.0], [2.0, 60.0]], clock_tick_s=1e-4),
-        use="validate", entries={"time_offset_s": {"value": 0.0, "min": -1e-3, "max": 1e-3}},
-    )  # fmt: skip
+        "b",
+        command=mechid.make_command("micro", microsteps=16, rate=[[0.0, 0.0], [2.0, 60.0]], clock_tick_s=1e-4),
+        use="validate",
+        entries={"time_offset_s": {"value": 0.0, "min": -1e-3, "max": 1e-3}},
+    )
     made = mechid.make_campaign(mechid.catalogue_mechanism(), [SOURCES[source](), planned], entries=entries)
     files = mechid.write_campaign(made, tmp_path / "bench")
     assert sorted(file.name for file in files) == ["a.csv", "campaign.toml", "mechanism.toml"]
@@ -140,9 +147,10 @@ def test_another_mechanism_file_may_be_named_as_text(tmp_path):
 def test_stages_and_options_of_a_campaign_are_given_as_the_file_has_them():
     stage = {"records": ["a"], "window_s": (0.0, 0.2), "free": ["gear.stiffness"]}
     made = mechid.make_campaign(
-        mechid.catalogue_mechanism(), [SOURCES["array and rate"]()],
+        mechid.catalogue_mechanism(),
+        [SOURCES["array and rate"]()],
         entries={"stage": [stage], "identify": {"colour": "none"}},
-    )  # fmt: skip
+    )
     assert made.stages == (mechid.Stage(records=("a",), window_s=(0.0, 0.2), free=("gear.stiffness",)),)
     assert made.options == mechid.IdentifyOptions(colour="none")
 
@@ -161,24 +169,28 @@ REFUSED = {
         "torque",
     ),
     "no command": (
-        lambda: data_of(mechid.make_record("a", TORQUE, sample_rate_hz=1.0)), "record\\[0\\].command: missing",
+        lambda: data_of(mechid.make_record("a", TORQUE, sample_rate_hz=1.0)),
+        "record\\[0\\].command: missing",
     ),
     "a wrong key": (
-        lambda: data_of(mechid.make_record("a", command=COMMAND, entries={"ofset": True})), 'did you mean "offset"',
+        lambda: data_of(mechid.make_record("a", command=COMMAND, entries={"ofset": True})),
+        'did you mean "offset"',
     ),
     "the same name": (
         lambda: data_of(mechid.make_record("a", command=COMMAND), mechid.make_record("a", command=COMMAND)),
         "is also the name",
     ),
     "a key of the whole": (
-        lambda: mechid.make_campaign(mechid.catalogue_mechanism(), [], entries={"mechanism": "m.toml"}), "unknown key",
+        lambda: mechid.make_campaign(mechid.catalogue_mechanism(), [], entries={"mechanism": "m.toml"}),
+        "unknown key",
     ),
     "a mechanism's key": (
-        lambda: mechid.make_mechanism({**DRIVE, "load": {"inertai": 0.1}}, name="drive"), 'drive: load.inertai',
+        lambda: mechid.make_mechanism({**DRIVE, "load": {"inertai": 0.1}}, name="drive"),
+        "drive: load.inertai",
     ),
     "stepping": (lambda: mechid.make_command("quarter", rate=46.0), "stepping: found"),
     "an assembly": (lambda: mechid.catalogue_mechanism("two_mass"), 'did you mean "two_mass_drive"'),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -16,9 +16,23 @@ NAMES = sorted(set(mechid.__all__) - {"__version__"})
 FUNCTIONS = [name for name in NAMES if inspect.isfunction(getattr(mechid, name))]
 CLASSES = [name for name in NAMES if inspect.isclass(getattr(mechid, name))]
 COMMANDS = (
-    "look", "check", "simulate", "identify", "diagnose", "validate", "compare", "profile", "bootstrap", "design",
-    "budget", "export", "report", "fleet", "demo", "explore",
-)  # fmt: skip
+    "look",
+    "check",
+    "simulate",
+    "identify",
+    "diagnose",
+    "validate",
+    "compare",
+    "profile",
+    "bootstrap",
+    "design",
+    "budget",
+    "export",
+    "report",
+    "fleet",
+    "demo",
+    "explore",
+)
 OTHERWISE_CALLED = {"new": {"new_campaign"}, "kernel": {"equations", "kernel_source"}}
 """Commands whose functions have longer names: beside functions called "make_", "new" would say nothing, and
 `mechid.kernel` is a folder of modules."""

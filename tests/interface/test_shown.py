@@ -58,8 +58,12 @@ def test_axes_in_are_axes_out(run):
 
 def test_a_fit_without_its_campaign_says_what_to_give(tmp_path):
     with pytest.raises(mechid.UsageError, match="is no folder"):
-        mechid.load_fit(tmp_path / "none", mechid.make_campaign(mechid.catalogue_mechanism(), [mechid.make_record(
-            "a", command=mechid.make_command("full", rate=1.0))]))  # fmt: skip
+        mechid.load_fit(
+            tmp_path / "none",
+            mechid.make_campaign(
+                mechid.catalogue_mechanism(), [mechid.make_record("a", command=mechid.make_command("full", rate=1.0))]
+            ),
+        )
 
 
 def notebook(monkeypatch, shown):

@@ -20,10 +20,17 @@ BODY = StateSpace([[0.0, 1.0], [-400.0, -0.4]], [[0.0], [0.1]], [[1.0, 0.0]], [[
 BUDGET = {
     "mode": [{"name": "slew", "command": {"stepping": "full", "rate": 46.0}}],
     "requirement": [
-        {"name": "jitter", "index": "APE", "axis": "x", "limit_rad": 1e-4, "interpretation": "temporal",
-         "confidence": 0.95, "evaluation_period_s": 600.0}
+        {
+            "name": "jitter",
+            "index": "APE",
+            "axis": "x",
+            "limit_rad": 1e-4,
+            "interpretation": "temporal",
+            "confidence": 0.95,
+            "evaluation_period_s": 600.0,
+        }
     ],
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -45,11 +52,14 @@ def measured(mechanism):
 def campaign(mechanism, measured):
     records = [
         mechid.make_record(
-            name, torque, sample_rate_hz=RATE_HZ, command=COMMANDS[name],
+            name,
+            torque,
+            sample_rate_hz=RATE_HZ,
+            command=COMMANDS[name],
             use="estimate" if name == "full_46" else "validate",
         )
         for name, torque in measured.items()
-    ]  # fmt: skip
+    ]
     return mechid.make_campaign(mechanism, records, name="bench")
 
 

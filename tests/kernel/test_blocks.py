@@ -38,8 +38,17 @@ def values(m):
 def random_state(m, seed):
     """Return states by name, of the size a run meets; the gear is twisted by up to 4e-4 rad."""
     r = np.random.default_rng(seed)
-    scale = {"i_A": 0.5, "i_B": 0.5, "omega": 8.0, "z_fr": 1e-3, "q_1": 1e-3, "q_2": 1e-4, "v_1": 0.2, "v_2": 0.1,
-             "h_cable": 0.5}  # fmt: skip
+    scale = {
+        "i_A": 0.5,
+        "i_B": 0.5,
+        "omega": 8.0,
+        "z_fr": 1e-3,
+        "q_1": 1e-3,
+        "q_2": 1e-4,
+        "v_1": 0.2,
+        "v_2": 0.1,
+        "h_cable": 0.5,
+    }
     x = {str(s): scale.get(str(s), 0.0) * r.normal() for s in m.plant.states}
     x["alpha"] = r.uniform(-3, 3)
     x["alpha_gear"] = x["alpha"] / 50 + r.uniform(-4e-4, 4e-4)
@@ -82,8 +91,14 @@ def by_hand(name, m, x, u):
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]
     cable, h_rate, weight = load_torques(name, x["alpha_gear"], x["omega_gear"], x.get("h_cable", 0.0), q)
     a_gear, *a_modes = flexible_load(T_out - cable - weight, modes, q)
-    rates = {"i_A": di_A, "i_B": di_B, "alpha": x["omega"], "omega": (T_mot - T_fr - T_rg) / q["J_rot"],
-             "alpha_gear": x["omega_gear"], "omega_gear": a_gear}  # fmt: skip
+    rates = {
+        "i_A": di_A,
+        "i_B": di_B,
+        "alpha": x["omega"],
+        "omega": (T_mot - T_fr - T_rg) / q["J_rot"],
+        "alpha_gear": x["omega_gear"],
+        "omega_gear": a_gear,
+    }
     if "z_fr" in x:
         rates["z_fr"] = slip
     if "h_cable" in x:
@@ -213,8 +228,12 @@ def test_the_paper_s_plant_is_that_of_its_blocks_written_out():
 )
 def test_a_direct_drive_is_a_mass_on_friction(quantity, inertia, output):
     """Truth: m x'' = F + F_0 - F_c sign(x') - F_v x'; the output is x."""
-    table = {"load": {inertia: 95.0}, "friction": {"static": 25.0, "coulomb": 20.0, "viscous": 200.0},
-             "drive": {"offset": -3.0}, "assembly": f"direct_{quantity}_drive"}  # fmt: skip
+    table = {
+        "load": {inertia: 95.0},
+        "friction": {"static": 25.0, "coulomb": 20.0, "viscous": 200.0},
+        "drive": {"offset": -3.0},
+        "assembly": f"direct_{quantity}_drive",
+    }
     m = mechanism_of(table)
     assert list(m.plant.outputs) == [output]
     equations = equations_of(m.plant)
@@ -226,8 +245,12 @@ def test_a_direct_drive_is_a_mass_on_friction(quantity, inertia, output):
 
 def test_an_unbalanced_axis_is_a_pendulum_that_may_begin_in_motion():
     """Truth: J a'' = T + T_0 - W sin(a) - T_c sign(a') - T_v a'; a'(0) is the start rate."""
-    table = {"load": {"inertia": 0.06, "unbalance": 1.5, "start_rate": 0.7}, "drive": {"offset": -0.1},
-             "friction": {"coulomb": 0.2, "viscous": 0.05}, "assembly": "direct_torque_drive"}  # fmt: skip
+    table = {
+        "load": {"inertia": 0.06, "unbalance": 1.5, "start_rate": 0.7},
+        "drive": {"offset": -0.1},
+        "friction": {"coulomb": 0.2, "viscous": 0.05},
+        "assembly": "direct_torque_drive",
+    }
     m = mechanism_of(table)
     equations = equations_of(m.plant)
     x, u, p = [0.4, 0.8, -2.0], [1.1, 0.0], m.kernel_values()

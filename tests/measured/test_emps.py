@@ -11,8 +11,12 @@ from mechid.records import ChannelSpec, RecordSpec, read_record
 from mechid.signal.decimation import decimate
 
 pytestmark = [pytest.mark.data, pytest.mark.slow]
-PUBLISHED = {"mass": (95.1089, 0.1085, "kg"), "viscous": (203.5034, 1.146, "N s/m"),
-             "coulomb": (20.3935, 0.1012, "N"), "offset": (-3.1648, 0.0444, "N")}  # fmt: skip
+PUBLISHED = {
+    "mass": (95.1089, 0.1085, "kg"),
+    "viscous": (203.5034, 1.146, "N s/m"),
+    "coulomb": (20.3935, 0.1012, "N"),
+    "offset": (-3.1648, 0.0444, "N"),
+}
 GAIN = 35.15065188248547
 
 
@@ -23,8 +27,10 @@ def test_inverse_dynamics_with_the_readers_channels(data_folder, figure):
     """
     from scipy.signal import butter, filtfilt
 
-    channels = (ChannelSpec(quantity="force", column="vir", unit="N", gain=GAIN),
-                ChannelSpec(quantity="position", column="qm", unit="m"))  # fmt: skip
+    channels = (
+        ChannelSpec(quantity="force", column="vir", unit="N", gain=GAIN),
+        ChannelSpec(quantity="position", column="qm", unit="m"),
+    )
     record = read_record(data_folder / "EMPS" / "DATA_EMPS.mat", RecordSpec(name="e", path="e", channels=channels))
     q = filtfilt(*butter(4, 100.0, fs=record.sample_rate_hz), record.channel("position").data)
     v = np.gradient(q, record.sample_interval_s)
@@ -48,13 +54,21 @@ def by_direction(example, identified):
 
 
 def test_open_loop_from_force_to_position(symmetric, figure):
-    figure("EMPS: force to position, symmetric friction", 1e3 * symmetric.records["emps"].residual_rms,
-           most=2.55, unit="mm RMS")  # fmt: skip
+    figure(
+        "EMPS: force to position, symmetric friction",
+        1e3 * symmetric.records["emps"].residual_rms,
+        most=2.55,
+        unit="mm RMS",
+    )
 
 
 def test_open_loop_with_friction_by_direction(by_direction, figure):
-    figure("EMPS: force to position, friction by direction", 1e3 * by_direction.records["emps"].residual_rms,
-           most=2.05, unit="mm RMS")  # fmt: skip
+    figure(
+        "EMPS: force to position, friction by direction",
+        1e3 * by_direction.records["emps"].residual_rms,
+        most=2.05,
+        unit="mm RMS",
+    )
 
 
 def test_the_exact_dependence_is_reported(by_direction):

@@ -31,9 +31,12 @@ def test_lines_are_at_whole_orders_of_the_turn(channel, figure):
     """One turn a second: of the lines, but for those beside order 6 that its switched control makes, all are whole."""
     orders = {round(line["frequency_hz"]) for line in channel["lines"] if abs(line["frequency_hz"] % 1.0 - 0.5) > 0.4}
     assert {1, 3, 5, 6, 7, 12} <= orders
-    figure("torque ripple: RMS of the third octaves over RMS",
-           (sum(b["rms"] ** 2 for b in channel["third_octaves"]) + channel["below_rms"] ** 2) ** 0.5 / channel["rms"],
-           least=0.9, most=1.1)  # fmt: skip
+    figure(
+        "torque ripple: RMS of the third octaves over RMS",
+        (sum(b["rms"] ** 2 for b in channel["third_octaves"]) + channel["below_rms"] ** 2) ** 0.5 / channel["rms"],
+        least=0.9,
+        most=1.1,
+    )
 
 
 def test_the_resolution_of_the_export_is_seen(channel):

@@ -31,8 +31,13 @@ def planned(data_folder):
 @pytest.mark.parametrize(("name", "unit"), [("inertia", "kg m2"), ("unbalance", "N m")])
 def test_what_the_swing_up_was_planned_with(fit, planned, figure, name, unit):
     p = fit.parameters[f"load.{name}"]
-    figure(f"pendulum: {name}, within two standard errors of the planned {planned[name]:.4g}", p.value,
-           least=planned[name] - 2.0 * p.std_error, most=planned[name] + 2.0 * p.std_error, unit=unit)  # fmt: skip
+    figure(
+        f"pendulum: {name}, within two standard errors of the planned {planned[name]:.4g}",
+        p.value,
+        least=planned[name] - 2.0 * p.std_error,
+        most=planned[name] + 2.0 * p.std_error,
+        unit=unit,
+    )
 
 
 def test_the_swing_up_is_followed(fit, figure):
@@ -70,5 +75,10 @@ FILTERED = "the published regression leaves 0.85 of 1.14 N m RMS: its filters di
 @pytest.mark.parametrize(("name", "unit"), [("inertia", "kg m2"), ("unbalance", "N m")])
 def test_the_published_values(fit, figure, name, unit):
     p, published = fit.parameters[f"load.{name}"], PUBLISHED[name]
-    figure(f"pendulum: {name}, within two standard errors of the published {published:.4g}", p.value,
-           least=published - 2.0 * p.std_error, most=published + 2.0 * p.std_error, unit=unit)  # fmt: skip
+    figure(
+        f"pendulum: {name}, within two standard errors of the published {published:.4g}",
+        p.value,
+        least=published - 2.0 * p.std_error,
+        most=published + 2.0 * p.std_error,
+        unit=unit,
+    )

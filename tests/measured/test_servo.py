@@ -27,5 +27,10 @@ def test_it_is_followed_without_a_noise_level(fit, figure):
 
 def test_its_inertia(fit, figure):
     p = fit.parameters["load.inertia"]
-    figure("servo: inertia over the torque constant, within two standard errors of the index's", p.value,
-           least=INERTIA - 2.0 * p.std_error, most=INERTIA + 2.0 * p.std_error, unit="A s2/rad")  # fmt: skip
+    figure(
+        "servo: inertia over the torque constant, within two standard errors of the index's",
+        p.value,
+        least=INERTIA - 2.0 * p.std_error,
+        most=INERTIA + 2.0 * p.std_error,
+        unit="A s2/rad",
+    )

@@ -59,8 +59,11 @@ def test_the_detent_of_a_full_step_is_proven(fits, figure):
     assert found.preference.outcome is ComparisonOutcome.AGREED
     assert found.preference.preferred == "with"
     a, b = found.scores
-    figure("stepper: AIC without the detent of 1.8 deg less with it, effective samples",
-           b.aic_effective - a.aic_effective, least=10.0)  # fmt: skip
+    figure(
+        "stepper: AIC without the detent of 1.8 deg less with it, effective samples",
+        b.aic_effective - a.aic_effective,
+        least=10.0,
+    )
 
 
 def test_lost_samples_are_found(fit, data_folder, figure):

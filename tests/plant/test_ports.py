@@ -63,10 +63,11 @@ def test_without_anything_from_outside_nothing_changes():
     x = np.array([0.2, -0.3, 0.01, 0.5, 2e-4, 0.01, *[0.0] * 8]).tolist()
     modes, e = [1.0, 1.0], [0.4, 0.9]
     rates = [
-        equations_of(m.plant).rates(x[: len(m.plant.states) + len(m.plant.filter.states)], inputs, modes,
-                                    m.kernel_values().tolist())
+        equations_of(m.plant).rates(
+            x[: len(m.plant.states) + len(m.plant.filter.states)], inputs, modes, m.kernel_values().tolist()
+        )
         for m, inputs in ((plain, e), (opened, [*e, 0.0, 0.0, 0.0]))
-    ]  # fmt: skip
+    ]
     np.testing.assert_allclose(rates[1], rates[0], rtol=1e-13)
 
 

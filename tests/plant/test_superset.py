@@ -12,10 +12,19 @@ from paper import constant
 from runs import base, run_kernel
 
 GROWN = (
-    "stepper.torque_harmonic:3", "stepper.torque_harmonic:5", "stepper.imbalance", "stepper.phase_offset",
-    "stepper.detent:7.2deg", "stepper.detent:0.9deg", "stepper.detent:0.6deg", "stepper.detent:0.45deg",
-    "friction.directional", "gear.kinematic_error:1", "gear.kinematic_error:2", "gear.kinematic_error:4",
-)  # fmt: skip
+    "stepper.torque_harmonic:3",
+    "stepper.torque_harmonic:5",
+    "stepper.imbalance",
+    "stepper.phase_offset",
+    "stepper.detent:7.2deg",
+    "stepper.detent:0.9deg",
+    "stepper.detent:0.6deg",
+    "stepper.detent:0.45deg",
+    "friction.directional",
+    "gear.kinematic_error:1",
+    "gear.kinematic_error:2",
+    "gear.kinematic_error:4",
+)
 """What growth frees beside the paper's mechanism: more, as prototypes measured, spoils it."""
 
 
@@ -81,14 +90,22 @@ def test_a_rival_with_an_amplitude_is_none_of_it_where_that_is_0():
         other = law.at_null(values)
         assert [p.name for p in other.free if p.name not in plain.parameters] == [law.null]
         assert {name: other.value(name) for name in values} == values
-        np.testing.assert_allclose(run_kernel(other, command, time_base).torque, torque, rtol=0,
-                                   atol=1e-9 * np.abs(torque).max())  # fmt: skip
+        np.testing.assert_allclose(
+            run_kernel(other, command, time_base).torque, torque, rtol=0, atol=1e-9 * np.abs(torque).max()
+        )
 
 
 def test_growth_tries_the_laws_it_was_measured_with():
     names = [law.name for law in rivals_of(catalogue_mechanism(), grown_only=True)]
-    assert names == ["friction.stribeck", "gear.backlash", "gear.backlash", "friction.load_dependent",
-                     "output_friction", "charge_amplifier", "anti_alias:4"]  # fmt: skip
+    assert names == [
+        "friction.stribeck",
+        "gear.backlash",
+        "gear.backlash",
+        "friction.load_dependent",
+        "output_friction",
+        "charge_amplifier",
+        "anti_alias:4",
+    ]
 
 
 def test_a_current_drive_may_run_out_of_voltage():
@@ -107,8 +124,16 @@ def test_what_no_value_sizes_is_left_out():
 
 
 def test_a_bent_gear_has_no_rival_that_its_stiffness_would_size():
-    gear = {"law": "piecewise_linear", "ratio": 50, "stiffness_1": 900.0, "stiffness_2": 1500.0, "stiffness_3": 2000.0,
-            "torque_1": 1.0, "torque_2": 3.0, "damping": 0.4}  # fmt: skip
+    gear = {
+        "law": "piecewise_linear",
+        "ratio": 50,
+        "stiffness_1": 900.0,
+        "stiffness_2": 1500.0,
+        "stiffness_3": 2000.0,
+        "torque_1": 1.0,
+        "torque_2": 3.0,
+        "damping": 0.4,
+    }
     bent = mechanism_from_table({**CATALOGUE, "gear": gear}, "bent")
     assert "output_friction" not in {law.name for law in rivals_of(bent)}
 

@@ -9,7 +9,8 @@ import scipy.io
 
 from instrument_files import RATE, TIME, TORQUE
 from mechid.errors import RecordError
-from mechid.records import ChannelSpec, Conditioning, RecordSpec, read_record
+from mechid.records import ChannelSpec, Conditioning
+from records_read import read
 
 
 def write_npz(path, arrays):
@@ -83,10 +84,6 @@ HELD_BY = {
     "run.csv": set(BAD) - {"complex", "a matrix", "three dimensions", "another rate"},
 }
 CASES = [(name, kind) for name in WRITERS for kind in BAD if kind in HELD_BY.get(name, BAD)]
-
-
-def read(path, *channels, **asked):
-    return read_record(path, RecordSpec(name="run", path=path.name, channels=channels, **asked))
 
 
 @pytest.mark.parametrize(("name", "kind"), CASES)

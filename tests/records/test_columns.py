@@ -8,6 +8,7 @@ from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, Role
 from mechid.records.columns import choose_columns
 from mechid.records.table import Column
+from records_read import torque
 
 
 @dataclass
@@ -28,10 +29,6 @@ class Head:
 def choose(columns, *channels, rate=None):
     spec = RecordSpec(name="run", path="run.csv", sample_rate_hz=rate, channels=channels)
     return choose_columns(Head(columns), spec)
-
-
-def torque(column, **more):
-    return ChannelSpec(quantity="torque", column=column, **more)
 
 
 CHOSEN = {  # headers, channels asked for, rate -> index of the time, indices of the channels, their scales

@@ -265,9 +265,13 @@ def test_all_steps_are_done_in_their_order_and_told(tmp_path):
     torque = tone(TIME) + 0.1
     torque[1500:1503] = 9.0
     how = Conditioning(
-        time_stamps=TimeStamps.REGULAR, limits={"torque": (-8.0, 8.0)}, max_gap_s=0.01,
-        quiet_s={"torque": ((0.0, 0.999),)}, window_s=(1.0, 3.5), decimate=5,
-    )  # fmt: skip
+        time_stamps=TimeStamps.REGULAR,
+        limits={"torque": (-8.0, 8.0)},
+        max_gap_s=0.01,
+        quiet_s={"torque": ((0.0, 0.999),)},
+        window_s=(1.0, 3.5),
+        decimate=5,
+    )
     record = read(tmp_path, how, time=jittered(0.1), torque=torque)
     assert steps(record) == ["limits", "time_stamps", "gaps", "quiet", "window", "decimate"]
     assert all(done["text"] for done in record.treatments)

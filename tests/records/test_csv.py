@@ -71,8 +71,7 @@ FILES = {
     "Latin-1": encoded(text("Zeit [s],Größe [N·m]"), "latin-1"),
     "no header": encoded(text(None)),
     "no header, indices": encoded(
-        text(None, columns=(TIME, CURRENT, TORQUE)),
-        asked={"channels": (ChannelSpec(quantity="torque", column=2),)},
+        text(None, columns=(TIME, CURRENT, TORQUE)), asked={"channels": (ChannelSpec(quantity="torque", column=2),)}
     ),
     "units in a second line": encoded(text("time,torque\nms,mNm"), channels={"torque": 1e-3 * TORQUE}, rate=1e6),
     "units in a second line, in brackets, not all": encoded(
@@ -171,26 +170,10 @@ REFUSED = {
         "run.csv: is not the utf-16-le text that it says it is",
     ),
     "header only": (b"time_s,torque_Nm\n", {}, "run.csv: line 1: a header, but no samples after it"),
-    "few": (
-        "".join(rows().splitlines(keepends=True)[:16]),
-        {},
-        "run.csv: 15 samples; a record needs 16 at least",
-    ),
-    "word": (
-        rows((5, "0.005,n/a")),
-        {},
-        'run.csv: line 7: column "torque_Nm": "n/a" is not a number',
-    ),
-    "python number": (
-        rows((5, "0.005,1_0")),
-        {},
-        'run.csv: line 7: column "torque_Nm": "1_0" is not a number',
-    ),
-    "word without header": (
-        rows((5, "0.005,n/a"), header=""),
-        {},
-        'run.csv: line 6: column 1: "n/a" is not a number',
-    ),
+    "few": ("".join(rows().splitlines(keepends=True)[:16]), {}, "run.csv: 15 samples; a record needs 16 at least"),
+    "word": (rows((5, "0.005,n/a")), {}, 'run.csv: line 7: column "torque_Nm": "n/a" is not a number'),
+    "python number": (rows((5, "0.005,1_0")), {}, 'run.csv: line 7: column "torque_Nm": "1_0" is not a number'),
+    "word without header": (rows((5, "0.005,n/a"), header=""), {}, 'run.csv: line 6: column 1: "n/a" is not a number'),
     "word after blank lines": (
         rows((5, "\n\n0.005,n/a")),
         {},
@@ -210,11 +193,7 @@ REFUSED = {
     ),
     "short row": (rows((19, "0.019")), {}, "run.csv: line 21: 1 cells where the file has 2 columns"),
     "long row": (rows((3, "0.003,1,2")), {}, "run.csv: line 5: 3 cells where the file has 2 columns"),
-    "two merged rows": (
-        rows((3, "0.003,0.50.004,1.0")),
-        {},
-        "run.csv: line 5: 3 cells where the file has 2 columns",
-    ),
+    "two merged rows": (rows((3, "0.003,0.50.004,1.0")), {}, "run.csv: line 5: 3 cells where the file has 2 columns"),
     "long row in a wide file": (
         text("t,Mz,a,b", columns=(TIME, TORQUE, TIME, TIME)) + "0.02,1,2,3,4\n",
         MZ,
@@ -226,31 +205,11 @@ REFUSED = {
         "run.csv: 2 columns in the header and 4 in the first sample; "
         "a decimal comma needs semicolons or tabs between columns",
     ),
-    "thousands": (
-        text("t;M", ";") + "0.02;1,000.5\n",
-        {},
-        'run.csv: line 22: column "M": "1.000.5" is not a number',
-    ),
-    "not a number": (
-        rows((9, "0.009,nan")),
-        {},
-        'run.csv: line 11: column "torque_Nm": nan is not a finite number',
-    ),
-    "infinite": (
-        rows((9, "0.009,-inf")),
-        {},
-        'run.csv: line 11: column "torque_Nm": -inf is not a finite number',
-    ),
-    "too large": (
-        rows((9, "0.009,1e999")),
-        {},
-        'run.csv: line 11: column "torque_Nm": inf is not a finite number',
-    ),
-    "time is not a number": (
-        rows((9, "nan,0.0")),
-        {},
-        'run.csv: line 11: column "time_s": nan is not a finite number',
-    ),
+    "thousands": (text("t;M", ";") + "0.02;1,000.5\n", {}, 'run.csv: line 22: column "M": "1.000.5" is not a number'),
+    "not a number": (rows((9, "0.009,nan")), {}, 'run.csv: line 11: column "torque_Nm": nan is not a finite number'),
+    "infinite": (rows((9, "0.009,-inf")), {}, 'run.csv: line 11: column "torque_Nm": -inf is not a finite number'),
+    "too large": (rows((9, "0.009,1e999")), {}, 'run.csv: line 11: column "torque_Nm": inf is not a finite number'),
+    "time is not a number": (rows((9, "nan,0.0")), {}, 'run.csv: line 11: column "time_s": nan is not a finite number'),
 }
 
 

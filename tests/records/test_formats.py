@@ -8,29 +8,13 @@ import scipy.io
 
 from instrument_files import CURRENT, FORMATS, RATE, TIME, TORQUE, data_set_58, write_tdms
 from mechid.errors import RecordError
-from mechid.records import READERS, ChannelSpec, Conditioning, RecordSpec, open_table, read_record
+from mechid.records import READERS, ChannelSpec, Conditioning, open_table
+from records_read import read, refused, torque
 
 CUTS, DAMAGES = 50, 20
 BINARY = [name for name in FORMATS if name != "csv"]
 FROM_TEXT = {"uff 58": 2e-13, "uff 58, uneven": 1e-5, "csv": 1e-9}
 """Relative accuracy of numbers that the file holds as text; its uneven abscissa has six digits."""
-
-
-def torque(column, **more):
-    return ChannelSpec(quantity="torque", column=column, **more)
-
-
-def read(path, *channels, **asked):
-    return read_record(path, RecordSpec(name="run", path=path.name, channels=channels, **asked))
-
-
-def refused(path, *channels, **asked):
-    with pytest.raises(RecordError) as caught:
-        read(path, *channels, **asked)
-    message = str(caught.value)
-    assert message.startswith(path.name)
-    assert "\n" not in message
-    return message
 
 
 @pytest.fixture(params=FORMATS)
@@ -254,10 +238,12 @@ def test_channels_that_start_at_different_times_are_refused(tmp_path):
     from nptdms import ChannelObject, TdmsWriter
 
     with TdmsWriter(tmp_path / "run.tdms") as file:
-        file.write_segment([
-            ChannelObject("g", name, TORQUE, {"wf_increment": 1e-3, "wf_start_time": np.datetime64(start)})
-            for name, start in (("a", "2024-05-06T07:08:09"), ("b", "2024-05-06T07:08:10"))
-        ])  # fmt: skip
+        file.write_segment(
+            [
+                ChannelObject("g", name, TORQUE, {"wf_increment": 1e-3, "wf_start_time": np.datetime64(start)})
+                for name, start in (("a", "2024-05-06T07:08:09"), ("b", "2024-05-06T07:08:10"))
+            ]
+        )
     current = ChannelSpec(quantity="current_phase_a", column="b")
     assert "have not the same clock" in refused(tmp_path / "run.tdms", torque("a"), current)
 
@@ -335,77 +321,6 @@ def test_empty_cells_of_parquet_are_missing(tmp_path):
     values = [None if k == 5 else value for k, value in enumerate(TORQUE.tolist())]
     pq.write_table(pa.table({"time": TIME, "torque": values}), tmp_path / "run.parquet")
     assert "sample 5" in refused(tmp_path / "run.parquet")
-
-
-def test_a_file_larger_than_the_disk_is_refused_and_a_part_of_it_read(tmp_path):
-    """2^40 samples that were never written take no room in an HDF5 file."""
-    import h5py
-
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        huge = file.create_dataset("torque", (2**40,), "f8", chunks=(2**14,))
-        huge[5000:5064] = TORQUE
-    message = refused(tmp_path / "run.h5", sample_rate_hz=RATE)
-    assert "GiB of disk while they are read" in message
-    assert message.endswith("read a part with window_s")
-    how = Conditioning(window_s=(5.0, 5.063))
-    np.testing.assert_array_equal(
-        read(tmp_path / "run.h5", sample_rate_hz=RATE, conditioning=how).channel("torque").data, TORQUE
-    )
-
-
-def test_a_text_file_whose_numbers_the_disk_cannot_hold_is_refused(tmp_path):
-    """Truth: 8 TiB that were never written take no room on the disk; their numbers would."""
-    path = tmp_path / FORMATS["csv"].name
-    FORMATS["csv"].write(path)
-    with path.open("r+b") as file:
-        try:
-            file.truncate(2**43)
-        except OSError:
-            pytest.skip("this file system has no files of 8 TiB")
-    assert "GiB of disk while they are read" in refused(path, torque(FORMATS["csv"].torque))
-
-
-@pytest.mark.parametrize("name", ["mat 5", "uff 58", "uff 58b"])
-def test_a_file_larger_than_memory_that_is_read_whole_is_refused(name, tmp_path):
-    """Truth: 8 TiB that were never written take no room on the disk."""
-    path = tmp_path / FORMATS[name].name
-    FORMATS[name].write(path)
-    with path.open("r+b") as file:
-        try:
-            file.truncate(2**43)
-        except OSError:
-            pytest.skip("this file system has no files of 8 TiB")
-    message = refused(path, torque(FORMATS[name].torque))
-    assert "8.19e+03 GiB, and reading it may take" in message
-    assert "is read whole: save it as HDF5 or Parquet" in message
-
-
-def test_a_mapped_file_larger_than_the_disk_is_refused(tmp_path):
-    """Truth: 2^40 samples by its head, all but 64 of them never written."""
-    path = tmp_path / "run.npy"
-    try:
-        np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(2**40,))[5000:5064] = TORQUE
-    except OSError:
-        pytest.skip("this file system has no files of 8 TiB")
-    assert "GiB of disk while they are read" in refused(path, torque(0), sample_rate_hz=RATE)
-
-
-def test_only_the_chosen_rows_of_a_long_channel_are_in_memory(tmp_path):
-    import tracemalloc
-
-    import h5py
-
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        file.create_dataset("torque", data=np.resize(TORQUE, 2_000_000), chunks=(2**12,))
-        file.create_dataset("other", data=np.zeros(2_000_000), chunks=(2**12,))
-    how = Conditioning(window_s=(5.0, 6.0))
-    tracemalloc.start()
-    try:
-        read(tmp_path / "run.h5", torque("torque"), sample_rate_hz=RATE, conditioning=how)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < 4e6, "the whole column alone is 16 MB"
 
 
 def test_fields_of_structs_and_cells_have_paths(tmp_path):

@@ -36,34 +36,62 @@ def series(data, name="", time=None, unit=""):
 def dataset(*signals):
     """Return a Simulink Dataset of signals: their name and values."""
     elements = [
-        Obj("Simulink.SimulationData.Signal", {"Values": values, **({"Name": name} if name else {}),
-            "BlockPath": Obj("Simulink.SimulationData.BlockPath", {"path": ["rig/Encoder"]})})
+        Obj(
+            "Simulink.SimulationData.Signal",
+            {
+                "Values": values,
+                **({"Name": name} if name else {}),
+                "BlockPath": Obj("Simulink.SimulationData.BlockPath", {"path": ["rig/Encoder"]}),
+            },
+        )
         for name, values in signals
-    ]  # fmt: skip
+    ]
     storage = Obj("Simulink.SimulationData.Storage.RamDatasetStorage", {"any": {"Elements": elements}}, saved=True)
     return Obj("Simulink.SimulationData.Dataset", {"any": {"Name": "logsout", "Storage": storage}}, saved=True)
 
 
 VARIABLES = {
-    "run": Obj("table", {"data": [TIME, 1e3 * TORQUE], "varnames": ["time", "Mz"],
-                         "props": {"VariableUnits": ["s", "mN*m"]}}),
-    "stamped": Obj("timetable", {"any": {
-        "data": [TORQUE], "varNames": ["Mz"], "dimNames": ["Time", "Variables"], "varUnits": ["N*m"],
-        "rowTimes": Obj("duration", {"millis": 1e3 * TIME}),
-    }}, saved=True),
-    "rated": Obj("timetable", {"any": {
-        "data": [TORQUE], "varNames": ["Mz"],
-        "rowTimes": {"sampleRate": number(RATE), "specifiedAsRate": number(1.0),
-                     "origin": Obj("duration", {"millis": number(2500.0)}), "stepSize": np.empty((0, 0))},
-    }}, saved=True),
+    "run": Obj(
+        "table", {"data": [TIME, 1e3 * TORQUE], "varnames": ["time", "Mz"], "props": {"VariableUnits": ["s", "mN*m"]}}
+    ),
+    "stamped": Obj(
+        "timetable",
+        {
+            "any": {
+                "data": [TORQUE],
+                "varNames": ["Mz"],
+                "dimNames": ["Time", "Variables"],
+                "varUnits": ["N*m"],
+                "rowTimes": Obj("duration", {"millis": 1e3 * TIME}),
+            }
+        },
+        saved=True,
+    ),
+    "rated": Obj(
+        "timetable",
+        {
+            "any": {
+                "data": [TORQUE],
+                "varNames": ["Mz"],
+                "rowTimes": {
+                    "sampleRate": number(RATE),
+                    "specifiedAsRate": number(1.0),
+                    "origin": Obj("duration", {"millis": number(2500.0)}),
+                    "stepSize": np.empty((0, 0)),
+                },
+            }
+        },
+        saved=True,
+    ),
     "ts": series(TORQUE, unit="N*m"),
     "uneven": series(TORQUE, time=TIME),
-    "logsout": dataset(("torque", series(TORQUE)), ("", series(CURRENT)), ("twice", series(TORQUE)),
-                       ("twice", series(CURRENT))),
+    "logsout": dataset(
+        ("torque", series(TORQUE)), ("", series(CURRENT)), ("twice", series(TORQUE)), ("twice", series(CURRENT))
+    ),
     "out": Obj("Simulink.SimulationOutput", {"Data": {"logs": dataset(("current", series(CURRENT))), "tout": TIME}}),
     "own": Obj("rig.Run", {"torque_": TORQUE, "serial": "T-12", "rate": number(RATE)}),
     "text": Obj("string", {"any": np.array([[1, 2, 3]], dtype=np.int32)}, saved=True),
-}  # fmt: skip
+}
 EVEN = Clock(0.5, RATE)
 COLUMNS = {
     "run/time": (TIME, "time", "s", None),
@@ -138,8 +166,10 @@ def test_simulink_s_other_formats_are_plain(layout, tmp_path):
     """A "To Workspace" block's structure with time (time, signals.values, signals.label), and its array [t, u, v]."""
     path = tmp_path / "run.mat"
     signals = {"values": np.hstack([TORQUE, CURRENT]), "dimensions": 2.0, "label": "rig"}
-    saved = {"structure with time": {"time": TIME, "signals": signals, "blockName": "rig/Out"},
-             "array": np.hstack([TIME, TORQUE, CURRENT])}  # fmt: skip
+    saved = {
+        "structure with time": {"time": TIME, "signals": signals, "blockName": "rig/Out"},
+        "array": np.hstack([TIME, TORQUE, CURRENT]),
+    }
     scipy.io.savemat(path, {"run": saved[layout]})
     place = "run/signals/values/{}" if layout == "structure with time" else "run/{}"
     first = 0 if layout == "structure with time" else 1
@@ -162,8 +192,11 @@ def test_a_table_of_objects_of_another_version_is_told(version, tmp_path, monkey
 
 
 SIGNALS = {
-    "torque": {"DataR2": 0}, "i": {"DataR2": 1}, "uneven": {"DataR2": 2, "TimeR2": 3}, "single": {"DataR2": 5},
-}  # fmt: skip
+    "torque": {"DataR2": 0},
+    "i": {"DataR2": 1},
+    "uneven": {"DataR2": 2, "TimeR2": 3},
+    "single": {"DataR2": 5},
+}
 """Signals of a Dataset, and the numbers of their streams."""
 
 
@@ -199,9 +232,12 @@ def test_signals_that_simulink_logged_into_streams_are_read(tmp_path):
         column.key: (opened.read([k])[0], column.clock) for k, column in enumerate(opened.columns) if not column.fault
     }
     expected = {
-        "torque": (TORQUE, EVEN), "i": (CURRENT, EVEN), "uneven/Data": (TORQUE, None), "uneven/Time": (TIME, None),
+        "torque": (TORQUE, EVEN),
+        "i": (CURRENT, EVEN),
+        "uneven/Data": (TORQUE, None),
+        "uneven/Time": (TIME, None),
         "#sigstream#/4": (TORQUE, None),
-    }  # fmt: skip
+    }
     assert found.keys() == expected.keys()
     for key, (values, clock) in expected.items():
         np.testing.assert_array_equal(found[key][0], values.ravel())
@@ -224,10 +260,13 @@ def test_files_that_matlab_wrote(version):
     opened = open_table(path, path.name)
     keys = {column.key: index for index, column in enumerate(opened.columns)}
     for key, expected in {
-        "table_numeric/Var1": [1.1, 2.2, 3.3], "table_var_names/Y": [100.0, 200.0, 300.0],
-        "table_time/Duration": [30.0, 60.0, 90.0], "timetable_datetime/Time": [0.0, 86400.0, 172800.0],
-        "timetable_duration/Time": [10.0, 20.0, 30.0], "timetable_multi_col/data2/1": [4.0, 5.0, 6.0],
-    }.items():  # fmt: skip
+        "table_numeric/Var1": [1.1, 2.2, 3.3],
+        "table_var_names/Y": [100.0, 200.0, 300.0],
+        "table_time/Duration": [30.0, 60.0, 90.0],
+        "timetable_datetime/Time": [0.0, 86400.0, 172800.0],
+        "timetable_duration/Time": [10.0, 20.0, 30.0],
+        "timetable_multi_col/data2/1": [4.0, 5.0, 6.0],
+    }.items():
         np.testing.assert_allclose(opened.read([keys[key]])[0], expected, rtol=1e-15)
     clocks = {column.key: column.clock for column in opened.columns}
     assert clocks["timetable_from_sample_rate/data1"] == Clock(0.0, 10_000.0)

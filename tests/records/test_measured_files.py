@@ -85,9 +85,12 @@ TDMS = {
     "big_endian": ("Measured Data/Phase sweep", 3500, 1000.0, None),
     "raw_timestamps": ("Untitled/Untitled", 128, 1000.0, None),
     "Digital_Input": (
-        "07/09/2012 06:58:23 PM - Digital Input - All Data/Dev1_port3_line7 - line 0", 20000, 2000.0, None,
+        "07/09/2012 06:58:23 PM - Digital Input - All Data/Dev1_port3_line7 - line 0",
+        20000,
+        2000.0,
+        None,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", TDMS)

@@ -50,9 +50,14 @@ def estimate(q, mechanism):
 
 def record(name, use="estimate", **changes):
     entries = {
-        "samples": 600001, "fit_percent": 97.8012, "residual_rms": 0.00199876, "noise_sigma": 0.002004,
-        "offset": -0.0009104, "drift": -7.47e-5, "horizon_s": 60.0001,
-    }  # fmt: skip
+        "samples": 600001,
+        "fit_percent": 97.8012,
+        "residual_rms": 0.00199876,
+        "noise_sigma": 0.002004,
+        "offset": -0.0009104,
+        "drift": -7.47e-5,
+        "horizon_s": 60.0001,
+    }
     return RecordFit(name=name, use=use, **(entries | changes))
 
 
@@ -75,8 +80,13 @@ def make_fit():
             },
             stages=(
                 StageReport(
-                    name="gated growth", records={"full_46": 1.0001}, free=names, cost=math.nan,
-                    evaluations=3, seconds=2.04, note="all records followed to their ends",
+                    name="gated growth",
+                    records={"full_46": 1.0001},
+                    free=names,
+                    cost=math.nan,
+                    evaluations=3,
+                    seconds=2.04,
+                    note="all records followed to their ends",
                 ),
             ),
             outcome=FitOutcome.CONVERGED,
@@ -85,7 +95,7 @@ def make_fit():
             provenance={"seed": 0, "wall_time_s": np.float64(1.5)},
             grade=grade,
             reasons=reasons,
-        )  # fmt: skip
+        )
 
     return make
 
@@ -97,26 +107,48 @@ def truth():
 
 def channel(order):
     return ChannelValidation(
-        quantity="torque", unit="N*m", samples=600001, samples_sha256="ab" * 32, fit_percent=96.4321,
+        quantity="torque",
+        unit="N*m",
+        samples=600001,
+        samples_sha256="ab" * 32,
+        fit_percent=96.4321,
         residual_rms=0.00234567,
         theil=TheilInequality(coefficient=0.0182, bias=2.7e-28, variance=0.125, covariance=0.875),
-        whiteness=LjungBox(statistic=41.0, lags=25, p_value=0.0231, largest=-0.0456), effective_samples=412345.6,
-        spectrum_hz=np.arange(3.0), measured_density=np.ones(3), residual_density=np.ones(3),
-        bands=(BandError(centre_hz=1000.0, measured_rms=0.5, residual_rms=0.001),), orders=(order,),
-    )  # fmt: skip
+        whiteness=LjungBox(statistic=41.0, lags=25, p_value=0.0231, largest=-0.0456),
+        effective_samples=412345.6,
+        spectrum_hz=np.arange(3.0),
+        measured_density=np.ones(3),
+        residual_density=np.ones(3),
+        bands=(BandError(centre_hz=1000.0, measured_rms=0.5, residual_rms=0.001),),
+        orders=(order,),
+    )
 
 
 @pytest.fixture
 def validation():
     """Return the validation of the two records, every number known."""
     resolved = OrderError(
-        order=0.5, windows=225, measured=0.159345, modelled=0.162345, amplitude_error_percent=1.8827,
-        phase_error_deg=-3.456, peak_rate=92.78, peak_measured=0.3414, peak_modelled=0.35,
-    )  # fmt: skip
+        order=0.5,
+        windows=225,
+        measured=0.159345,
+        modelled=0.162345,
+        amplitude_error_percent=1.8827,
+        phase_error_deg=-3.456,
+        peak_rate=92.78,
+        peak_measured=0.3414,
+        peak_modelled=0.35,
+    )
     lost = OrderError(
-        order=4.0, windows=1, measured=0.0001, modelled=0.0002, amplitude_error_percent=None, phase_error_deg=None,
-        peak_rate=46.0, peak_measured=0.0001, peak_modelled=0.0002,
-    )  # fmt: skip
+        order=4.0,
+        windows=1,
+        measured=0.0001,
+        modelled=0.0002,
+        amplitude_error_percent=None,
+        phase_error_deg=None,
+        peak_rate=46.0,
+        peak_measured=0.0001,
+        peak_modelled=0.0002,
+    )
     pairs = (("full_46", "estimate", lost), ("sweep", "validate", resolved))
     return {
         name: RecordValidation(name=name, use=use, command={"waveform": "cosine"}, channels={"torque": channel(order)})

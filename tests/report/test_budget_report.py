@@ -69,9 +69,12 @@ def test_the_two_way_margin_decides_where_it_was_worked_out(data, made):
     slew = made.modes[1].standings[0]
     assert margins(slew, None)["two_way"] is None
     assert margins(slew, None)["decided"] == {
-        "coupling": "one-way", "level_rad": slew.level.value, "margin": pytest.approx(slew.margin),
-        "margin95": pytest.approx(list(slew.margin95)), "met": slew.margin95[0] >= 0.0,
-    }  # fmt: skip
+        "coupling": "one-way",
+        "level_rad": slew.level.value,
+        "margin": pytest.approx(slew.margin),
+        "margin95": pytest.approx(list(slew.margin95)),
+        "met": slew.margin95[0] >= 0.0,
+    }
     by_duty = data["requirements"][-1]
     assert (by_duty["mode"], by_duty["decided"]["coupling"]) == ("all modes, by duty", "two-way")
 

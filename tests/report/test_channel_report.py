@@ -67,8 +67,11 @@ def test_figures_of_a_channel_carry_its_own_unit(joint):
     """Also in a browser: labels and tips of the script's figures, which are made for a torque."""
     write_report(joint.data, joint.campaign, joint.fit, joint.validation, joint.folder / "out")
     page = joint.folder / "out" / "report.html"
-    for name, label in (("full_46_torque", "torque, N m"), ("full_46.output_angle", "output angle, rad"),
-                        ("full_46.current_phase_a_spectrum", "amplitude, A")):  # fmt: skip
+    for name, label in (
+        ("full_46_torque", "torque, N m"),
+        ("full_46.output_angle", "output angle, rad"),
+        ("full_46.current_phase_a_spectrum", "amplitude, A"),
+    ):
         assert label in (joint.folder / "out" / "figures" / f"{name}.svg").read_text()
     assert "What each channel adds" in page.read_text()
     assert "What each channel adds" in (joint.folder / "out" / "report.md").read_text()

@@ -35,11 +35,16 @@ def data(tmp_path_factory):
             if k == 0:
                 values["stepper.detent.0.amplitude"] = free(0.001, 1e-5, "N m")
             write_fit(folder / f"{k}{state}", values, grade="C" if k == 7 else "A")
-            entries.append({
-                "folder": quoted(f"{k}{state}"), "label": quoted(f"FM{k} {HOSTILE if k == 1 else ''} {state}"),
-                "unit": quoted(f"FM{k}"), "state": quoted(state), "group": quoted("AB"[k % 2]),
-                "covariates": f"{{ temperature_degC = {5.0 * k}, date = 2026-01-{1 + k:02d} }}",
-            })  # fmt: skip
+            entries.append(
+                {
+                    "folder": quoted(f"{k}{state}"),
+                    "label": quoted(f"FM{k} {HOSTILE if k == 1 else ''} {state}"),
+                    "unit": quoted(f"FM{k}"),
+                    "state": quoted(state),
+                    "group": quoted("AB"[k % 2]),
+                    "covariates": f"{{ temperature_degC = {5.0 * k}, date = 2026-01-{1 + k:02d} }}",
+                }
+            )
     file = write_fleet_file(folder, entries, 'before_after = [["before", "after"]]')
     return fleet_data(mechid.fleet(file, out=folder / "out"), folder / "out")
 

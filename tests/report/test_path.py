@@ -13,11 +13,17 @@ from mechid.reports.fit.tables import path_table
 from printing import printed
 
 STEPS = (
-    {"step": 1, "added": "friction.stribeck", "removed": "", "cost": 3.0e4, "bic": 25210.4, "over_noise": 1.21,
-     "free": 17},
-    {"step": 2, "added": "", "removed": "gear.backlash", "cost": 2.1e4, "bic": 20144.6, "over_noise": 1.0,
-     "free": 16},
-)  # fmt: skip
+    {
+        "step": 1,
+        "added": "friction.stribeck",
+        "removed": "",
+        "cost": 3.0e4,
+        "bic": 25210.4,
+        "over_noise": 1.21,
+        "free": 17,
+    },
+    {"step": 2, "added": "", "removed": "gear.backlash", "cost": 2.1e4, "bic": 20144.6, "over_noise": 1.0, "free": 16},
+)
 TEXTS = [
     {"step": "1", "what": "friction.stribeck added", "over_noise": "1.210", "free": "17", "bic": "25210"},
     {"step": "2", "what": "gear.backlash removed", "over_noise": "1.000", "free": "16", "bic": "20145"},

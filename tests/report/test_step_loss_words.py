@@ -35,8 +35,12 @@ def test_a_slow_start_above_a_hole_says_from_where():
 
 def test_holes_are_listed_at_the_values_believed():
     ranges, holes = [[4.0, 118.2], [147.1, 1107.2]], [[118.2, 147.1]]
-    row = {"stepping": "full", "changed": "", "pull_in": limit(ranges, holes, 1107.2),
-           "pull_out": limit([[417.0, 4000.0]])}  # fmt: skip
+    row = {
+        "stepping": "full",
+        "changed": "",
+        "pull_in": limit(ranges, holes, 1107.2),
+        "pull_out": limit([[417.0, 4000.0]]),
+    }
     assert hole_lines({"step_loss": [row, {**row, "changed": "voltage"}]}) == [
         "full stepping, started at once: 118 to 147 steps/s; above 1107 steps/s it holds nowhere up to 4000"
     ]

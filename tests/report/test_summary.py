@@ -10,9 +10,18 @@ from mechid.reports.fit.verdict import BAD, CAUTION, GOOD, summary_data
 
 def parameter(name, estimate, sigma, *, unit="N m", status="free", white=None, reason=""):
     text = {"estimate": f"{estimate:g}", "std_error": f"{sigma or 0:g}", "unit": unit, "status": status}
-    return {"name": name, "estimate": estimate, "std_error": sigma, "std_error_noise": sigma,
-            "std_error_white": white or sigma, "unit": unit,
-            "local_only": False, "status": status, "reason": reason, "text": text}  # fmt: skip
+    return {
+        "name": name,
+        "estimate": estimate,
+        "std_error": sigma,
+        "std_error_noise": sigma,
+        "std_error_white": white or sigma,
+        "unit": unit,
+        "local_only": False,
+        "status": status,
+        "reason": reason,
+        "text": text,
+    }
 
 
 @pytest.fixture
@@ -32,7 +41,7 @@ def data():
             "text": {"fit_percent": "99.2"},
         }
         for n, use in (("full_46", "estimate"), ("sweep", "validate"))
-    ]  # fmt: skip
+    ]
     return {
         "grade": "A",
         "grade_words": GRADE_WORDS["A"],

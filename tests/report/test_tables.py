@@ -71,11 +71,21 @@ def test_every_record_is_validated_in_the_dict(make_fit, validation):
 
 
 ROWS = [
-    {"name": "K_s|x", "words": "a <term>", "term": "gear.backlash", "meaning": "a gap", "text": {
-        "value": "2.7", "std_error": "0.1", "unit": "rad"}},
-    {"name": "b", "words": "a <term>", "term": "gear.backlash", "meaning": "a width", "text": {
-        "value": "3", "std_error": "0.2", "unit": "rad"}},
-]  # fmt: skip
+    {
+        "name": "K_s|x",
+        "words": "a <term>",
+        "term": "gear.backlash",
+        "meaning": "a gap",
+        "text": {"value": "2.7", "std_error": "0.1", "unit": "rad"},
+    },
+    {
+        "name": "b",
+        "words": "a <term>",
+        "term": "gear.backlash",
+        "meaning": "a width",
+        "text": {"value": "3", "std_error": "0.2", "unit": "rad"},
+    },
+]
 CELLS = ("2.7", "0.1", "rad", "a gap", "3", "0.2", "a width")
 
 
@@ -93,8 +103,11 @@ def test_a_tables_three_printers_have_every_cell_of_it():
 
 
 def test_a_column_for_pages_is_on_pages_alone():
-    row = {"name": "joint fit", "note": "stopped", "text": dict.fromkeys(
-        ("records", "record_s", "free", "cost", "evaluations", "seconds"), "1")}  # fmt: skip
+    row = {
+        "name": "joint fit",
+        "note": "stopped",
+        "text": dict.fromkeys(("records", "record_s", "free", "cost", "evaluations", "seconds"), "1"),
+    }
     table = stage_table([row])
     assert "stopped" in table.html()
     assert "stopped" not in table.markdown()

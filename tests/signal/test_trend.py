@@ -28,8 +28,14 @@ def test_a_line_is_found_and_taken_away():
     assert np.max(np.abs(series)) < 1e-12
 
 
-@pytest.mark.parametrize(("series", "terms", "line"), [
-    ([1.0, 2.0, 4.0], 0, Line()), ([3.0], 2, Line(3.0)), ([], 2, Line()), ([1.0, 2.0, 3.0], 1, Line(2.0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("series", "terms", "line"),
+    [
+        ([1.0, 2.0, 4.0], 0, Line()),
+        ([3.0], 2, Line(3.0)),
+        ([], 2, Line()),
+        ([1.0, 2.0, 3.0], 1, Line(2.0)),
+    ],
+)
 def test_short_series_and_few_terms(series, terms, line):
     assert fit_line(np.array(series), terms) == line

@@ -25,11 +25,16 @@ def begun(simulator, points, *, substeps=1, offsets=(0.0,), ppm=(0.0,), samples=
     none = np.zeros((len(points[0]), 0))
     return [
         simulator.run(
-            p, directions=none, events=500, substeps=substeps, time_offset_s=offsets[k % len(offsets)],
-            clock_ppm=ppm[k % len(ppm)], samples=samples,
+            p,
+            directions=none,
+            events=500,
+            substeps=substeps,
+            time_offset_s=offsets[k % len(offsets)],
+            clock_ppm=ppm[k % len(ppm)],
+            samples=samples,
         )
         for k, p in enumerate(points)
-    ]  # fmt: skip
+    ]
 
 
 def around(mechanism, count, spread=0.02, seed=5):

@@ -117,14 +117,26 @@ def twins_on_one_torque():
         x, v, J, drive, a = sp.symbols(f"x{suffix} omega{suffix} J{suffix} T_drive{suffix} a{suffix}")
         T, T_fr, free = sp.symbols(f"T_mot_in T_fr{suffix}_in free{suffix}_in")
         inertia = Declaration(key="inertia", symbol=J.name, unit="kg m2", meaning="inertia", lower=0.0)
-        mass = Block(name=f"body{suffix}", table=f"body{suffix}", declarations=(inertia,), inputs=(T, T_fr, free),
-                     terms={drive: T, a: free * (drive - T_fr) / J}, rates={x: v, v: a}, initial={x: 0, v: 0},
-                     outputs={f"x{suffix}": x, f"T_drive{suffix}": drive})  # fmt: skip
+        mass = Block(
+            name=f"body{suffix}",
+            table=f"body{suffix}",
+            declarations=(inertia,),
+            inputs=(T, T_fr, free),
+            terms={drive: T, a: free * (drive - T_fr) / J},
+            rates={x: v, v: a},
+            initial={x: 0, v: 0},
+            outputs={f"x{suffix}": x, f"T_drive{suffix}": drive},
+        )
         return [mass, coulomb(site)]
 
     drive = measured_drive((("torque", "T_mot"),), "drive")
-    both = assemble("two", [drive, *body(""), *body("_b")], {}, {"rotor_angle": "body.x", "output_angle": "body_b.x_b"},
-                    ("rotor_angle", "output_angle"))  # fmt: skip
+    both = assemble(
+        "two",
+        [drive, *body(""), *body("_b")],
+        {},
+        {"rotor_angle": "body.x", "output_angle": "body_b.x_b"},
+        ("rotor_angle", "output_angle"),
+    )
     alone = assemble("one", [drive, *body("")], {}, {"rotor_angle": "body.x"})
     return [Mechanism(plant, _values(plant), {}) for plant in (both, alone)]
 
@@ -158,10 +170,14 @@ def test_two_switches_at_one_instant_are_both_taken():
 
 def test_an_edge_that_throws_a_stuck_body_releases_it_at_that_instant():
     """Truth: x = (F - T_c)(t - t_0)^2/2J from the edge at t_0 on; static friction moves neither x nor the instant."""
-    m = mechanism_of({
-        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
-        "friction": {"static": 0.05, "coulomb": 0.03, "viscous": 0.0},
-    })  # fmt: skip
+    m = mechanism_of(
+        {
+            "assembly": "direct_torque_drive",
+            "load": {"inertia": 2e-3},
+            "drive": {},
+            "friction": {"static": 0.05, "coulomb": 0.03, "viscous": 0.0},
+        }
+    )
     time_base = base(0.1, rate_hz=1e3)
     torque = np.where(time_base.times < 0.0295, 0.02, 0.08)
     command = MeasuredCommand().driven_by((InputChannel(quantity="torque", held=True, samples=torque),), 1e3, 0.0)
@@ -180,10 +196,14 @@ def test_an_edge_that_throws_a_stuck_body_releases_it_at_that_instant():
 
 def test_a_body_that_begins_in_motion_runs_out():
     """Truth: J w' = -T_v w from w(0) = v: x = v tau (1 - exp(-t/tau)), tau = J/T_v, and dx/dv = x/v."""
-    m = mechanism_of({
-        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3, "start_rate": 3.0}, "drive": {},
-        "friction": {"coulomb": 0.0, "viscous": 0.05},
-    })  # fmt: skip
+    m = mechanism_of(
+        {
+            "assembly": "direct_torque_drive",
+            "load": {"inertia": 2e-3, "start_rate": 3.0},
+            "drive": {},
+            "friction": {"coulomb": 0.0, "viscous": 0.05},
+        }
+    )
     time_base = base(0.1, rate_hz=1e3)
     nothing = InputChannel(quantity="torque", samples=np.zeros(time_base.samples))
     command = MeasuredCommand().driven_by((nothing,), 1e3, 0.0)
@@ -199,10 +219,18 @@ def test_a_body_that_begins_in_motion_runs_out():
 
 def turning_on_uneven_friction(torque, seconds):
     """Return a body on friction that varies with its angle, its time base and its command of a constant torque."""
-    m = mechanism_of({
-        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
-        "friction": {"coulomb": 0.05, "viscous": 0.0, "position": [{"order": 1, "amplitude": 0.6, "phase_deg": 40.0}]},
-    })  # fmt: skip
+    m = mechanism_of(
+        {
+            "assembly": "direct_torque_drive",
+            "load": {"inertia": 2e-3},
+            "drive": {},
+            "friction": {
+                "coulomb": 0.05,
+                "viscous": 0.0,
+                "position": [{"order": 1, "amplitude": 0.6, "phase_deg": 40.0}],
+            },
+        }
+    )
     time_base = base(seconds, rate_hz=1e3)
     channel = InputChannel(quantity="torque", held=True, samples=np.full(time_base.samples, torque))
     command = MeasuredCommand().driven_by((channel,), 1e3, 0.0)
@@ -238,10 +266,14 @@ def test_friction_over_the_angle_has_its_derivatives():
 @pytest.mark.parametrize("held", [True, False])
 def test_a_measured_input_is_held_or_runs_straight_between_its_samples(held):
     """Truth: m x'' = F in closed form, F the steps or the straight lines through the samples."""
-    m = mechanism_of({
-        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
-        "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 0.0},
-    })  # fmt: skip
+    m = mechanism_of(
+        {
+            "assembly": "direct_torque_drive",
+            "load": {"inertia": 2e-3},
+            "drive": {},
+            "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 0.0},
+        }
+    )
     time_base, r = base(0.05, rate_hz=1e3, start_s=3.0), np.random.default_rng(4)
     F, h = r.normal(size=time_base.samples), 1e-3
     command = MeasuredCommand().driven_by((InputChannel(quantity="torque", held=held, samples=F),), 1e3, 3.0)
@@ -283,10 +315,14 @@ def test_a_stepper_on_measured_voltages_is_that_on_its_command():
 
 def test_a_brushed_motor_answers_a_voltage_as_its_linear_equations():
     """Truth: the matrix exponential of winding, shaft and spring without dry friction; and the twin's sensitivities."""
-    table = changed({"assembly": "brushed_dc_drive", **BRUSHED_DC}, {
-        "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 2e-4}, "spring": {"stiffness": 0.3},
-        "drive": {"offset": 0.0},
-    })  # fmt: skip
+    table = changed(
+        {"assembly": "brushed_dc_drive", **BRUSHED_DC},
+        {
+            "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 2e-4},
+            "spring": {"stiffness": 0.3},
+            "drive": {"offset": 0.0},
+        },
+    )
     m = mechanism_of(table)
     m = replace(m, plant=m.plant.measuring(("current", "rotor_rate")))
     time_base = base(0.05)

@@ -103,9 +103,16 @@ class JointModel:
 
                 ends.terminal, ends.direction = True, -1
                 done = solve_ivp(
-                    lambda t, y, u=u, mode=mode: self.rates(y, u, mode), (now, stop), x, method="DOP853", rtol=1e-10,
-                    atol=1e-13, events=ends, dense_output=True, max_step=5e-4,
-                )  # fmt: skip
+                    lambda t, y, u=u, mode=mode: self.rates(y, u, mode),
+                    (now, stop),
+                    x,
+                    method="DOP853",
+                    rtol=1e-10,
+                    atol=1e-13,
+                    events=ends,
+                    dense_output=True,
+                    max_step=5e-4,
+                )
                 inside = (times >= now) & (times < done.t[-1])
                 for k in np.flatnonzero(inside):
                     out[k] = -self.momentum @ self.accelerations(done.sol(times[k]), u, mode)[0]
@@ -174,8 +181,10 @@ def test_cables_pull_between_the_load_and_its_moving_base():
     names = list(map(str, mechanism.plant.states))
     for _ in range(5):
         x = dict(zip(names, r.normal(size=len(names)), strict=True)) | {"alpha": 0.4, "alpha_gear": 0.0081}
-        modes = [list(s.modes).index("forward" if x[w] > 0 else "backward")
-                 for s, w in zip(mechanism.plant.switches, ("omega", "omega_gear"), strict=True)]  # fmt: skip
+        modes = [
+            list(s.modes).index("forward" if x[w] > 0 else "backward")
+            for s, w in zip(mechanism.plant.switches, ("omega", "omega_gear"), strict=True)
+        ]
         at = ([x[n] for n in names], [0.1, -0.2], equations.mode_symbols(modes), p)
         rate = dict(zip(names, equations.rates(*at), strict=True))
         eta = [(x[f"eta_{k}"], x[f"eta_dot_{k}"], rate[f"eta_dot_{k}"]) for k in range(len(BASE))]

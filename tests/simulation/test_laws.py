@@ -105,9 +105,12 @@ def test_voltage_cannot_be_told_from_the_coils():
     """Truth: the equations themselves: U -> c U, k_m -> c k_m, R, L -> c^2 changes nothing."""
     c = 1.3
     scaled = {
-        "stepper.peak_voltage": 5.7 * c, "stepper.torque_constant": 0.384 * c, "stepper.back_emf_constant": 0.384 * c,
-        "stepper.coil_resistance": 9.9 * c**2, "stepper.coil_inductance": 0.045 * c**2,
-    }  # fmt: skip
+        "stepper.peak_voltage": 5.7 * c,
+        "stepper.torque_constant": 0.384 * c,
+        "stepper.back_emf_constant": 0.384 * c,
+        "stepper.coil_resistance": 9.9 * c**2,
+        "stepper.coil_inductance": 0.045 * c**2,
+    }
     one = run_kernel(mechanism(), constant(46.0), base(0.3)).torque
     other = run_kernel(mechanism(changes=scaled), constant(46.0), base(0.3)).torque
     np.testing.assert_allclose(other, one, rtol=0, atol=1e-9 * rms(one))

@@ -50,10 +50,16 @@ def test_a_wing_on_a_gear():
     np.testing.assert_allclose(gain, [0.052, 2.70, 0.005], rtol=0.03)
 
 
-@pytest.mark.parametrize("layout", [
-    "flexible load",
-    *(pytest.param(n, marks=pytest.mark.slow) for n in ("kinematic_error", "lugre", "output_friction", "imbalance")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "layout",
+    [
+        "flexible load",
+        *(
+            pytest.param(n, marks=pytest.mark.slow)
+            for n in ("kinematic_error", "lugre", "output_friction", "imbalance")
+        ),
+    ],
+)
 def test_the_response_is_that_of_the_equations_driven_in_time(layout):
     """Truth: the nonlinear equations with a base that swings by little, integrated until only that is left: 1 %."""
     mechanism = driven(LAYOUTS[layout])

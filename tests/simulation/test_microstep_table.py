@@ -38,8 +38,9 @@ def test_a_table_turns_what_is_commanded(microsteps):
 
 def test_a_square_wave_comes_from_no_table():
     """Truth: the same mechanism without the table, both phases fully on in every full step."""
-    square = Command(stepping="full", microsteps=1, rate=RateProfile.constant(50.0), start_angle_deg=45.0,
-                     waveform="square")  # fmt: skip
+    square = Command(
+        stepping="full", microsteps=1, rate=RateProfile.constant(50.0), start_angle_deg=45.0, waveform="square"
+    )
     with_table, without = (run_kernel(paper_with({**RIGID, **t}), square, base(0.05)).torque for t in (TABLE, {}))
     np.testing.assert_allclose(with_table, without, rtol=0, atol=1e-9 * np.abs(without).max())
 
@@ -70,7 +71,7 @@ REFUSED = {
         {"stepper": {"microstep_table": [{"order": 32, "amplitude": 0.01}]}},
         "stepper.microstep_table.0.order: ",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -12,11 +12,23 @@ from runs import base, run_kernel
 
 COMMAND = constant(46.0)
 OFF = {
-    "start.angle": 0.01, "start.rate": 3.0, "start.twist": 0.5e-4, "start.twist_rate": 0.02, "start.current_a": 0.05,
-    "start.current_b": -0.03, "start.housing": 0.1, "start.housing_rate": -0.05, "start.transducer": 0.2,
-    "start.transducer_rate": -0.1, "start.charge_amplifier": 0.3, "start.mode_1": 1e-4, "start.mode_1_rate": 0.02,
-    "start.mode_2": -1e-4, "start.mode_2_rate": 0.05, "start.bristle": 1e-6,
-}  # fmt: skip
+    "start.angle": 0.01,
+    "start.rate": 3.0,
+    "start.twist": 0.5e-4,
+    "start.twist_rate": 0.02,
+    "start.current_a": 0.05,
+    "start.current_b": -0.03,
+    "start.housing": 0.1,
+    "start.housing_rate": -0.05,
+    "start.transducer": 0.2,
+    "start.transducer_rate": -0.1,
+    "start.charge_amplifier": 0.3,
+    "start.mode_1": 1e-4,
+    "start.mode_1_rate": 0.02,
+    "start.mode_2": -1e-4,
+    "start.mode_2_rate": 0.05,
+    "start.bristle": 1e-6,
+}
 """Inside the play of the layout with backlash: at its edge, 0.1 mrad, the torque jumps and has no derivative."""
 LANES = 32
 CHAIN = {**LAYOUTS["load_dependent"], **LAYOUTS["kinematic_error"], **LAYOUTS["test stand"]}
@@ -33,9 +45,14 @@ def torque(mechanism, start, *, command=COMMAND, time_base=None, p=None, directi
     return np.concatenate([y for y, _ in blocks]), np.concatenate([J for _, J in blocks])
 
 
-@pytest.mark.parametrize("layout", [
-    {}, CHAIN, *(pytest.param(LAYOUTS[n], marks=pytest.mark.slow) for n in ("lugre", "flexible load", "backlash")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "layout",
+    [
+        {},
+        CHAIN,
+        *(pytest.param(LAYOUTS[n], marks=pytest.mark.slow) for n in ("lugre", "flexible load", "backlash")),
+    ],
+)
 def test_derivatives_to_the_start_and_to_parameters_behind_it(layout):
     """Truth: central differences, across switches; where one passes a sample a difference is no derivative."""
     m = paper_with(layout)

@@ -24,20 +24,30 @@ def harmonic(order):
     ("changes", "steps", "mirrored"),
     [
         ({}, 2, True),  # half an electrical period, currents reversed
-        (detent(1.8), 2, True), (detent(3.6), 2, True),
+        (detent(1.8), 2, True),
+        (detent(3.6), 2, True),
         (detent(7.2), 4, False),  # one period in an electrical period: the other way round after half of it
-        (detent(14.4), 8, False), (detent(2.5), 50, True),
+        (detent(14.4), 8, False),
+        (detent(2.5), 50, True),
         (detent(2.5001), 0, True),  # never within ten turns
-        (error(1), 200, False), (error(2), 100, False), (error(4), 50, True), (error(50), 4, False),
-        (harmonic(3), 2, True), (harmonic(2), 4, False),
+        (error(1), 200, False),
+        (error(2), 100, False),
+        (error(4), 50, True),
+        (error(50), 4, False),
+        (harmonic(3), 2, True),
+        (harmonic(2), 4, False),
         (LAYOUTS["imbalance"], 4, False),  # a voltage offset does not turn with the currents
         ({"stepper": {"imbalance": {"resistance": 0.02, "torque_constant": 0.03}}}, 2, True),
         (LAYOUTS["friction position"], 0, True),  # the output turns once in 10 000 steps
-        (LAYOUTS["lugre"], 2, True), (LAYOUTS["three switches"], 2, True), (LAYOUTS["load_dependent"], 2, True),
-        (LAYOUTS["flexible load"], 2, True), (LAYOUTS["microstep table"], 2, True),
-        (LAYOUTS["supply"], 2, True), (LAYOUTS["saliency"], 2, True),
+        (LAYOUTS["lugre"], 2, True),
+        (LAYOUTS["three switches"], 2, True),
+        (LAYOUTS["load_dependent"], 2, True),
+        (LAYOUTS["flexible load"], 2, True),
+        (LAYOUTS["microstep table"], 2, True),
+        (LAYOUTS["supply"], 2, True),
+        (LAYOUTS["saliency"], 2, True),
     ],
-)  # fmt: skip
+)
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):
     """Truth: 200 full steps a turn of 1.8 deg, four an electrical period; a part repeats in its own."""
     found = repetition(in_flight(mechanism_of(changed(paper_table(), changes))))

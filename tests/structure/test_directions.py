@@ -23,9 +23,14 @@ def toml(tmp_path):
     """Return a modal table with two directions beside the mechanism's own."""
     lines = ['line_of_sight = ["x", "y"]', 'axis = "rz"']
     for k, (f, zeta) in enumerate(zip(FREQUENCY_HZ, DAMPING, strict=True)):
-        lines += ["[[mode]]", f"frequency_hz = {f}", f"damping = {zeta}", f"interface = {INTERFACE[k]}",
-                  f"line_of_sight = {LINE_OF_SIGHT[:, k].tolist()}",
-                  f"directions = {{ tx = {TRANSLATION[k]}, ry = {TILT[k]} }}"]  # fmt: skip
+        lines += [
+            "[[mode]]",
+            f"frequency_hz = {f}",
+            f"damping = {zeta}",
+            f"interface = {INTERFACE[k]}",
+            f"line_of_sight = {LINE_OF_SIGHT[:, k].tolist()}",
+            f"directions = {{ tx = {TRANSLATION[k]}, ry = {TILT[k]} }}",
+        ]
     path = tmp_path / "modes.toml"
     path.write_text("\n".join(lines), encoding="utf-8")
     return path
@@ -85,12 +90,26 @@ def test_responses_of_a_universal_file(tmp_path):
             unit = "N*m" if direction > 3 else "N"
             pyuff.UFF(str(path)).write_sets(
                 pyuff.prepare_58(
-                    binary=0, func_type=4, rsp_node=9, rsp_dir=response, ref_node=node, ref_dir=direction, x=grid,
-                    data=re + 1j * im, id1="made up", rsp_ent_name="structure", ref_ent_name="structure",
-                    abscissa_spacing=1, abscissa_spec_data_type=18, ordinate_spec_data_type=8,
-                    orddenom_spec_data_type=13, ordinate_axis_units_lab="rad", orddenom_axis_units_lab=unit,
-                ), "add" if path.exists() else "overwrite",
-            )  # fmt: skip
+                    binary=0,
+                    func_type=4,
+                    rsp_node=9,
+                    rsp_dir=response,
+                    ref_node=node,
+                    ref_dir=direction,
+                    x=grid,
+                    data=re + 1j * im,
+                    id1="made up",
+                    rsp_ent_name="structure",
+                    ref_ent_name="structure",
+                    abscissa_spacing=1,
+                    abscissa_spec_data_type=18,
+                    ordinate_spec_data_type=8,
+                    orddenom_spec_data_type=13,
+                    ordinate_axis_units_lab="rad",
+                    orddenom_axis_units_lab=unit,
+                ),
+                "add" if path.exists() else "overwrite",
+            )
     lines = {"x": (Location(9, "rx"),), "y": (Location(9, "ry"),)}
     structure = read_structure(path, Selection(interface=Location(3, "rz"), line_of_sight=lines))
     assert set(structure.directions) == {"tx"}

@@ -70,12 +70,26 @@ def uff(folder):
     for node, direction, data in sets:
         file.write_sets(
             pyuff.prepare_58(
-                binary=0, func_type=4, rsp_node=node, rsp_dir=direction, ref_node=3, ref_dir=6, data=data, x=GRID_HZ,
-                id1="made up", rsp_ent_name="structure", ref_ent_name="structure", abscissa_spacing=1,
-                abscissa_spec_data_type=18, ordinate_spec_data_type=11, orddenom_spec_data_type=13,
-                ordinate_axis_units_lab="urad/s", orddenom_axis_units_lab="N*m",
-            ), "add" if (folder / "frf.uff").exists() else "overwrite",
-        )  # fmt: skip
+                binary=0,
+                func_type=4,
+                rsp_node=node,
+                rsp_dir=direction,
+                ref_node=3,
+                ref_dir=6,
+                data=data,
+                x=GRID_HZ,
+                id1="made up",
+                rsp_ent_name="structure",
+                ref_ent_name="structure",
+                abscissa_spacing=1,
+                abscissa_spec_data_type=18,
+                ordinate_spec_data_type=11,
+                orddenom_spec_data_type=13,
+                ordinate_axis_units_lab="urad/s",
+                orddenom_axis_units_lab="N*m",
+            ),
+            "add" if (folder / "frf.uff").exists() else "overwrite",
+        )
     return folder / "frf.uff"
 
 
@@ -142,13 +156,15 @@ REFUSED = {
     "modes.toml": [
         ('line_of_sight = ["x"]\nmodes = 3\n', 'modes: unknown key; did you mean "mode"'),
         ('line_of_sight = ["x"]\n[[mode]]\nfrequency = 3\n', 'frequency: unknown key; did you mean "frequency_hz"'),
-        ('line_of_sight = ["x"]\n[[mode]]\nfrequency_hz = "3 Hz"\ndamping = 0\ninterface = 1\nline_of_sight = [1]\n',
-         "frequency_hz: found 3 Hz; write a finite number"),
+        (
+            'line_of_sight = ["x"]\n[[mode]]\nfrequency_hz = "3 Hz"\ndamping = 0\ninterface = 1\nline_of_sight = [1]\n',
+            "frequency_hz: found 3 Hz; write a finite number",
+        ),
         ('line_of_sight = ["x"]\n[[mode]]\nline_of_sight = [1, 2]\n', "write 1 numbers, one for each axis"),
         ("[[mode]]\n", "line_of_sight: name the axes"),
         ('line_of_sight = ["x"]\naxis = "z"\n', 'axis: found "z"; write "rx"'),
     ],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("name", "text", "said"), [(n, t, s) for n, cases in REFUSED.items() for t, s in cases])

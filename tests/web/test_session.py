@@ -81,8 +81,9 @@ def test_a_record_that_a_fit_left_out_is_called_so_and_stays_one_to_estimate_fro
     """Truth: the campaign's own entries; the sweep alone is held out by its file."""
     values = {q.name: q.value for q in campaign.parameters.values()}
     taken = tuple(replace(r, use="validate") if r.name == "micro_46" else r for r in campaign.records)
-    estimate = Estimate(source="a fit", values=values, sigmas={}, summary={}, records=taken,
-                        left_out=frozenset({"micro_46"}))  # fmt: skip
+    estimate = Estimate(
+        source="a fit", values=values, sigmas={}, summary={}, records=taken, left_out=frozenset({"micro_46"})
+    )
     session = Session(replace(source, estimate=estimate))
     uses = shown_data(session, session.pictures(), {}, {})["uses"]
     assert uses == {"full_46": "", "micro_46": "left out of the last fit", "sweep": "held out"}

@@ -96,28 +96,47 @@ KINDS = {
     kind.name: kind
     for kind in (
         Kind(
-            name="APE", words="the error", form=lambda e: e.instant(),
-            weight=_ones, weight_words="1", has_window=False,
+            name="APE",
+            words="the error",
+            form=lambda e: e.instant(),
+            weight=_ones,
+            weight_words="1",
+            has_window=False,
         ),
         Kind(
-            name="MPE", words="its mean over a window", form=lambda e: e.mean(),
-            weight=lambda s, _: np.asarray(s**2), weight_words="s^2",
+            name="MPE",
+            words="its mean over a window",
+            form=lambda e: e.mean(),
+            weight=lambda s, _: np.asarray(s**2),
+            weight_words="s^2",
         ),
         Kind(
-            name="RPE", words="the error less that mean", form=lambda e: e.instant() - e.mean(),
-            weight=lambda s, _: np.asarray(1.0 - s**2), weight_words="1 - s^2", needs_held_body=False,
+            name="RPE",
+            words="the error less that mean",
+            form=lambda e: e.instant() - e.mean(),
+            weight=lambda s, _: np.asarray(1.0 - s**2),
+            weight_words="1 - s^2",
+            needs_held_body=False,
         ),
         Kind(
-            name="PDE", words="difference of two windows' means in one observation period",
+            name="PDE",
+            words="difference of two windows' means in one observation period",
             form=lambda e: e.mean(1) - e.mean(),
-            weight=_two_means, weight_words=r"4 \sin^2(\pi f S) s^2", separations=1,
+            weight=_two_means,
+            weight_words=r"4 \sin^2(\pi f S) s^2",
+            separations=1,
         ),
         Kind(
-            name="PRE", words="the same in different observation periods", form=lambda e: e.mean(1) - e.mean(),
-            weight=_two_means, weight_words=r"4 \sin^2(\pi f S) s^2", separations=1, one_period=False,
+            name="PRE",
+            words="the same in different observation periods",
+            form=lambda e: e.mean(1) - e.mean(),
+            weight=_two_means,
+            weight_words=r"4 \sin^2(\pi f S) s^2",
+            separations=1,
+            one_period=False,
         ),
     )
-}  # fmt: skip
+}
 """All indices by their names. A new one is a row here: nothing else asks which index it has."""
 
 

@@ -11,15 +11,14 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.budgets.budget import BY_DUTY, CAMPBELL_ORDERS, Budget, named_modes
 from mechid.budgets.coupling import SUFFICES, loop_gain
+from mechid.budgets.course_numbers import course_of
 from mechid.budgets.emission import BOUND
 from mechid.budgets.hdf5 import line_of_sight_series
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.over_rate import torque_bands
-from mechid.budgets.profile_run import ProfileResponse
 from mechid.budgets.requirement import Standing
-from mechid.budgets.shares import deviations
 from mechid.budgets.side_numbers import side_of_bench, side_of_mode
 from mechid.budgets.steadiness import steadiness
 from mechid.signal.power import cumulative_rms
@@ -30,9 +29,6 @@ LOWEST_BAND_HZ, BANDS_PER_DECADE = 1.0, 10
 SHOWN_S, SHOWN_SAMPLES = 0.25, 1500
 """Of the line of sight over time: so long, and so many samples at most."""
 GAIN_POINTS = 500
-COURSE_SAMPLES = 4000
-"""Of a profile's line of sight: the least and the largest of each of half as many stretches."""
-COURSE_DRAWS = 200
 
 
 def budget_data(budget: Budget) -> dict[str, Any]:
@@ -58,9 +54,16 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "modes": [_mode(budget, made) for made in budget.modes],
         "requirements": [_standing(budget, s) for s in budget.standings],
         "errors": [
-            {"name": e.name, "kind": e.kind, "size_rad": e.size_rad, "spread_rad": e.spread_rad, "group": e.group,
-             "axes": [n for n, on in zip(file.structure.line_of_sight, e.axes, strict=True) if on],
-             "frequency_hz": e.frequency_hz, "bandwidth_hz": e.bandwidth_hz}
+            {
+                "name": e.name,
+                "kind": e.kind,
+                "size_rad": e.size_rad,
+                "spread_rad": e.spread_rad,
+                "group": e.group,
+                "axes": [n for n, on in zip(file.structure.line_of_sight, e.axes, strict=True) if on],
+                "frequency_hz": e.frequency_hz,
+                "bandwidth_hz": e.bandwidth_hz,
+            }
             for e in file.errors
         ],
         "named_modes": [{"name": n, "frequency_hz": f} for n, f in named_modes(file.structure, budget.estimate)],
@@ -69,7 +72,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "coupling": _coupling(budget),
         "notes": _notes(budget),
         "warnings": list(budget.warnings),
-    }  # fmt: skip
+    }
 
 
 def _notes(budget: Budget) -> list[str]:
@@ -106,7 +109,7 @@ def _mode(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "loop_gain": made.loop_gain,
         "two_way_level_rad": {name: level for name, (_, level) in made.two_way_levels.items()},
         "avoid": {name: [list(r) for r in ranges] for name, ranges in made.avoid.items()},
-        **(_course(budget, made, made.course) if made.course is not None else _steady(budget, made)),
+        **(course_of(budget, made, made.course) if made.course is not None else _steady(budget, made)),
     }
 
 
@@ -165,8 +168,9 @@ def _envelope(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         ]
         if found:
             size, rate, least, most = max(found)
-            rows.append({"from_hz": low, "to_hz": high, "torque_amplitude_Nm": size, "ci95_Nm": [least, most],
-                         "at_rate": rate})  # fmt: skip
+            rows.append(
+                {"from_hz": low, "to_hz": high, "torque_amplitude_Nm": size, "ci95_Nm": [least, most], "at_rate": rate}
+            )
     return {"bands": rows}
 
 
@@ -178,11 +182,16 @@ def _emission(made: ModeBudget) -> dict[str, Any]:
         exerted = made.emissions[at]
         low, high = exerted.bands_hz[k].tolist()
         if exerted.band_bound[k] > 0.0:
-            rows.append({
-                "from_hz": low, "to_hz": high, "at_rate": made.responses[at].state.rate,
-                "modelled_rms_Nm": float(exerted.band_modelled[k]), "residual_rms_Nm": float(exerted.band_residual[k]),
-                "bound_rms_Nm": float(exerted.band_bound[k]),
-            })  # fmt: skip
+            rows.append(
+                {
+                    "from_hz": low,
+                    "to_hz": high,
+                    "at_rate": made.responses[at].state.rate,
+                    "modelled_rms_Nm": float(exerted.band_modelled[k]),
+                    "residual_rms_Nm": float(exerted.band_residual[k]),
+                    "bound_rms_Nm": float(exerted.band_bound[k]),
+                }
+            )
     return {"bound_share": BOUND, "bands": rows}
 
 
@@ -266,50 +275,6 @@ def _cumulative(at: Response) -> dict[str, Any]:
     return out
 
 
-def _course(budget: Budget, made: ModeBudget, course: ProfileResponse) -> dict[str, Any]:
-    """Return a profile's numbers: windowed RMS over its time with bands, and the line of sight's extremes."""
-    windowed = course.windowed()
-    peak = int(windowed.max(axis=1).argmax())
-    time = course.window_times_s
-    rates = np.interp(time, made.mode.command.rate.times_s, made.mode.command.rate.rates)
-    n = len(budget.estimate.names)
-    by = np.zeros((COURSE_DRAWS, course.columns))
-    rng = np.random.default_rng(budget.file.seed)
-    by[:, :n] = deviations(budget.estimate.covariance, COURSE_DRAWS, rng)
-    draws = course.windowed_draws(by) * (
-        1.0 + budget.estimate.discrepancy.overall * rng.normal(size=(COURSE_DRAWS, 1, 1))
-    )
-    two_way = made.two_way_course.rms().tolist() if made.two_way_course else None
-    return {
-        "duration_s": made.mode.duration_s,
-        "rms_window_s": course.window_s,
-        "worst_time_s": float(time[peak]),
-        "worst_rate": float(rates[peak]),
-        "torque_rms_Nm": float(course.windowed_torque().max()),
-        "line_of_sight_rms_rad": windowed.max(axis=0).tolist(),
-        "line_of_sight_rms_two_way_rad": two_way,
-        "windowed": {
-            "time_s": time.tolist(),
-            "rate": rates.tolist(),
-            "torque_rms_Nm": course.windowed_torque().tolist(),
-            "rms_rad": windowed.T.tolist(),
-            "rms_ci95_rad": np.moveaxis(np.quantile(draws, (0.025, 0.975), axis=0), 0, -1).swapaxes(0, 1).tolist(),
-            "rms_two_way_rad": made.two_way_course.windowed().T.tolist() if made.two_way_course else None,
-        },
-        "course": _extremes(course),
-    }
-
-
-def _extremes(course: ProfileResponse) -> dict[str, Any]:
-    stretches = min(COURSE_SAMPLES // 2, len(course.series))
-    edges = np.linspace(0, len(course.series), stretches + 1).astype(np.int64)[:-1]
-    return {
-        "time_s": (edges / course.series_rate_hz).tolist(),
-        "least_rad": np.minimum.reduceat(course.series, edges, axis=0).T.tolist(),
-        "largest_rad": np.maximum.reduceat(course.series, edges, axis=0).T.tolist(),
-    }
-
-
 def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
     r = s.requirement
     two_way = budget.two_way_by_duty.get(r.name)
@@ -317,18 +282,36 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
         two_way = next(m.two_way_levels.get(r.name, (0, None))[1] for m in budget.modes if m.mode.name == s.mode)
     both = margins(s, two_way)
     return {
-        "requirement": r.name, "mode": s.mode, "index": r.index.kind, "index_words": r.index.row.words,
-        "window_s": r.index.window_s, "separation_s": r.index.separation_s, "axis": r.axis,
-        "interpretation": r.interpretation, "confidence": r.confidence, "worst_member_share": r.worst_member_share,
-        "evaluation_period_s": r.evaluation_period_s, "limit_rad": r.limit_rad,
-        "level_rad": s.level.value, "sampling_sigma_rad": s.sampling_rad, "nominal_rad": s.nominal_rad,
-        "others_rad": s.others_rad, "residual_rad": s.residual_rad,
-        "residual_share": s.residual_rad / r.limit_rad, "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95),
-        "ecss_summation_rad": s.ecss_rad, "two_way_rad": two_way, "at_rate": _rate(budget, s),
-        "margin": s.margin, "margin95": list(s.margin95), **both, "met": both["decided"]["met"],
+        "requirement": r.name,
+        "mode": s.mode,
+        "index": r.index.kind,
+        "index_words": r.index.row.words,
+        "window_s": r.index.window_s,
+        "separation_s": r.index.separation_s,
+        "axis": r.axis,
+        "interpretation": r.interpretation,
+        "confidence": r.confidence,
+        "worst_member_share": r.worst_member_share,
+        "evaluation_period_s": r.evaluation_period_s,
+        "limit_rad": r.limit_rad,
+        "level_rad": s.level.value,
+        "sampling_sigma_rad": s.sampling_rad,
+        "nominal_rad": s.nominal_rad,
+        "others_rad": s.others_rad,
+        "residual_rad": s.residual_rad,
+        "residual_share": s.residual_rad / r.limit_rad,
+        "sigma_rad": s.level.sigma,
+        "ci95_rad": list(s.level.ci95),
+        "ecss_summation_rad": s.ecss_rad,
+        "two_way_rad": two_way,
+        "at_rate": _rate(budget, s),
+        "margin": s.margin,
+        "margin95": list(s.margin95),
+        **both,
+        "met": both["decided"]["met"],
         "variance_shares": dict(sorted(s.level.shares.items(), key=lambda item: -abs(item[1]))),
         "spread_shares": dict(sorted(s.spread_shares.items(), key=lambda item: -item[1])),
-    }  # fmt: skip
+    }
 
 
 def _rate(budget: Budget, s: Standing) -> float | None:

@@ -20,12 +20,7 @@ Use: TypeAlias = Literal["estimate", "validate"]
 
 USES: tuple[Use, ...] = ("estimate", "validate")
 TIME_OFFSET = Declaration(
-    key="time_offset_s",
-    symbol="t_0",
-    unit="s",
-    meaning="record time at which the command starts",
-    source="the test stand",
-    default=0.0,
+    "time_offset_s", "t_0", "s", "record time at which the command starts", source="the test stand", default=0.0
 )
 START = "start"
 """What the states of a record's start are named by, ``record.<name>.start.<state>``."""

@@ -218,11 +218,10 @@ class _Making:
 
         Draws are as far off as errors are once the time there is has been spent on all records alike.
         """
-        seconds = self._seconds(pool)
+        here, seed, seconds = self.here, self.options.seed, self._seconds(pool)
         spent = self._total_s(seconds) / float(seconds.sum())
-        reference = self.here.before + spent * information.sum(axis=1)
-        return departing_share(self.here.space, pool, self.here.points, information, reference,
-                               seed=self.options.seed, workers=self.workers)  # fmt: skip
+        reference = here.before + spent * information.sum(axis=1)
+        return departing_share(here.space, pool, here.points, information, reference, seed=seed, workers=self.workers)
 
     def _seconds(self, pool: Sequence[PlannedRecord]) -> FloatArray:
         return np.array([r.duration_s + self.options.limits.between_s for r in pool])
@@ -245,9 +244,15 @@ class _Making:
         lost = screened.lost[0] | screening(mechanisms, pool, self.workers).lost.any(axis=0)
         kept = float(sum(seconds[self._index(name)] for name in limits.keep))
         return separation(
-            self.campaign, self.rivals, pool, driven=~lost, allowed=np.array([not o for o in objections]),
-            seconds=seconds, total_s=self._total_s(seconds) - kept, workers=self.workers,
-        )  # fmt: skip
+            self.campaign,
+            self.rivals,
+            pool,
+            driven=~lost,
+            allowed=np.array([not o for o in objections]),
+            seconds=seconds,
+            total_s=self._total_s(seconds) - kept,
+            workers=self.workers,
+        )
 
     def _chosen(
         self,

@@ -11,12 +11,13 @@ from pathlib import Path
 from mechid.errors import UnwritableError, UsageError
 from mechid.holding.holder import Holder, Life, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
-from mechid.holding.saved import saved_since
 from mechid.reading.whole import read_text
 from mechid.writing import is_refusal_of, refusal, writable
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
 """Folders that are held around what runs now, each with the token of its hold."""
+MOST_NAMED = 8
+"""Of the files that a run has saved until it could write no more."""
 
 
 @contextmanager
@@ -86,7 +87,7 @@ def _said(place: Path, folder: Path) -> Iterator[None]:
             if not is_refusal_of(place, error):
                 raise
             error = refusal(folder, error)
-        raise UnwritableError(f"{error}; {saved_since(place, began_ns)}") from error
+        raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
 
 
 def _taken(lock: Path, folder: Path, within: str) -> Holder:
@@ -172,3 +173,25 @@ def _one_at_a_time(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+
+
+def _saved_since(folder: Path, instant_ns: int) -> str:
+    """Return in words which files have been written in a folder, and right below it, since an instant of its clock."""
+    fresh: list[Path] = []
+    with suppress(OSError):
+        fresh = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if _is_fresh(path, folder, instant_ns)]
+    names = sorted(path.name for path in fresh if path.parent == folder)
+    counts = {
+        place: sum(path.parent == place for path in fresh) for place in {path.parent for path in fresh} - {folder}
+    }
+    names += sorted(f"{count} of {place.name}/" for place, count in counts.items())
+    if not names:
+        return "nothing was saved"
+    more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else []
+    return f"saved before: {', '.join([*names[:MOST_NAMED], *more])}"
+
+
+def _is_fresh(path: Path, folder: Path, instant_ns: int) -> bool:
+    """Whether a path is a file, not a hidden one, that has been written since."""
+    is_hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+    return not is_hidden and path.is_file() and path.stat().st_mtime_ns >= instant_ns

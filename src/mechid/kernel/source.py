@@ -112,11 +112,19 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
 
 def _numbers(plant: Plant, lanes: int, writer: physics.Writer) -> dict[str, int]:
     return {
-        "NL": lanes, "NX": len(plant.states), "NF": len(plant.filter.states), "NV": len(plant.filter.inputs),
-        "NU": len(plant.inputs), "NY": len(plant.outputs), "NP": len(plant.parameters),
-        "NC": len(writer.constants.names), "NM": len(writer.mode_symbols), "NS": len(plant.switches),
-        "NPF": len(physics.filter_parameters(plant)), "NPOINT": len(writer.point),
-    }  # fmt: skip
+        "NL": lanes,
+        "NX": len(plant.states),
+        "NF": len(plant.filter.states),
+        "NV": len(plant.filter.inputs),
+        "NU": len(plant.inputs),
+        "NY": len(plant.outputs),
+        "NP": len(plant.parameters),
+        "NC": len(writer.constants.names),
+        "NM": len(writer.mode_symbols),
+        "NS": len(plant.switches),
+        "NPF": len(physics.filter_parameters(plant)),
+        "NPOINT": len(writer.point),
+    }
 
 
 def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
@@ -125,20 +133,52 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
     both, width = n["NX"] + n["NV"], n["NF"] + 3 * n["NV"]
     square, prop = (1 + n["NPF"]) * n["NF"] ** 2, (1 + n["NPF"]) * n["NF"] * width
     return {
-        "X": n["NX"], "X_TURN": turns, "X_NEW": n["NX"], "X_NEW_TURN": turns, "X_TRY": n["NX"], "X_TRY_TURN": turns,
-        "POINTS": 4 * n["NPOINT"], "TIME": 1, "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
-        "K": both, "K_NEW": both, "K_EVENT": both, "MID": n["NV"], "MID_TRY": n["NV"],
-        "KNOWN": 1, "CLOSE": 1, "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
-        "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
-        "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
+        "X": n["NX"],
+        "X_TURN": turns,
+        "X_NEW": n["NX"],
+        "X_NEW_TURN": turns,
+        "X_TRY": n["NX"],
+        "X_TRY_TURN": turns,
+        "POINTS": 4 * n["NPOINT"],
+        "TIME": 1,
+        "Z": n["NF"],
+        "U": n["NU"],
+        "M": n["NM"],
+        "C": n["NC"],
+        "K": both,
+        "K_NEW": both,
+        "K_EVENT": both,
+        "MID": n["NV"],
+        "MID_TRY": n["NV"],
+        "KNOWN": 1,
+        "CLOSE": 1,
+        "PINNED": n["NX"],
+        "Z_NEW": n["NF"],
+        "DZ": n["NPF"] * n["NF"],
+        "A": n["NF"] ** 2,
+        "B": n["NF"] * n["NV"],
+        "DA": n["NPF"] * n["NF"] ** 2,
+        "DB": n["NPF"] * n["NF"] * n["NV"],
+        "POWER": square,
+        "PRODUCT": square,
+        "REGULAR": prop,
+        "OTHER": prop,
         "TABLE": (TERMS + 2) * prop,
-        "JUMP": 2 * n["NY"], "JUMP_LANES": n["NY"] * n["NL"], "X_P": n["NX"] * n["NP"],
-        "G_OLD": n["NS"] * guards, "G_NEW": n["NS"] * guards, "G_SLOPE": guards,
-        "TANGENT": 4 * n["NT"], "PAIR": 2 * n["NY"], "DOT_PAIR": 2 * n["NY"],
+        "JUMP": 2 * n["NY"],
+        "JUMP_LANES": n["NY"] * n["NL"],
+        "X_P": n["NX"] * n["NP"],
+        "G_OLD": n["NS"] * guards,
+        "G_NEW": n["NS"] * guards,
+        "G_SLOPE": guards,
+        "TANGENT": 4 * n["NT"],
+        "PAIR": 2 * n["NY"],
+        "DOT_PAIR": 2 * n["NY"],
         "J_PAIR": 2 * n["NY"] * n["NL"],
-        "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"],
-        "G_X": guards * n["NX"], "G_P": guards * n["NP"],
-    }  # fmt: skip
+        "Y_X": n["NY"] * (n["NX"] + n["NF"]),
+        "Y_P": n["NY"] * n["NP"],
+        "G_X": guards * n["NX"],
+        "G_P": guards * n["NP"],
+    }
 
 
 def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:

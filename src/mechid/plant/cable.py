@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from sympy import Expr, Integer, Symbol, symbols
 
@@ -12,6 +13,7 @@ from mechid.plant.drive_train import alpha_gear, omega_gear
 
 TABLE = "load.cable"
 DAHL = "Dahl, AIAA J. 14 (1976) 1675-1682"
+_parameter = partial(Declaration, source=DAHL)
 K_c, alpha_c, T_cable = symbols("K_c alpha_c T_cable")
 SPRING = K_c * (alpha_gear - alpha_c)
 
@@ -31,11 +33,11 @@ def dahl() -> Block:
     """
     T_h, theta_h, h, direction = symbols("T_h theta_h h_cable direction_cable")
     own = (
-        Declaration(key="hysteresis", symbol=T_h.name, unit="N m", lower=0.0, source=DAHL,
-                    meaning="half the width of the cables' hysteresis loop"),
-        Declaration(key="hysteresis_angle", symbol=theta_h.name, unit="rad", lower=0.0, source=DAHL,
-                    meaning="angle of the load over which the hysteresis builds up"),
-    )  # fmt: skip
+        _parameter("hysteresis", T_h.name, "N m", "half the width of the cables' hysteresis loop", lower=0.0),
+        _parameter(
+            "hysteresis_angle", theta_h.name, "rad", "angle of the load over which the hysteresis builds up", lower=0.0
+        ),
+    )
     switch = Switch(
         name=TABLE,
         modes={"forward": {direction: 1.0}, "backward": {direction: -1.0}},
@@ -61,10 +63,10 @@ def _cable(
         name="cable",
         table=TABLE,
         declarations=(
-            Declaration(key="stiffness", symbol=K_c.name, unit="N m/rad", lower=0.0, source=DAHL,
-                        meaning="stiffness of the cables about the output axis"),
-            Declaration(key="rest_angle", symbol=alpha_c.name, unit="rad", default=0.0, source=DAHL,
-                        meaning="angle of the load at which the cables pull neither way"),
+            _parameter("stiffness", K_c.name, "N m/rad", "stiffness of the cables about the output axis", lower=0.0),
+            _parameter(
+                "rest_angle", alpha_c.name, "rad", "angle of the load at which the cables pull neither way", default=0.0
+            ),
             *own,
         ),
         terms={T_cable: torque},
@@ -74,7 +76,7 @@ def _cable(
         switch=switch,
         swinging=dict.fromkeys(rates, ""),
         reference=DAHL,
-    )  # fmt: skip
+    )
 
 
 LAWS: Mapping[str, Callable[[], Block]] = {"spring": spring, "dahl": dahl}

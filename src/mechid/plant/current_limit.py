@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from sympy import Float, Symbol, symbols
 
 from mechid.parameter import Declaration
@@ -10,19 +12,18 @@ from mechid.plant.start import start as own_start
 
 TABLE = "stepper.current_limit"
 ACARNLEY = "Acarnley, Stepping Motors: a Guide to Theory and Practice, 4th ed. (2002), chapter 5: chopper drive"
+_parameter = partial(Declaration, source=ACARNLEY)
 BAND = 1e-6
 """Of the peak current: within it a loop follows. Far below a microstep, far above rounding."""
 k_v, R, L, U_s, I_peak = symbols("k_v R_loop L_loop U_loop I_peak")
 DECLARATIONS = (
-    Declaration(key="voltage", symbol=U_s.name, unit="V", lower=0.0, source=ACARNLEY,
-                meaning="supply voltage, the most that a phase is given"),
-    Declaration(key="resistance", symbol=R.name, unit="ohm", lower=0.0, source=ACARNLEY, supply_power=-1,
-                meaning="resistance of a coil and its switches"),
-    Declaration(key="inductance", symbol=L.name, unit="H", lower=0.0, source=ACARNLEY, supply_power=-1,
-                meaning="inductance of a coil"),
-    Declaration(key="back_emf_constant", symbol=k_v.name, unit="V s/rad", lower=0.0, source=ACARNLEY,
-                tied_to="stepper.torque_constant", meaning="back-EMF constant"),
-)  # fmt: skip
+    _parameter("voltage", U_s.name, "V", "supply voltage, the most that a phase is given", lower=0.0),
+    _parameter("resistance", R.name, "ohm", "resistance of a coil and its switches", lower=0.0, supply_power=-1),
+    _parameter("inductance", L.name, "H", "inductance of a coil", lower=0.0, supply_power=-1),
+    _parameter(
+        "back_emf_constant", k_v.name, "V s/rad", "back-EMF constant", lower=0.0, tied_to="stepper.torque_constant"
+    ),
+)
 
 
 def loop(phase: str) -> Block:

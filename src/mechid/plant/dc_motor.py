@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from sympy import Symbol, symbols
 
 from mechid.parameter import Declaration
@@ -9,18 +11,12 @@ from mechid.plant.block import Block
 from mechid.plant.drive_train import alpha, omega
 
 HUGHES = "Hughes, Drury, Electric Motors and Drives"
+_parameter = partial(Declaration, source=HUGHES)
 SPRING = "spring"
 """Table of the spring at the shaft."""
 DAMPING = "k_t*k_e/R"
 """Damping by the shorted winding, in the file's symbols."""
-INERTIA = Declaration(
-    key="motor.inertia",
-    symbol="J_rot",
-    unit="kg m2",
-    lower=0.0,
-    source=HUGHES,
-    meaning="inertia of the rotor and all on its shaft",
-)
+INERTIA = _parameter("motor.inertia", "J_rot", "kg m2", "inertia of the rotor and all on its shaft", lower=0.0)
 
 
 def dc_winding() -> Block:
@@ -35,14 +31,12 @@ def dc_winding() -> Block:
         name="winding",
         table="motor",
         declarations=(
-            Declaration(key="resistance", symbol=R.name, unit="ohm", lower=0.0, spread=1.25, source=HUGHES,
-                        meaning="resistance of winding, brushes and leads"),
-            Declaration(key="inductance", symbol=L.name, unit="H", lower=0.0, source=HUGHES,
-                        meaning="inductance of the winding"),
-            Declaration(key="torque_constant", symbol=k_t.name, unit="N m/A", lower=0.0, source=HUGHES,
-                        meaning="torque constant"),
-            Declaration(key="back_emf_constant", symbol=k_e.name, unit="V s/rad", lower=0.0, source=HUGHES,
-                        tied_to="torque_constant", meaning="back-EMF constant"),
+            _parameter("resistance", R.name, "ohm", "resistance of winding, brushes and leads", lower=0.0, spread=1.25),
+            _parameter("inductance", L.name, "H", "inductance of the winding", lower=0.0),
+            _parameter("torque_constant", k_t.name, "N m/A", "torque constant", lower=0.0),
+            _parameter(
+                "back_emf_constant", k_e.name, "V s/rad", "back-EMF constant", lower=0.0, tied_to="torque_constant"
+            ),
         ),
         inputs=(u, omega),
         rates={i: (u - R * i - k_e * omega) / L},
@@ -50,22 +44,21 @@ def dc_winding() -> Block:
         outputs={"i": i, "T_mot": k_t * i},
         swinging={i: ""},
         reference=HUGHES,
-    )  # fmt: skip
+    )
 
 
 def shaft_spring() -> Block:
     """Spring from the shaft to the base: T_spring = K (alpha - alpha_0); N m, rad."""
     K, alpha_0, T = Symbol("K_spring"), Symbol("alpha_0"), Symbol("T_spring")
+    own, rest = partial(Declaration, source="Hooke's law"), "angle of the shaft at which the spring pulls neither way"
     return Block(
         name=SPRING,
         table=SPRING,
         declarations=(
-            Declaration(key="stiffness", symbol=K.name, unit="N m/rad", lower=0.0, source="Hooke's law",
-                        meaning="stiffness of the spring from shaft to base"),
-            Declaration(key="rest_angle", symbol=alpha_0.name, unit="rad", default=0.0, source="Hooke's law",
-                        meaning="angle of the shaft at which the spring pulls neither way"),
+            own("stiffness", K.name, "N m/rad", "stiffness of the spring from shaft to base", lower=0.0),
+            own("rest_angle", alpha_0.name, "rad", rest, default=0.0),
         ),
         terms={T: K * (alpha - alpha_0)},
         outputs={T.name: T},
         reference="Hooke's law",
-    )  # fmt: skip
+    )

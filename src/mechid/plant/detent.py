@@ -44,14 +44,7 @@ def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Bl
         name=f"detent_{k}",
         table=f"{DETENT}.{index}",
         declarations=(
-            Declaration(
-                key="period_deg",
-                symbol=period.name,
-                unit="deg",
-                meaning="detent period",
-                lower=1e-6,
-                structural=True,
-            ),
+            Declaration("period_deg", period.name, "deg", "detent period", lower=1e-6, structural=True),
             Declaration(
                 key="amplitude",
                 symbol=K.name,
@@ -60,7 +53,7 @@ def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Bl
                 lower=0.0,
                 typical=(holding, 0.0, 0.2) if holding else None,
             ),
-            Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),
+            Declaration("phase_deg", phi.name, "deg", "detent phase", default=0.0),
         ),
         coordinates={a: K * cos(phi * pi / 180), b: K * sin(phi * pi / 180)},
         polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=a, sine=b, cycles=360 / period),),

@@ -20,7 +20,7 @@ COMMANDED = theta_0 / (p / 2)
 """Angle in rad at which a stepper's rotor starts."""
 PER_STEP = 1 / (2 * p)
 """Turns of a stepper's rotor in a full step."""
-INERTIA = Declaration(key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0)
+INERTIA = Declaration("stepper.rotor_inertia", "J_rot", "kg m2", "rotor inertia", lower=0.0)
 beta_acc = Symbol("beta_acc_in")
 """Acceleration of the base, rad/s2."""
 SWING = f"{FULL_STEP}*sqrt(T_hold*p/(2*J_rot))"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from sympy import Expr, Float, Symbol, exp
 
@@ -18,6 +19,7 @@ from mechid.plant.start import start as own_start
 ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
 LUGRE = "Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425"
 KORNIENKO = "Kornienko2013"
+_size = partial(Declaration, lower=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,12 +144,20 @@ def coulomb(site: Site) -> Block:
     """
     T_frs, T_frd, T_visc = map(site.symbol, ("T_frs", "T_frd", "T_visc"))
     block = set_valued(site, _levels(site), sliding=T_frd * site.sigma + T_visc * site.omega, holds=(T_frs, T_frs))
-    asymmetry = Extension(name=f"{site.table}.directional", words="friction differs between the two directions",
-                          table=site.table, law="directional",
-                          widths={"asymmetry": Float(0.1), "viscous_asymmetry": Float(0.1)})  # fmt: skip
-    falling = Rival(name=f"{site.table}.stribeck", words="friction falls with speed (Stribeck)",
-                    table=site.table, law="stribeck",
-                    free={"stribeck_rate": (Float(1.5), Float(0.05), Float(50.0))})  # fmt: skip
+    asymmetry = Extension(
+        name=f"{site.table}.directional",
+        words="friction differs between the two directions",
+        table=site.table,
+        law="directional",
+        widths={"asymmetry": Float(0.1), "viscous_asymmetry": Float(0.1)},
+    )
+    falling = Rival(
+        name=f"{site.table}.stribeck",
+        words="friction falls with speed (Stribeck)",
+        table=site.table,
+        law="stribeck",
+        free={"stribeck_rate": (Float(1.5), Float(0.05), Float(50.0))},
+    )
     return replace(block, extensions=(asymmetry,), rivals=(falling,))
 
 
@@ -158,11 +168,9 @@ def stribeck(site: Site) -> Block:
     """
     T_frs, T_frd, T_visc, omega_s = map(site.symbol, ("T_frs", "T_frd", "T_visc", "omega_s"))
     level = T_frd + (T_frs - T_frd) * exp(-((site.omega / omega_s) ** 2))
-    rate = Declaration(key="stribeck_rate", symbol=omega_s.name, unit=site.rate, source=ARMSTRONG,
-                       meaning="speed over which static falls to Coulomb friction", lower=0.0)  # fmt: skip
     return set_valued(
         site,
-        (*_levels(site), rate),
+        (*_levels(site), _stribeck_rate(site, omega_s, ARMSTRONG)),
         sliding=level * site.sigma + T_visc * site.omega,
         holds=(T_frs, T_frs),
         reference=ARMSTRONG,
@@ -176,12 +184,12 @@ def directional(site: Site) -> Block:
     (1 + a_v) and (1 - a_v) times; forward is the direction of positive speed. Armstrong et al. (1994).
     """
     T_frs, T_frd, T_visc, a, a_v = map(site.symbol, ("T_frs", "T_frd", "T_visc", "a_fr", "a_visc"))
+    share = partial(Declaration, unit="1", lower=-1.0, upper=1.0, source=ARMSTRONG)
+    dry = "half the difference of dry friction between forward and backward, over its mean"
     own = (
-        Declaration(key="asymmetry", symbol=a.name, unit="1", lower=-1.0, upper=1.0, source=ARMSTRONG,
-                    meaning="half the difference of dry friction between forward and backward, over its mean"),
-        Declaration(key="viscous_asymmetry", symbol=a_v.name, unit="1", lower=-1.0, upper=1.0, default=0.0,
-                    source=ARMSTRONG, meaning="the same of viscous friction"),
-    )  # fmt: skip
+        share(key="asymmetry", symbol=a.name, meaning=dry),
+        share(key="viscous_asymmetry", symbol=a_v.name, meaning="the same of viscous friction", default=0.0),
+    )
     sigma, omega = site.sigma, site.omega
     return set_valued(
         site,
@@ -199,8 +207,7 @@ def load_dependent(site: Site) -> Block:
     """
     T_frs, T_frd, T_visc, mu, side = map(site.symbol, ("T_frs", "T_frd", "T_visc", "mu_fr", "side"))
     load = Symbol(f"{site.load}_in")
-    share = Declaration(key="load_share", symbol=mu.name, unit="1", lower=0.0, source=ARMSTRONG,
-                        meaning="friction torque over transmitted torque")  # fmt: skip
+    share = _size("load_share", mu.name, "1", "friction torque over transmitted torque", source=ARMSTRONG)
     added = mu * side * load
     return set_valued(
         site,
@@ -244,17 +251,15 @@ def lugre(site: Site) -> Block:
     bristles; the zeros of the speed, where |omega| has its kink, are met exactly.
     """
     T_frs, T_frd, T_visc, omega_s = map(site.symbol, ("T_frs", "T_frd", "T_visc", "omega_s"))
-    s_0, s_1, z = map(site.symbol, ("s_0", "s_1", "z_fr"))
-    g, slip, T_fr, direction = map(site.symbol, ("g_fr", "slip", "T_fr", "direction"))
+    s_0, s_1, z, g = map(site.symbol, ("s_0", "s_1", "z_fr", "g_fr"))
+    slip, T_fr, direction = map(site.symbol, ("slip", "T_fr", "direction"))
     omega, displacement = site.omega, site.rate.removesuffix("/s")
     own = (
-        Declaration(key="stribeck_rate", symbol=omega_s.name, unit=site.rate, lower=0.0, source=LUGRE,
-                    meaning="speed over which static falls to Coulomb friction"),
-        Declaration(key="bristle_stiffness", symbol=s_0.name, unit=f"{site.torque}/{displacement}", lower=0.0,
-                    source=LUGRE, meaning="stiffness before sliding"),
-        Declaration(key="bristle_damping", symbol=s_1.name, unit=site.viscous, lower=0.0, default=0.0,
-                    source=LUGRE, meaning="damping before sliding"),
-    )  # fmt: skip
+        _stribeck_rate(site, omega_s, LUGRE),
+        _size("bristle_stiffness", s_0.name, f"{site.torque}/{displacement}", "stiffness before sliding", source=LUGRE),
+        _size("bristle_damping", s_1.name, site.viscous, "damping before sliding", default=0.0, source=LUGRE),
+    )
+    z_0 = Symbol(f"{z}_start")
     switch = Switch(
         name=site.table,
         modes={"forward": {direction: 1.0}, "backward": {direction: -1.0}},
@@ -276,16 +281,8 @@ def lugre(site: Site) -> Block:
             T_fr: s_0 * z + s_1 * slip + T_visc * omega,
         },
         rates={z: slip},
-        initial={z: Symbol(f"{z}_start")},
-        starts=(
-            own_start(
-                "bristle",
-                Symbol(f"{z}_start"),
-                displacement,
-                "deflection of the bristles at the start",
-                f"{T_frs}/{s_0}",
-            ),
-        ),
+        initial={z: z_0},
+        starts=(own_start("bristle", z_0, displacement, "deflection of the bristles at the start", f"{T_frs}/{s_0}"),),
         outputs={T_fr.name: T_fr, site.symbol("free").name: 1},
         switch=switch,
         reference=LUGRE,
@@ -299,30 +296,39 @@ def dry_output(site: Site) -> Block:
     """
     T_c, T_s, T_v = (Symbol(f"{name}{site.suffix}") for name in ("T_frd", "T_stick", "T_visc"))
     declarations = (
-        Declaration(key="coulomb", symbol=T_c.name, unit=site.torque, lower=0.0, source=KORNIENKO,
-                    meaning="Coulomb friction"),
-        Declaration(key="stiction", symbol=T_s.name, unit=site.torque, lower=0.0, default=0.0, source=KORNIENKO,
-                    meaning="static friction above Coulomb friction"),
-        Declaration(key="viscous", symbol=T_v.name, unit=site.viscous, lower=0.0, default=0.0, source=KORNIENKO,
-                    meaning="viscous friction"),
-    )  # fmt: skip
-    held = T_c + T_s
-    return set_valued(site, declarations, sliding=T_c * site.sigma + T_v * site.omega, holds=(held, held))
+        _size("coulomb", T_c.name, site.torque, "Coulomb friction"),
+        _size("stiction", T_s.name, site.torque, "static friction above Coulomb friction", default=0.0),
+        _size("viscous", T_v.name, site.viscous, "viscous friction", default=0.0),
+    )
+    return set_valued(site, declarations, sliding=T_c * site.sigma + T_v * site.omega, holds=(T_c + T_s, T_c + T_s))
 
 
 def _levels(site: Site) -> tuple[Declaration, ...]:
     """Return static, Coulomb and viscous friction, which all laws at the rotor have."""
-    dry, damp = site.holding, site.damping
     names = [site.symbol(name).name for name in ("T_frs", "T_frd", "T_visc")]
+    dry, shares = partial(_size, unit=site.torque, role=Role.DRY_FRICTION), partial(_shares, site.holding)
     return (
-        Declaration(key="static", symbol=names[0], unit=site.torque, meaning="static friction", lower=0.0,
-                    typical=(dry, 0.002, 0.1) if dry else None, above="coulomb", tied_to="coulomb",
-                    role=Role.DRY_FRICTION),
-        Declaration(key="coulomb", symbol=names[1], unit=site.torque, meaning="Coulomb friction", lower=0.0,
-                    typical=(dry, 0.002, 0.15) if dry else None, role=Role.DRY_FRICTION),
-        Declaration(key="viscous", symbol=names[2], unit=site.viscous, meaning="viscous friction", lower=0.0,
-                    typical=(damp, 0.02, 2.0) if damp else None),
-    )  # fmt: skip
+        dry(
+            key="static",
+            symbol=names[0],
+            meaning="static friction",
+            typical=shares(0.002, 0.1),
+            above="coulomb",
+            tied_to="coulomb",
+        ),
+        dry(key="coulomb", symbol=names[1], meaning="Coulomb friction", typical=shares(0.002, 0.15)),
+        _size("viscous", names[2], site.viscous, "viscous friction", typical=_shares(site.damping, 0.02, 2.0)),
+    )
+
+
+def _shares(scale: str | None, least: float, most: float) -> tuple[str, float, float] | None:
+    """Return how large a level mostly is, of its scale; None where a site has no such scale."""
+    return (scale, least, most) if scale else None
+
+
+def _stribeck_rate(site: Site, symbol: Symbol, source: str) -> Declaration:
+    meaning = "speed over which static falls to Coulomb friction"
+    return _size("stribeck_rate", symbol.name, site.rate, meaning, source=source)
 
 
 Law = Callable[[Site], tuple[Block, ...]]

@@ -33,13 +33,22 @@ class _Over:
         """Return the harmonics of the level of friction over this angle."""
         return tuple(
             ListedHarmonic(
-                table=self.table, index=index, order=order, letters=self.letters, unit="1", most=1.0, turns=self.turns,
+                table=self.table,
+                index=index,
+                order=order,
+                letters=self.letters,
+                unit="1",
+                most=1.0,
+                turns=self.turns,
                 source=ARMSTRONG,
-                meanings=(f"periods of dry friction per turn of the {self.what}",
-                          "amplitude of the variation over the mean of dry friction", "phase of the variation"),
+                meanings=(
+                    f"periods of dry friction per turn of the {self.what}",
+                    "amplitude of the variation over the mean of dry friction",
+                    "phase of the variation",
+                ),
             )
             for index, order in enumerate(orders)
-        )  # fmt: skip
+        )
 
     def extensions(self, orders: Sequence[int]) -> tuple[Extension, ...]:
         """Return the harmonics that may be there beside, of 20 % of dry friction."""

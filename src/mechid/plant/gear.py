@@ -189,9 +189,9 @@ def piecewise_linear() -> GearLaw:
             key=f"stiffness_{k}",
             symbol=f"K_s{k}",
             unit="N m/rad",
+            meaning=f"gear stiffness at output, K{k} of the catalogue",
             lower=0.0,
             source=HARMONIC,
-            meaning=f"gear stiffness at output, K{k} of the catalogue",
         )
         for k in (1, 2, 3)
     )
@@ -200,9 +200,9 @@ def piecewise_linear() -> GearLaw:
             key=f"torque_{k}",
             symbol=f"T_s{k}",
             unit="N m",
+            meaning=f"output torque up to which K{k} holds",
             lower=0.0,
             source=HARMONIC,
-            meaning=f"output torque up to which K{k} holds",
             beyond="torque_1" if k == 2 else None,
         )
         for k in (1, 2)
@@ -246,12 +246,7 @@ def backlash() -> GearLaw:
         ideal={contact: 1.0, side: 0.0},
     )
     play = Declaration(
-        key="backlash",
-        symbol=gap.name,
-        unit="rad",
-        lower=0.0,
-        source=NORDIN,
-        meaning="free travel of the output from flank to flank",
+        "backlash", gap.name, "rad", "free travel of the output from flank to flank", lower=0.0, source=NORDIN
     )
     return GearLaw(
         torque=contact * (K_s * (twist - side * half) + D * twist_rate),
@@ -287,12 +282,12 @@ def _error(index: int, order: int) -> ListedHarmonic:
 
 
 def _ratio() -> Declaration:
-    return Declaration(key="ratio", symbol="G", unit="1", meaning="transmission ratio", structural=True)
+    return Declaration("ratio", "G", "1", "transmission ratio", structural=True)
 
 
 def _stiffness() -> Declaration:
-    return Declaration(key="stiffness", symbol="K_s", unit="N m/rad", meaning="gear stiffness at output", lower=0.0)
+    return Declaration("stiffness", "K_s", "N m/rad", "gear stiffness at output", lower=0.0)
 
 
 def _damping() -> Declaration:
-    return Declaration(key="damping", symbol="D", unit="N m s/rad", meaning="gear damping at output", lower=0.0)
+    return Declaration("damping", "D", "N m s/rad", "gear damping at output", lower=0.0)

@@ -75,13 +75,27 @@ class ListedHarmonic:
         place, (order, amplitude, phase, *_) = f"{self.table}.{self.index}", self._symbols
         meanings = self.meanings
         return (
-            Declaration(key=f"{place}.order", symbol=order.name, unit="1", lower=self.least, upper=self.highest,
-                        structural=True, source=self.source, meaning=meanings[0]),
-            Declaration(key=f"{place}.amplitude", symbol=amplitude.name, unit=self.unit, lower=0.0, upper=self.most,
-                        source=self.source, meaning=meanings[1]),
-            Declaration(key=f"{place}.phase_deg", symbol=phase.name, unit="deg", default=0.0, source=self.source,
-                        meaning=meanings[2]),
-        )  # fmt: skip
+            Declaration(
+                key=f"{place}.order",
+                symbol=order.name,
+                unit="1",
+                meaning=meanings[0],
+                lower=self.least,
+                upper=self.highest,
+                structural=True,
+                source=self.source,
+            ),
+            Declaration(
+                key=f"{place}.amplitude",
+                symbol=amplitude.name,
+                unit=self.unit,
+                meaning=meanings[1],
+                lower=0.0,
+                upper=self.most,
+                source=self.source,
+            ),
+            Declaration(f"{place}.phase_deg", phase.name, "deg", meanings[2], default=0.0, source=self.source),
+        )
 
     @property
     def coordinates(self) -> dict[Symbol, Expr]:

@@ -88,13 +88,32 @@ class _Mode:
     @property
     def declarations(self) -> tuple[Declaration, ...]:
         return (
-            Declaration(key=f"{self.table}.gain", symbol=self.gain.name, unit="1", lower=self.least_gain,
-                        source=self.source, meaning=f"{self.word} resonance factor"),
-            Declaration(key=f"{self.table}.frequency", symbol=self.frequency.name, unit="rad/s", lower=0.0,
-                        hertz_below=FAST, source=self.source, meaning=f"{self.word} resonance frequency"),
-            Declaration(key=f"{self.table}.damping", symbol=self.damping.name, unit="1", lower=0.0,
-                        source=self.source, meaning=f"{self.word} damping ratio"),
-        )  # fmt: skip
+            Declaration(
+                key=f"{self.table}.gain",
+                symbol=self.gain.name,
+                unit="1",
+                meaning=f"{self.word} resonance factor",
+                lower=self.least_gain,
+                source=self.source,
+            ),
+            Declaration(
+                key=f"{self.table}.frequency",
+                symbol=self.frequency.name,
+                unit="rad/s",
+                meaning=f"{self.word} resonance frequency",
+                lower=0.0,
+                hertz_below=FAST,
+                source=self.source,
+            ),
+            Declaration(
+                key=f"{self.table}.damping",
+                symbol=self.damping.name,
+                unit="1",
+                meaning=f"{self.word} damping ratio",
+                lower=0.0,
+                source=self.source,
+            ),
+        )
 
     @property
     def begun(self) -> dict[Symbol, Symbol]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 from sympy import Expr, Float, Integer, Symbol, diff, symbols
 
@@ -15,14 +16,13 @@ from mechid.plant.start import start as own_start
 
 LOAD_ON_GEAR = "load on the gear"
 CRAIG_BAMPTON = "Craig, Bampton, AIAA J. 6 (1968) 1313-1319"
+_parameter = partial(Declaration, source=CRAIG_BAMPTON)
 J_m, T_applied, T_fr, free = symbols("J_m T_applied_in T_fr_out_in free_out_in")
 drive, T_load, a_gear = symbols("T_drive_out T_load a_gear")
 T_cable, T_unbalance = symbols("T_cable_in T_unbalance_in")
 beta_acc_held = Symbol("beta_acc_load_in")
 """Acceleration that the base would have if friction held the load, rad/s2."""
-INERTIA = Declaration(
-    key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0, role=Role.LOAD_INERTIA
-)
+INERTIA = Declaration("inertia", "J_m", "kg m2", "test mass inertia", lower=0.0, role=Role.LOAD_INERTIA)
 MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
 WIND_UP = f"{OUTPUT_TORQUE}/K_s"
 """Of the gear under the motor held by one phase, rad at the output."""
@@ -207,10 +207,16 @@ class _Mode:
     def declarations(self) -> tuple[Declaration, ...]:
         where, k = f"load.mode.{self.k - 1}", self.k
         return (
-            Declaration(key=f"{where}.frequency", symbol=f"omega_{k}", unit="rad/s", lower=0.0, source=CRAIG_BAMPTON,
-                        meaning="cantilever frequency of a flexible mode"),
-            Declaration(key=f"{where}.damping", symbol=f"zeta_{k}", unit="1", lower=0.0, source=CRAIG_BAMPTON,
-                        meaning="damping ratio of a flexible mode"),
-            Declaration(key=f"{where}.inertia", symbol=f"J_{k}", unit="kg m2", lower=0.0, source=CRAIG_BAMPTON,
-                        meaning="effective inertia of a flexible mode, part of the load's", part_of="load.inertia"),
-        )  # fmt: skip
+            _parameter(
+                f"{where}.frequency", f"omega_{k}", "rad/s", "cantilever frequency of a flexible mode", lower=0.0
+            ),
+            _parameter(f"{where}.damping", f"zeta_{k}", "1", "damping ratio of a flexible mode", lower=0.0),
+            _parameter(
+                key=f"{where}.inertia",
+                symbol=f"J_{k}",
+                unit="kg m2",
+                meaning="effective inertia of a flexible mode, part of the load's",
+                lower=0.0,
+                part_of="load.inertia",
+            ),
+        )

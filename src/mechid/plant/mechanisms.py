@@ -87,12 +87,7 @@ def _two_mass(layout: Layout) -> Parts:
     """Return two masses and a gear under a measured torque at the first."""
     site = replace(ROTOR, holding=None, damping=None)
     inertia = Declaration(
-        key="motor.inertia",
-        symbol="J_rot",
-        unit="kg m2",
-        meaning="inertia of the motor's side",
-        lower=0.0,
-        source="the drive",
+        "motor.inertia", "J_rot", "kg m2", "inertia of the motor's side", lower=0.0, source="the drive"
     )
     law = layout.law("gear", tuple(GEAR_LAWS))
     stand, wiring, torques = _stand(layout)
@@ -137,20 +132,15 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
         source="the drive",
     )
     start_rate = Declaration(
-        key="load.start_rate",
-        symbol="omega_start",
-        unit=rate,
-        default=0.0,
-        source="the records",
-        meaning="speed at the start of the records",
+        "load.start_rate", "omega_start", rate, "speed at the start of the records", default=0.0, source="the records"
     )
     unbalance = Declaration(
         key="load.unbalance",
         symbol="W_u",
         unit="N m",
+        meaning="mass times gravity times the distance of the centre of mass from the axis; it hangs at angle 0",
         default=0.0,
         source="a pendulum's equation",
-        meaning="mass times gravity times the distance of the centre of mass from the axis; it hangs at angle 0",
     )
     names = ("output_angle", "output_rate") if turning else ("position", "velocity")
 
@@ -317,7 +307,7 @@ def _offset(unit: str) -> Declaration:
         key="offset",
         symbol="T_0",
         unit=unit,
+        meaning="constant part of the drive that is not in its channel",
         default=0.0,
         source="the test stand",
-        meaning="constant part of the drive that is not in its channel",
     )

@@ -27,13 +27,23 @@ def harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
     """Return the error's harmonics over the commanded electrical angle, in rad of that angle."""
     return tuple(
         ListedHarmonic(
-            table=TABLE, index=index, order=order, letters=("n_m", "A_m", "phi_m", "c_m", "s_m"), unit="rad",
-            most=1.0, highest=HIGHEST, source=TMC429, turns=p / 2,
-            meanings=("periods of the table's error per electrical period",
-                      "amplitude of the table's error, of the electrical angle", "phase of the table's error"),
+            table=TABLE,
+            index=index,
+            order=order,
+            letters=("n_m", "A_m", "phi_m", "c_m", "s_m"),
+            unit="rad",
+            most=1.0,
+            highest=HIGHEST,
+            source=TMC429,
+            turns=p / 2,
+            meanings=(
+                "periods of the table's error per electrical period",
+                "amplitude of the table's error, of the electrical angle",
+                "phase of the table's error",
+            ),
         )
         for index, order in enumerate(orders)
-    )  # fmt: skip
+    )
 
 
 def error(orders: Sequence[int]) -> dict[Symbol, Expr]:

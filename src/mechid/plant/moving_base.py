@@ -86,10 +86,9 @@ def _acceleration(s: Symbol, S: Expr, bodies: Bodies) -> Expr:
 def _mode(k: int) -> tuple[Declaration, ...]:
     of = f"mode {k} of the structure"
     return (
-        Declaration(key=f"base.{k}.frequency", symbol=f"omega_base_{k}", unit="rad/s", lower=0.0, source=EWINS,
-                    meaning=f"frequency of {of}"),
-        Declaration(key=f"base.{k}.damping", symbol=f"zeta_base_{k}", unit="1", lower=0.0, source=EWINS,
-                    meaning=f"damping of {of}"),
-        Declaration(key=f"base.{k}.shape", symbol=f"phi_base_{k}", unit="rad/(kg^0.5 m)", source=EWINS,
-                    meaning=f"rotation of the interface in {of}"),
-    )  # fmt: skip
+        Declaration(f"base.{k}.frequency", f"omega_base_{k}", "rad/s", f"frequency of {of}", lower=0.0, source=EWINS),
+        Declaration(f"base.{k}.damping", f"zeta_base_{k}", "1", f"damping of {of}", lower=0.0, source=EWINS),
+        Declaration(
+            f"base.{k}.shape", f"phi_base_{k}", "rad/(kg^0.5 m)", f"rotation of the interface in {of}", source=EWINS
+        ),
+    )

@@ -179,11 +179,9 @@ class Plant:
     def digest(self) -> str:
         """Fingerprint of the structure: equations and order, no number of any mechanism."""
         switches = [(s.name, _text(s.modes), _text(s.guards), _text(s.entry), s.otherwise) for s in self.switches]
-        parts = (
-            self.states, self.terms, self.rates, self.initial, self.inputs, switches,
-            self.filter.states, self.filter.inputs, self.filter.A, self.filter.B,
-            tuple(self.outputs.items()), self.parameters,
-        )  # fmt: skip
+        motion = (self.states, self.terms, self.rates, self.initial, self.inputs, switches)
+        after = (self.filter.states, self.filter.inputs, self.filter.A, self.filter.B)
+        parts = (*motion, *after, tuple(self.outputs.items()), self.parameters)
         return hashlib.sha256(_text(parts).encode()).hexdigest()
 
     def __hash__(self) -> int:

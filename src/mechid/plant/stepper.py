@@ -167,18 +167,14 @@ def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
     return {name: {x: 1 + sign * r for x, sign in PHASES.items()} for name, r in own.items()}
 
 
-_POLES = Declaration(
-    key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0, structural=True, even=True
-)
-_TORQUE_CONSTANT = Declaration(
-    key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0, supply_power=1
-)
+_POLES = Declaration("poles", "p", "1", "number of poles", lower=2.0, structural=True, even=True)
+_TORQUE_CONSTANT = Declaration("torque_constant", "k_m", "N m/A", "torque constant", lower=0.0, supply_power=1)
 _PHASE_SHIFT = Declaration(
     key="phase_shift_deg",
     symbol="phi_shift",
     unit="deg",
-    default=90.0,
     meaning="electrical angle from phase A to phase B",
+    default=90.0,
     lower=-360.0,
     upper=360.0,
 )
@@ -187,17 +183,21 @@ _PHASE_SHIFT = Declaration(
 def _electrical() -> tuple[Declaration, ...]:
     return (
         _POLES,
-        Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
-                    spread=1.25, supply_power=2, role=Role.WINDING_RESISTANCE),
-        Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0,
-                    supply_power=2),
-        _TORQUE_CONSTANT,
         Declaration(
-            key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0,
-            tied_to="torque_constant",
+            key="coil_resistance",
+            symbol="R",
+            unit="ohm",
+            meaning="coil resistance",
+            lower=0.0,
+            spread=1.25,
+            supply_power=2,
+            role=Role.WINDING_RESISTANCE,
         ),
+        Declaration("coil_inductance", "L", "H", "coil inductance", lower=0.0, supply_power=2),
+        _TORQUE_CONSTANT,
+        Declaration("back_emf_constant", "k_v", "V s/rad", "back-EMF constant", lower=0.0, tied_to="torque_constant"),
         _PHASE_SHIFT,
-    )  # fmt: skip
+    )
 
 
 def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
@@ -208,11 +208,11 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
             key=f"stepper.imbalance.{key}",
             symbol=symbol,
             unit="1",
+            meaning=f"half the difference of {key.replace('_', ' ')}, A less B, over the mean",
             lower=-0.9,
             upper=0.9,
             default=0.0,
             source=HUGHES,
-            meaning=f"half the difference of {key.replace('_', ' ')}, A less B, over the mean",
         )
         for key, symbol in named
     )
@@ -222,9 +222,9 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
             key=f"stepper.imbalance.offset_{x.lower()}",
             symbol=f"{'u' if unit == 'V' else 'i'}_0{x}",
             unit=unit,
+            meaning=f"{quantity} offset of phase {x}",
             default=0.0,
             source=HUGHES,
-            meaning=f"{quantity} offset of phase {x}",
         )
         for x in PHASES
     )
@@ -275,13 +275,23 @@ def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
     """Return the harmonics of the torque constant, over each phase's electrical angle."""
     return tuple(
         ListedHarmonic(
-            table=HARMONIC, index=index, order=order, letters=("h_", "C_h", "phi_h", "c_h", "s_h"), unit="1",
-            source=HUGHES, least=2.0, turns=p / 2, of_phase=True,
-            meanings=("periods of the torque constant's harmonic per electrical period",
-                      "amplitude of the harmonic over the torque constant", "phase of the harmonic"),
+            table=HARMONIC,
+            index=index,
+            order=order,
+            letters=("h_", "C_h", "phi_h", "c_h", "s_h"),
+            unit="1",
+            source=HUGHES,
+            least=2.0,
+            turns=p / 2,
+            of_phase=True,
+            meanings=(
+                "periods of the torque constant's harmonic per electrical period",
+                "amplitude of the harmonic over the torque constant",
+                "phase of the harmonic",
+            ),
         )
         for index, order in enumerate(orders)
-    )  # fmt: skip
+    )
 
 
 HOLDING = "holding torque"

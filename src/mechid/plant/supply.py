@@ -21,10 +21,10 @@ RESISTANCE = Declaration(
     key=f"{TABLE}.resistance",
     symbol=R_s.name,
     unit="ohm",
+    meaning="resistance of the source that feeds the driver",
     lower=0.0,
     supply_power=2,
     source=ERICKSON,
-    meaning="resistance of the source that feeds the driver",
 )
 EXTENSION = Extension(
     name="supply.sag",

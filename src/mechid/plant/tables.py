@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
+from functools import partial
 
 from mechid.parameter import Role
 from mechid.plant import (
@@ -25,7 +26,7 @@ HOUSING = "its filter has no reaction on the mechanism; a mode of the real housi
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Table:
     """One table of the mechanism file.
 
@@ -61,6 +62,7 @@ class Table:
 
     name: str
     title: str
+    _: KW_ONLY
     option: str = "law"
     choices: Collection[str] = ()
     named: bool = False
@@ -74,49 +76,66 @@ class Table:
     of_record: bool = False
 
 
+_harmonic = partial(Table, entry="harmonic", told_by="order")
+_recorder = partial(Table, optional=True, bench=RECORDER, of_record=True)
 _ALL = (
-    Table(name="stepper", title="two-phase stepper motor and the voltage that drives it", option="drive",
-          choices=(*VOLTAGES, *CURRENTS)),
-    Table(name="stepper.detent", entry="harmonic", told_by="period_deg", beside="stepper.poles",
-          title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)"),
-    Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
-          title="one harmonic of the torque constant over the electrical angle"),
-    Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
-          title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
-    Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
-    Table(name=saliency.TABLE, title="inductance of the coils over the rotor's angle", optional=True),
-    Table(name=current_limit.TABLE, title="what limits a current drive; without it currents jump", optional=True),
-    Table(name=supply.TABLE, title="source that feeds the driver; without it the voltage stands", optional=True),
-    Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
-    Table(name=friction_position.ROTOR.table, entry="harmonic", told_by="order",
-          title="one harmonic of dry friction over the angle of the rotor"),
-    Table(name=friction_position.OUTPUT.table, entry="harmonic", told_by="order",
-          title="one harmonic of dry friction over the angle of the output"),
-    Table(name="gear", title="gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
-    Table(name="gear.kinematic_error", entry="harmonic", told_by="order",
-          title="one harmonic of the gear's kinematic error over the input angle"),
-    Table(name="load", title="test mass on the output", own=True),
-    Table(name="load.mode", title="one flexible mode of the load", entry="mode"),
-    Table(name="load.unbalance", optional=True,
-          title="weight of the load off its axis: amplitude * sin(angle of the load + phase)",
-          bench="it is the load's weight, and in orbit nothing weighs"),
-    Table(name="load.cable", title="cables from the base to the load", choices=cable.LAWS, optional=True),
-    Table(name="output_friction", title="dry and viscous friction of the load", optional=True, own=True),
-    Table(name="motor", title="the motor's side"),
-    Table(name=dc_motor.SPRING, title="spring from the motor's shaft to its base", optional=True),
-    Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
-          choices=housing.FORMS, named=True, optional=True, own=True,
-          bench=HOUSING),
-    Table(name=housing.SECOND.table, title="second resonance of the housing, which adds to the first", optional=True,
-          bench=HOUSING),
-    Table(name="transducer", title="the torque transducer", choices=test_stand.TRANSDUCERS, optional=True,
-          bench=RECORDER, of_record=True),
-    Table(name="charge_amplifier", title="high-pass of the charge amplifier", optional=True, bench=RECORDER,
-          of_record=True),
-    Table(name="anti_alias", title="low-pass of the recorder", optional=True, told_by="order", order=4,
-          bench=RECORDER, of_record=True),
-    Table(name="drive", title="what drives it is a measured channel of each record", bench=RECORDER, of_record=True),
-)  # fmt: skip
+    Table(
+        name="stepper",
+        title="two-phase stepper motor and the voltage that drives it",
+        option="drive",
+        choices=(*VOLTAGES, *CURRENTS),
+    ),
+    Table(
+        name="stepper.detent",
+        title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)",
+        entry="harmonic",
+        told_by="period_deg",
+        beside="stepper.poles",
+    ),
+    _harmonic("stepper.torque_harmonic", "one harmonic of the torque constant over the electrical angle"),
+    _harmonic(
+        microstep_table.TABLE,
+        "one harmonic of the error of the driver's microstep table, over the commanded electrical angle",
+    ),
+    Table("stepper.imbalance", "phase A and phase B apart", optional=True),
+    Table(saliency.TABLE, "inductance of the coils over the rotor's angle", optional=True),
+    Table(current_limit.TABLE, "what limits a current drive; without it currents jump", optional=True),
+    Table(supply.TABLE, "source that feeds the driver; without it the voltage stands", optional=True),
+    Table("friction", "dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
+    _harmonic(friction_position.ROTOR.table, "one harmonic of dry friction over the angle of the rotor"),
+    _harmonic(friction_position.OUTPUT.table, "one harmonic of dry friction over the angle of the output"),
+    Table("gear", "gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
+    _harmonic("gear.kinematic_error", "one harmonic of the gear's kinematic error over the input angle"),
+    Table("load", "test mass on the output", own=True),
+    Table("load.mode", "one flexible mode of the load", entry="mode"),
+    Table(
+        name="load.unbalance",
+        title="weight of the load off its axis: amplitude * sin(angle of the load + phase)",
+        optional=True,
+        bench="it is the load's weight, and in orbit nothing weighs",
+    ),
+    Table("load.cable", "cables from the base to the load", choices=cable.LAWS, optional=True),
+    Table("output_friction", "dry and viscous friction of the load", optional=True, own=True),
+    Table("motor", "the motor's side"),
+    Table(dc_motor.SPRING, "spring from the motor's shaft to its base", optional=True),
+    Table(
+        name="housing",
+        title="resonance of the housing; without this table the housing is rigid",
+        option="form",
+        choices=housing.FORMS,
+        named=True,
+        optional=True,
+        own=True,
+        bench=HOUSING,
+    ),
+    Table(
+        housing.SECOND.table, "second resonance of the housing, which adds to the first", optional=True, bench=HOUSING
+    ),
+    _recorder("transducer", "the torque transducer", choices=test_stand.TRANSDUCERS),
+    _recorder("charge_amplifier", "high-pass of the charge amplifier"),
+    _recorder("anti_alias", "low-pass of the recorder", told_by="order", order=4),
+    Table("drive", "what drives it is a measured channel of each record", bench=RECORDER, of_record=True),
+)
 
 TABLES: Mapping[str, Table] = {table.name: table for table in _ALL}
 """By name."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TypedDict
 
 import numpy as np
@@ -16,19 +17,33 @@ from mechid.plant.start import OUTPUT_TORQUE
 from mechid.plant.start import start as own_start
 
 GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
+_parameter = partial(Declaration, source=GAUTSCHI)
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
 MOST_ORDER = 8
 ALIAS_ORDERS = (4, 2)
 """Of low-passes that a recorder may have, the likeliest first; the delays that imitate them lead to both."""
 
 _FILTERS = (
-    Rival(name="charge_amplifier", words="high-pass of the charge amplifier", table="charge_amplifier",
-          free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))}, hides=True),
-    *(Rival(name=f"anti_alias:{order}", words=f"low-pass of the recorder, order {order}", table="anti_alias",
-            order=order, grown=order == ALIAS_ORDERS[0], imitated_by="record.delay",
-            free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))})
-      for order in ALIAS_ORDERS),
-)  # fmt: skip
+    Rival(
+        name="charge_amplifier",
+        words="high-pass of the charge amplifier",
+        table="charge_amplifier",
+        free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))},
+        hides=True,
+    ),
+    *(
+        Rival(
+            name=f"anti_alias:{order}",
+            words=f"low-pass of the recorder, order {order}",
+            table="anti_alias",
+            order=order,
+            grown=order == ALIAS_ORDERS[0],
+            imitated_by="record.delay",
+            free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))},
+        )
+        for order in ALIAS_ORDERS
+    ),
+)
 """What may stand between the transducer and the recorder."""
 
 
@@ -56,14 +71,13 @@ def transducer_resonance(name: str = "sensor") -> Block:
     """Transducer on its own resonance, y = g w^2/(s^2 + 2 zeta w s + w^2) T; w in rad/s."""
     w, declaration = (
         Symbol("omega_t"),
-        Declaration(
+        _parameter(
             key="frequency",
             symbol="omega_t",
             unit="rad/s",
-            lower=0.0,
-            source=GAUTSCHI,
-            hertz_below=FAST,
             meaning="resonance of the transducer with what stands on it",
+            lower=0.0,
+            hertz_below=FAST,
         ),
     )
     return _resonance(name, (declaration,), {}, w)
@@ -76,24 +90,17 @@ def transducer_adaptor(name: str = "sensor") -> Block:
     """
     w, K_t, J_a = symbols("omega_t K_t J_a")
     declarations = (
-        Declaration(key="stiffness", symbol=K_t.name, unit="N m/rad", lower=0.0, source=GAUTSCHI,
-                    meaning="torsional stiffness of the transducer"),
-        Declaration(key="adaptor_inertia", symbol=J_a.name, unit="kg m2", lower=0.0, source=GAUTSCHI,
-                    meaning="inertia on the transducer: adaptor and fixed parts"),
-    )  # fmt: skip
+        _parameter("stiffness", K_t.name, "N m/rad", "torsional stiffness of the transducer", lower=0.0),
+        _parameter(
+            "adaptor_inertia", J_a.name, "kg m2", "inertia on the transducer: adaptor and fixed parts", lower=0.0
+        ),
+    )
     return _resonance(name, declarations, {w: sqrt(K_t / J_a)}, w)
 
 
 def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Symbol, Expr], w: Symbol) -> Block:
     T, g, zeta, x, v = symbols("T_in g_y zeta_t x_t v_t")
-    damping = Declaration(
-        key="damping",
-        symbol=zeta.name,
-        unit="1",
-        lower=0.0,
-        source=GAUTSCHI,
-        meaning="damping ratio of the transducer's resonance",
-    )
+    damping = _parameter("damping", zeta.name, "1", "damping ratio of the transducer's resonance", lower=0.0)
     return Block(
         name=name,
         table="transducer",
@@ -112,14 +119,7 @@ def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Sym
 def charge_amplifier(name: str = "charge_amplifier") -> Block:
     """High-pass of a charge amplifier: y = tau s/(tau s + 1) T, by x' = (T - x)/tau, y = T - x; tau in s."""
     T, tau, x = symbols("T_in tau_q x_q")
-    constant = Declaration(
-        key="time_constant",
-        symbol=tau.name,
-        unit="s",
-        lower=0.0,
-        source=GAUTSCHI,
-        meaning="time constant of the charge amplifier",
-    )
+    constant = _parameter("time_constant", tau.name, "s", "time constant of the charge amplifier", lower=0.0)
     return Block(
         name=name,
         table="charge_amplifier",
@@ -152,11 +152,28 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
         _feed(A, B, order - 1, source, x, w)
         source = x[order - 1]
     declarations = (
-        Declaration(key="order", symbol="n_a", unit="1", lower=1.0, upper=float(MOST_ORDER), structural=True,
-                    default=4.0, source=BUTTERWORTH, meaning="order of the Butterworth filter"),
-        Declaration(key="frequency", symbol=w.name, unit="rad/s", lower=0.0, source=BUTTERWORTH, hertz_below=FAST,
-                    role=Role.CUT_OFF, meaning="cut-off of the anti-alias filter"),
-    )  # fmt: skip
+        Declaration(
+            key="order",
+            symbol="n_a",
+            unit="1",
+            meaning="order of the Butterworth filter",
+            lower=1.0,
+            upper=float(MOST_ORDER),
+            structural=True,
+            default=4.0,
+            source=BUTTERWORTH,
+        ),
+        Declaration(
+            key="frequency",
+            symbol=w.name,
+            unit="rad/s",
+            meaning="cut-off of the anti-alias filter",
+            lower=0.0,
+            source=BUTTERWORTH,
+            hertz_below=FAST,
+            role=Role.CUT_OFF,
+        ),
+    )
     return Block(
         name=name,
         table="anti_alias",
@@ -204,14 +221,13 @@ class _Start(TypedDict):
 
 
 def _gain() -> Declaration:
-    return Declaration(
+    return _parameter(
         key="gain",
         symbol="g_y",
         unit="1",
-        default=1.0,
-        source=GAUTSCHI,
-        role=Role.TRANSDUCER_GAIN,
         meaning="gain of the transducer, negative for the other polarity",
+        default=1.0,
+        role=Role.TRANSDUCER_GAIN,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from sympy import Integer, cos, pi, sin, symbols
 
 from mechid.parameter import Declaration
@@ -10,6 +12,7 @@ from mechid.plant.drive_train import G, alpha_gear
 
 TABLE = "load.unbalance"
 GOLDSTEIN = "Goldstein, Poole, Safko, Classical Mechanics, 3rd ed. (2002)"
+_parameter = partial(Declaration, source=GOLDSTEIN)
 
 
 def unbalance() -> Block:
@@ -25,14 +28,20 @@ def unbalance() -> Block:
         name="unbalance",
         table=TABLE,
         declarations=(
-            Declaration(key="amplitude", symbol=W.name, unit="N m", lower=0.0, source=GOLDSTEIN,
-                        meaning="greatest torque of the load's weight about the output axis"),
-            Declaration(key="phase_deg", symbol=phi.name, unit="deg", default=0.0, source=GOLDSTEIN,
-                        meaning="angle of the load from where its centre of mass hangs lowest to its zero"),
+            _parameter(
+                "amplitude", W.name, "N m", "greatest torque of the load's weight about the output axis", lower=0.0
+            ),
+            _parameter(
+                key="phase_deg",
+                symbol=phi.name,
+                unit="deg",
+                meaning="angle of the load from where its centre of mass hangs lowest to its zero",
+                default=0.0,
+            ),
         ),
         coordinates={W_c: W * cos(turned), W_s: W * sin(turned)},
         polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=W_c, sine=W_s, cycles=Integer(1) / G),),
         terms={T: W_c * sin(alpha_gear) + W_s * cos(alpha_gear)},
         outputs={T.name: T},
         reference=GOLDSTEIN,
-    )  # fmt: skip
+    )

@@ -23,15 +23,23 @@ SI_UNITS_CODE = 1
 TIME, FREQUENCY = 17, 18
 """Codes of an abscissa in data set 58, record 8."""
 GENERAL, TIME_RESPONSE = 0, 1
-FUNCTIONS = {2: "auto spectrum", 3: "cross spectrum", 4: "frequency response function", 5: "transmissibility",
-             6: "coherence", 7: "auto correlation", 8: "cross correlation", 9: "power spectral density",
-             12: "spectrum"}  # fmt: skip
+FUNCTIONS = {
+    2: "auto spectrum",
+    3: "cross spectrum",
+    4: "frequency response function",
+    5: "transmissibility",
+    6: "coherence",
+    7: "auto correlation",
+    8: "cross correlation",
+    9: "power spectral density",
+    12: "spectrum",
+}
 COMPLEX = (5, 6)
 UNEVEN = 0
 NOTHING = ("", "NONE")
 END_MARK = b"-1"
-TOLD = ("id1", "id2", "id3", "id4", "id5", "rsp_ent_name", "rsp_node", "rsp_dir", "ref_ent_name", "ref_node",
-        "ref_dir", "ordinate_axis_lab")  # fmt: skip
+ENDS = ("rsp_ent_name", "rsp_node", "rsp_dir", "ref_ent_name", "ref_node", "ref_dir")
+TOLD = ("id1", "id2", "id3", "id4", "id5", *ENDS, "ordinate_axis_lab")
 
 
 def open_uff(path: Path, label: str) -> ArrayTable:

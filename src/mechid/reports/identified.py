@@ -119,9 +119,15 @@ def mechanism_name(campaign: Campaign, folder: Path) -> str:
 
 
 def _identified(
-    campaign: Campaign, folder: Path, audience: Audience, seed: int, workers: int | None, *, resume: bool,
+    campaign: Campaign,
+    folder: Path,
+    audience: Audience,
+    seed: int,
+    workers: int | None,
+    *,
+    resume: bool,
     complete: bool,
-) -> tuple[Fit, Diagnosis | None, Path]:  # fmt: skip
+) -> tuple[Fit, Diagnosis | None, Path]:
     """Run the identification, and a diagnosis to complete it by, with its progress told and in the journal."""
     path = folder / FILE_NAME
     about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}

@@ -23,8 +23,20 @@ from mechid.web.sweep import SweepPicture
 VALUE_DIGITS, MOST_DIGITS = 5, 9
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
 """Standard errors: less is said to be none, more is written with a power of ten."""
-GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
-         "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
+GREEK = {
+    "alpha": "α",
+    "omega": "ω",
+    "phi": "φ",
+    "theta": "θ",
+    "zeta": "ζ",
+    "beta": "β",
+    "delta": "δ",
+    "sigma": "σ",
+    "tau": "τ",
+    "mu": "μ",
+    "eta": "η",
+    "gamma": "γ",
+}
 GRADES = {NoiseLevel.NOISE: "good", NoiseLevel.LOST: "bad"}
 Data = dict[str, Any]
 

@@ -92,25 +92,42 @@ class Source:
         printer, plant, constants = Printer(self.module), self.plant, self.module.constants
         names = list(plant.declarations)
         inputs = list(map(str, plant.inputs))
-        library = sorted({"NAN", *(["sqrt unless MECHANISM_NO_LIBM"]), *self.library})
+        library = sorted({"NAN", "sqrt unless MECHANISM_NO_LIBM", *self.library})
         found: dict[str, object] = {
-            "title": f"{self.handover.name}: {plant.name}", "name": self.handover.name,
+            "title": f"{self.handover.name}: {plant.name}",
+            "name": self.handover.name,
             "provenance": "\n".join(f" * {_safe(line)}" for line in self._provenance()),
-            "interval": repr(self.interval_s), "substeps": f"{self.substeps}.0", "close_steps": f"{CLOSE_STEPS}.0",
-            "structure": plant.digest[:16], "parameters": "\n".join(self._parameters()), "n_parameters": len(names),
-            "outputs": _entries("Y", plant.outputs), "n_outputs": len(plant.outputs),
-            "inputs": _entries("U", inputs), "n_inputs": len(inputs), "inputs_held": max(len(inputs), 1),
-            "states": ", ".join(map(str, plant.states)), "n_states": len(plant.states),
-            "modes": self._modes() or "it has none", "size": constants["SIZE"], "discrete": constants["DISCRETE"],
-            "events": MOST_SWITCHES * (constants["EVENT_LANES"] + constants["NL"]), "most_switches": MOST_SWITCHES,
-            "columns_free": _entries("D", self.free), "n_free": len(self.free),
-            "lanes": constants["NL"], "n_kernel": len(plant.parameters), "library": ", ".join(library),
+            "interval": repr(self.interval_s),
+            "substeps": f"{self.substeps}.0",
+            "close_steps": f"{CLOSE_STEPS}.0",
+            "structure": plant.digest[:16],
+            "parameters": "\n".join(self._parameters()),
+            "n_parameters": len(names),
+            "outputs": _entries("Y", plant.outputs),
+            "n_outputs": len(plant.outputs),
+            "inputs": _entries("U", inputs),
+            "n_inputs": len(inputs),
+            "inputs_held": max(len(inputs), 1),
+            "states": ", ".join(map(str, plant.states)),
+            "n_states": len(plant.states),
+            "modes": self._modes() or "it has none",
+            "size": constants["SIZE"],
+            "discrete": constants["DISCRETE"],
+            "events": MOST_SWITCHES * (constants["EVENT_LANES"] + constants["NL"]),
+            "most_switches": MOST_SWITCHES,
+            "columns_free": _entries("D", self.free),
+            "n_free": len(self.free),
+            "lanes": constants["NL"],
+            "n_kernel": len(plant.parameters),
+            "library": ", ".join(library),
             "constants": printer.constants(),
-            "kernel": printer.text(), "run": self._call(printer, "run", _RUN),
-            "begin": self._call(printer, "begin", _BEGIN), "values": "\n".join(self._initial()),
+            "kernel": printer.text(),
+            "run": self._call(printer, "run", _RUN),
+            "begin": self._call(printer, "begin", _BEGIN),
+            "values": "\n".join(self._initial()),
             "columns": "".join(f",{q}" for q in plant.outputs),
             **{name: inputs.index(name) if name in inputs else -1 for name in STEPS},
-        }  # fmt: skip
+        }
         return {name: str(value) for name, value in found.items()}
 
     @property
@@ -158,11 +175,22 @@ class Source:
 
 
 _RUN = {
-    "directions": "m->directions", "sensitive": "1", "y_dot": "m->y_dot", "J": "m->lanes", "p": "m->parameter",
-    "grid": "grid", "edge_times": "m->edge_time", "edge_times_count": "m->edges", "edge_values": "m->edge_value",
-    "discrete": "memory->discrete", "w": "memory->w", "y": "y", "y_count": "count * MECHANISM_OUTPUTS",
-    "events": "m->events", "events_count": "(int)(sizeof m->events / sizeof(double))",
-}  # fmt: skip
+    "directions": "m->directions",
+    "sensitive": "1",
+    "y_dot": "m->y_dot",
+    "J": "m->lanes",
+    "p": "m->parameter",
+    "grid": "grid",
+    "edge_times": "m->edge_time",
+    "edge_times_count": "m->edges",
+    "edge_values": "m->edge_value",
+    "discrete": "memory->discrete",
+    "w": "memory->w",
+    "y": "y",
+    "y_count": "count * MECHANISM_OUTPUTS",
+    "events": "m->events",
+    "events_count": "(int)(sizeof m->events / sizeof(double))",
+}
 """What the C text hands over to the kernel's `run`, by its arguments."""
 _BEGIN = {
     "p": "m->parameter",

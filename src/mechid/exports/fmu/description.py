@@ -9,12 +9,29 @@ from xml.etree import ElementTree as ET
 from mechid.exports.fmu.variables import Variable
 
 BASE = {
-    "s": "s=1", "1/s": "s=-1", "rad": "rad=1", "rad/s": "rad=1 s=-1", "rad/s2": "rad=1 s=-2", "N.m": "kg=1 m=2 s=-2",
-    "N": "kg=1 m=1 s=-2", "m": "m=1", "m/s": "m=1 s=-1", "A": "A=1", "V": "kg=1 m=2 s=-3 A=-1", "Hz": "s=-1",
-    "ohm": "kg=1 m=2 s=-3 A=-2", "H": "kg=1 m=2 s=-2 A=-2", "kg.m2": "kg=1 m=2", "kg": "kg=1",
-    "N.m/rad": "kg=1 m=2 s=-2 rad=-1", "N.m.s": "kg=1 m=2 s=-1", "N.m.s/rad": "kg=1 m=2 s=-1 rad=-1",
-    "N.m/A": "kg=1 m=2 s=-2 A=-1", "V.s": "kg=1 m=2 s=-2 A=-1", "V.s/rad": "kg=1 m=2 s=-2 A=-1 rad=-1",
-}  # fmt: skip
+    "s": "s=1",
+    "1/s": "s=-1",
+    "rad": "rad=1",
+    "rad/s": "rad=1 s=-1",
+    "rad/s2": "rad=1 s=-2",
+    "N.m": "kg=1 m=2 s=-2",
+    "N": "kg=1 m=1 s=-2",
+    "m": "m=1",
+    "m/s": "m=1 s=-1",
+    "A": "A=1",
+    "V": "kg=1 m=2 s=-3 A=-1",
+    "Hz": "s=-1",
+    "ohm": "kg=1 m=2 s=-3 A=-2",
+    "H": "kg=1 m=2 s=-2 A=-2",
+    "kg.m2": "kg=1 m=2",
+    "kg": "kg=1",
+    "N.m/rad": "kg=1 m=2 s=-2 rad=-1",
+    "N.m.s": "kg=1 m=2 s=-1",
+    "N.m.s/rad": "kg=1 m=2 s=-1 rad=-1",
+    "N.m/A": "kg=1 m=2 s=-2 A=-1",
+    "V.s": "kg=1 m=2 s=-2 A=-1",
+    "V.s/rad": "kg=1 m=2 s=-2 A=-1 rad=-1",
+}
 """SI base units of units; others are named without."""
 ABLE_2 = {
     "canHandleVariableCommunicationStepSize": "true",
@@ -33,10 +50,18 @@ ABLE_3 = {
 def description_2(name: str, guid: str, words: str, tool: str, variables: Sequence[Variable], stop_s: float) -> str:
     """Return modelDescription.xml of FMI 2.0; it has no independent variable, and numbers outputs from 1."""
     shown = [v for v in variables if v.causality != "independent"]
-    root = ET.Element("fmiModelDescription", {
-        "fmiVersion": "2.0", "modelName": name, "guid": guid, "description": words, "generationTool": tool,
-        "variableNamingConvention": "flat", "numberOfEventIndicators": "0",
-    })  # fmt: skip
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0",
+            "modelName": name,
+            "guid": guid,
+            "description": words,
+            "generationTool": tool,
+            "variableNamingConvention": "flat",
+            "numberOfEventIndicators": "0",
+        },
+    )
     unit = ET.SubElement(root, "CoSimulation", {"modelIdentifier": name, **ABLE_2})
     files = ET.SubElement(unit, "SourceFiles")
     for file in ("mechanism.c", "fmi2.c"):

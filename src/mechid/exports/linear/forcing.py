@@ -68,13 +68,21 @@ class OrderForcing:
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as lists and plain numbers; complex ones as amplitude and phase, derivatives as parts."""
         return {
-            "name": self.name, "stepping": self.stepping, "microsteps": self.microsteps, "waveform": self.waveform,
-            "rates": self.rates.tolist(), "orders": self.orders.tolist(),
-            "amplitude": np.abs(self.lines).tolist(), "phase": np.angle(self.lines).tolist(),
-            "sigma": self.sigma.tolist(), "phase_sigma": self.phase_sigma.tolist(), "bound": self.bound.tolist(),
+            "name": self.name,
+            "stepping": self.stepping,
+            "microsteps": self.microsteps,
+            "waveform": self.waveform,
+            "rates": self.rates.tolist(),
+            "orders": self.orders.tolist(),
+            "amplitude": np.abs(self.lines).tolist(),
+            "phase": np.angle(self.lines).tolist(),
+            "sigma": self.sigma.tolist(),
+            "phase_sigma": self.phase_sigma.tolist(),
+            "bound": self.bound.tolist(),
             "by_uncertain": {"real": self.by_uncertain.real.tolist(), "imag": self.by_uncertain.imag.tolist()},
-            "rms": self.rms.tolist(), "repeats": self.repeats.tolist(),
-        }  # fmt: skip
+            "rms": self.rms.tolist(),
+            "repeats": self.repeats.tolist(),
+        }
 
 
 def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
@@ -90,11 +98,20 @@ def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
         sigma[row, at], phase_sigma[row, at] = line_sigmas(estimate, state)[own], phase_sigmas(estimate, state)[own]
         bound[row, at] = exerted.bound[own]  # the model's own lines come first
     return OrderForcing(
-        name=forcing.stepping.name, stepping=command.stepping, microsteps=command.steps_per_full_step,
-        waveform=command.waveform, rates=forcing.mode.rates, orders=orders, lines=lines, sigma=sigma,
-        phase_sigma=phase_sigma, bound=bound, by_uncertain=slopes, rms=np.array([s.rms for s in states]),
+        name=forcing.stepping.name,
+        stepping=command.stepping,
+        microsteps=command.steps_per_full_step,
+        waveform=command.waveform,
+        rates=forcing.mode.rates,
+        orders=orders,
+        lines=lines,
+        sigma=sigma,
+        phase_sigma=phase_sigma,
+        bound=bound,
+        by_uncertain=slopes,
+        rms=np.array([s.rms for s in states]),
         repeats=np.array([s.periods > 0 for s in states]),
-    )  # fmt: skip
+    )
 
 
 def _orders(states: tuple[SteadyState, ...]) -> FloatArray:

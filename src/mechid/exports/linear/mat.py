@@ -100,11 +100,20 @@ def _names(model: LinearModel) -> Any:
 
 def _forcing(one: OrderForcing) -> dict[str, Any]:
     return {
-        "name": one.name, "stepping": one.stepping, "microsteps": float(one.microsteps), "waveform": one.waveform,
-        "rates": one.rates, "orders": one.orders.reshape(1, -1), "lines": one.lines, "sigma": one.sigma,
-        "phase_sigma": one.phase_sigma, "bound": one.bound, "by_uncertain": one.by_uncertain, "rms": one.rms,
+        "name": one.name,
+        "stepping": one.stepping,
+        "microsteps": float(one.microsteps),
+        "waveform": one.waveform,
+        "rates": one.rates,
+        "orders": one.orders.reshape(1, -1),
+        "lines": one.lines,
+        "sigma": one.sigma,
+        "phase_sigma": one.phase_sigma,
+        "bound": one.bound,
+        "by_uncertain": one.by_uncertain,
+        "rms": one.rms,
         "repeats": one.repeats.astype(float),
-    }  # fmt: skip
+    }
 
 
 def _matrices(of: Matrices) -> dict[str, Any]:

@@ -48,14 +48,10 @@ def _named(every: Sequence[_AtRate], count: Callable[[_AtRate], int]) -> tuple[C
     """Return the columns by which rows of any of the tables are told apart, so many rows at each rate."""
     counts = [count(at) for at in every]
     names = np.repeat(np.array([at.forcing.stepping.name for at in every]), counts)
+    rates = np.repeat([at.state.rate for at in every], counts)
     return (
         texts("stepping", "way of stepping, with its microsteps in a full step", [str(name) for name in names]),
-        numbers(
-            "rate_steps_per_s",
-            "1/s",
-            "commanded rate, full steps a second",
-            np.repeat([at.state.rate for at in every], counts),
-        ),
+        numbers("rate_steps_per_s", "1/s", "commanded rate, full steps a second", rates),
     )
 
 
@@ -71,25 +67,28 @@ def _lines(every: Sequence[_AtRate], estimate: Estimate) -> Table:
     def exerted(of_emission: Callable[[Emission], Any]) -> FloatArray:
         return np.concatenate([np.asarray(of_emission(at.emission)) for at in every])
 
-    return Table(LINES, (
+    amplitude = joined(lambda s: np.abs(s.lines), 0.0)
+    phase = joined(lambda s: np.degrees(np.angle(s.lines)))
+    sigma = joined(lambda s: line_sigmas(estimate, s))
+    phase_sigma = joined(lambda s: np.degrees(phase_sigmas(estimate, s)))
+    residual, bound = exerted(lambda e: e.residual), exerted(lambda e: e.bound)
+    carried = list(chain.from_iterable(at.emission.carried for at in every))
+    columns = (
         *_named(every, lambda at: at.emission.orders.size),
         numbers("order", "1", "frequency over the rate", exerted(lambda e: e.orders)),
         numbers("frequency_Hz", "Hz", "order times rate", exerted(lambda e: e.frequency_hz)),
-        numbers("amplitude_Nm", "N m", "peak amplitude of the model's line; 0 where it has none",
-                joined(lambda s: np.abs(s.lines), 0.0)),
-        numbers("phase_deg", "deg", "of Re(line e^(i 2 pi f t)), t from the start of a period, at a step",
-                joined(lambda s: np.degrees(np.angle(s.lines)))),
-        numbers("sigma_Nm", "N m", "standard error of the amplitude", joined(lambda s: line_sigmas(estimate, s))),
-        numbers("phase_sigma_deg", "deg", "standard error of the phase",
-                joined(lambda s: np.degrees(phase_sigmas(estimate, s)))),
+        numbers("amplitude_Nm", "N m", "peak amplitude of the model's line; 0 where it has none", amplitude),
+        numbers("phase_deg", "deg", "of Re(line e^(i 2 pi f t)), t from the start of a period, at a step", phase),
+        numbers("sigma_Nm", "N m", "standard error of the amplitude", sigma),
+        numbers("phase_sigma_deg", "deg", "standard error of the phase", phase_sigma),
         numbers("error_Nm", "N m", "numerical error of the line, part of sigma", joined(lambda s: s.error)),
-        numbers("residual_Nm", "N m", "what the model lacks of the line, by what the fit left of the records",
-                exerted(lambda e: e.residual)),
-        numbers("bound_Nm", "N m", f"the amplitude is below with {SHARE}: model, its errors and what it lacks",
-                exerted(lambda e: e.bound)),
-        texts("residual_carried", "how sure the way of the residual to the base is",
-              list(chain.from_iterable(at.emission.carried for at in every))),
-    ))  # fmt: skip
+        numbers(
+            "residual_Nm", "N m", "what the model lacks of the line, by what the fit left of the records", residual
+        ),
+        numbers("bound_Nm", "N m", f"the amplitude is below with {SHARE}: model, its errors and what it lacks", bound),
+        texts("residual_carried", "how sure the way of the residual to the base is", carried),
+    )
+    return Table(LINES, columns)
 
 
 def _bands(every: Sequence[_AtRate]) -> Table:
@@ -115,20 +114,21 @@ def _rates(every: Sequence[_AtRate], estimate: Estimate) -> Table:
         source = estimate.residual
         return np.nan if source is None else source.at(at.forcing.mode.command, at.state.rate).outside
 
-    states = [at.state for at in every]
-    return Table(RATES, (
+    def of(name: str) -> list[Any]:
+        return [getattr(at.state, name) for at in every]
+
+    repeats = [at.state.steps * at.state.periods for at in every]
+    motions, beyond = [at.motions for at in every], [outside(at) for at in every]
+    columns = (
         *_named(every, lambda _: 1),
         numbers("tested", "1", "1: a record of this stepping ran at this rate", [at.tested for at in every]),
-        numbers("torque_rms_Nm", "N m", "RMS of the whole torque about its mean", [s.rms for s in states]),
-        numbers("torque_rms_error_Nm", "N m", "its standard error where the motion does not repeat",
-                [s.rms_error for s in states]),
-        numbers("repeats_after_steps", "1", "full steps after which the motion repeats; 0: it does not",
-                [s.steps * s.periods for s in states]),
-        numbers("decay_s", "s", "time in which the slowest transient falls to 1/e", [s.decay_s for s in states]),
-        numbers("follows", "1", "1: the rotor keeps up with the command", [s.follows for s in states]),
-        numbers("motions", "1", "motions found at this rate; the one with the largest RMS counts",
-                [at.motions for at in every]),
-        numbers("residual_outside", "1", "1: what the model lacks was measured at no rate near this one",
-                [outside(at) for at in every]),
-        texts("reached", "how that motion was reached", [" and ".join(s.reached) for s in states]),
-    ))  # fmt: skip
+        numbers("torque_rms_Nm", "N m", "RMS of the whole torque about its mean", of("rms")),
+        numbers("torque_rms_error_Nm", "N m", "its standard error where the motion does not repeat", of("rms_error")),
+        numbers("repeats_after_steps", "1", "full steps after which the motion repeats; 0: it does not", repeats),
+        numbers("decay_s", "s", "time in which the slowest transient falls to 1/e", of("decay_s")),
+        numbers("follows", "1", "1: the rotor keeps up with the command", of("follows")),
+        numbers("motions", "1", "motions found at this rate; the one with the largest RMS counts", motions),
+        numbers("residual_outside", "1", "1: what the model lacks was measured at no rate near this one", beyond),
+        texts("reached", "how that motion was reached", [" and ".join(reached) for reached in of("reached")]),
+    )
+    return Table(RATES, columns)

@@ -1,14 +1,15 @@
-"""A finished fit as the model that a diagnosis begins from."""
+"""A finished fit as the model that a diagnosis begins from, with the effects that are looked for."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from mechid.campaign import Campaign
+from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
+from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.diagnosis.candidate import Model, Setting
-from mechid.identification.diagnosis.considered import considered
 from mechid.identification.diagnosis.landscape import needed_effects
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.identify import make_problem
@@ -51,7 +52,7 @@ def _plain(campaign: Campaign, estimate: Mapping[str, Any], workers: int) -> Mod
     disturbances = possible(problem, campaign, problem.coordinates.point(values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
     known = {*words_of(mechanism), *(one.name for one in parametric)}
-    setting = Setting(problem, problem.whole(), parametric, considered(campaign, known))
+    setting = Setting(problem, problem.whole(), parametric, _considered(campaign, known))
     return Model(setting, mechanism).at(values)
 
 
@@ -94,3 +95,24 @@ def _values(term: str, names: Sequence[str], found: TermsBeside) -> dict[str, fl
     """Return the values that a fit gives the parameters of a term, by their names in the library: entries are moved."""
     there = sorted(name for name, p in found.parameters.items() if p.term == term)
     return {n: found.parameters[own].value for n, own in zip(sorted(names), there, strict=False)}
+
+
+def _considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:
+    """Return the names of the effects that are looked for.
+
+    A name without what tells its kind apart, as ``"stepper.detent"``, stands for all of that kind.
+
+    Raises
+    ------
+    InputFileError
+        The campaign file names one that is not known.
+    """
+    chosen: set[str] = set()
+    for index, name in enumerate(campaign.considered):
+        of_kind = {one for one in known if name in (one, one.partition(":")[0])}
+        if not of_kind:
+            near = did_you_mean(name, known) or f"; there are {', '.join(sorted(known))}"
+            place = f"{campaign.path.name}: {DIAGNOSE}.{CONSIDER}[{index}], or --{CONSIDER}"
+            raise InputFileError(f'{place}: found "{name}", which no effect is called here{near}')
+        chosen |= of_kind
+    return frozenset(chosen if campaign.considered else known)

@@ -11,8 +11,9 @@ from scipy.special import chdtrc
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
-from mechid.identification.diagnosis.periods import with_periods_seen
+from mechid.identification.diagnosis.locked import locked
 from mechid.identification.disturbance.scores import Score
+from mechid.plant.superset import extensions_at
 
 LEAST = 30.0
 """Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
@@ -26,6 +27,8 @@ TRIES = 2
 measured."""
 MOST = 16
 """Effects of a model; a choice, not measured."""
+NEAR = 1
+"""Periods in a turn by which what is seen may be wrong: a record of few turns does not tell them better."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ def grown(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[S
     while len(model.effects) < MOST:
         better = one_more(model, tried, say)
         if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
-            wider = with_periods_seen(model)
+            wider = _with_periods_seen(model)
             better = one_more(wider, tried, say) if wider else None
         if better is None and model.over_noise > FOLLOWED:
             better = _exchanged(model, say)
@@ -99,6 +102,24 @@ def grown(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[S
         steps.append(step(better, added=better.beyond(model)))
         model = better
     return model, steps
+
+
+def _with_periods_seen(model: Model) -> Model | None:
+    """Return a model, where it is, with further terms of the period that goes most with the motion; None without one.
+
+    One whose kind is not looked for at all, as the campaign file has it, is none.
+    """
+    seen = max((one for one in locked(model) if one.orders), key=lambda one: one.share, default=None)
+    if seen is None:
+        return None
+    kinds = {name.partition(":")[0] for name in model.setting.considered}
+    known = {(e.name, str(e.structure)) for e in model.further}
+    some = [
+        e
+        for e in extensions_at(model.base, seen.orders[0], NEAR)
+        if e.name.partition(":")[0] in kinds and (e.name, str(e.structure)) not in known
+    ]
+    return model.with_further(some) if some else None
 
 
 def _exchanged(model: Model, say: Tell) -> Model | None:

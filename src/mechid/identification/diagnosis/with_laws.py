@@ -1,14 +1,23 @@
-"""Laws in place of those of a mechanism: what hides in the noise, what a disturbance imitates, what leaves least."""
+"""Laws in place of those of a mechanism: what hides in the noise, what a disturbance imitates, what leaves least.
+
+No null value leads to some of them, or only a grid does; where a fit of each begins, and what it promises, stands
+here too.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
+from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.laws import promise
 from mechid.identification.diagnosis.steps import Step, counts, gain, grown, pruned, step
+from mechid.identification.disturbance.scores import Score
+from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 
 TRIES = 2
@@ -28,7 +37,7 @@ def with_hidden(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, 
     steps, asked = list[Step](), set[str]()
     while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
         asked.add(law.name)
-        score, start = promise(model, law)
+        score, start = _promise(model, law)
         if not counts(score):
             continue
         say(f"{law.name} is fitted")
@@ -113,7 +122,7 @@ def _numbered(model: Model) -> dict[tuple[str, int], Law]:
 
 def _in_place(model: Model, law: Law) -> Model:
     """Return the model with a law, less the disturbance that takes its place where it is lacking, after some steps."""
-    start = promise(model, law)[1] if law.tries else law.mechanism
+    start = _promise(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
     return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=TRIAL)
 
@@ -122,3 +131,45 @@ def _bic(model: Model, other: Model) -> float:
     """Return the Bayesian criterion, the noise that of the better of two models."""
     better = min(model, other, key=lambda one: one.cost)
     return better.worth * model.cost / better.cost + model.problem.size * math.log(max(better.worth, math.e))
+
+
+def _promise(model: Model, law: Law) -> tuple[Score, Mechanism]:
+    """Return what a linear fit says that a law would explain, and the mechanism with it at which it says so.
+
+    Of a law that has an amplitude the fit begins where that is zero, at the best of the values that its other
+    parameters may have; of another one at its start, which has to be near enough to nothing.
+    """
+    best, at = -math.inf, law.mechanism
+    for mechanism in _points(law):
+        fall, amplitude = _fall(model, law, mechanism)
+        if fall > best:
+            best, at = fall, _at(law, mechanism, amplitude)
+    fall = max(best, 0.0)
+    return Score(model.worth * fall / model.cost, len(law.own), fall / max(model.misfit, fall, 1.0), model.worth), at
+
+
+def _points(law: Law) -> Iterator[Mechanism]:
+    yield from (law.at_null(values) for values in law.tries or ({},)) if law.null else (law.mechanism,)
+
+
+def _fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
+    """Return by how much the cost falls in a linear fit from a point with a law, and its amplitude there."""
+    other = model.in_place_of(law, mechanism)
+    q = lifted(model.problem, model.q, other.problem)
+    triangle = other.problem.joint(q, model.setting.windows)
+    if not np.all(np.isfinite(triangle.jacobian)):
+        return -math.inf, 0.0
+    move = np.linalg.lstsq(triangle.jacobian, -triangle.fun, rcond=None)[0]
+    left = triangle.fun + triangle.jacobian @ move
+    there = other.problem.coordinates.values(q + move) if law.null else {}
+    return model.cost - float(left @ left), there.get(law.null, 0.0)
+
+
+def _at(law: Law, mechanism: Mechanism, amplitude: float) -> Mechanism:
+    """Return the law's mechanism with the other values of a point and an amplitude, as far as its bounds let it."""
+    if not law.null:
+        return mechanism
+    known = law.mechanism.parameters
+    others = {name: mechanism.value(name) for name in law.own if name != law.null}
+    within = min(max(amplitude, known[law.null].min), known[law.null].max)
+    return law.mechanism.with_values({**others, law.null: within})

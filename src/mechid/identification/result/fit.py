@@ -175,6 +175,25 @@ class RecordFit:
         own = self.channels.get(quantity)
         return own.known if own else self.noise_sigma
 
+    def to_dict(self) -> dict[str, object]:
+        """Return what estimate.json says of it."""
+        return {
+            "use": self.use,
+            "samples": self.samples,
+            "fit_percent": self.fit_percent,
+            "residual_rms": self.residual_rms,
+            "noise_sigma": self.noise_sigma,
+            "offset": self.offset,
+            "drift": self.drift,
+            "horizon_s": self.horizon_s,
+            "prefilter_order": self.prefilter_order,
+            "rejected": self.rejected,
+            "noise_rests_on": self.noise_rests_on,
+            "noise_known": self.noise_known,
+            "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
+            "taken": self.taken.to_dict(),
+        }
+
 
 @dataclass(frozen=True, kw_only=True)
 class StageReport:
@@ -302,7 +321,7 @@ class Fit(Shown):
         """Return the parameters by dotted name: value, errors, interval, bounds, status (extra ``dataframes``)."""
         import pandas as pd
 
-        return pd.DataFrame({name: _parameter_dict(p) for name, p in self.parameters.items()}).T
+        return pd.DataFrame({name: p.to_dict() for name, p in self.parameters.items()}).T
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of estimate.json."""
@@ -311,7 +330,7 @@ class Fit(Shown):
             "grade": str(self.grade),
             "grade_reasons": [reason.to_dict() for reason in self.reasons],
             "outcome": {"code": self.outcome.code, "message": self.outcome.value},
-            "parameters": {name: _parameter_dict(p) for name, p in self.parameters.items()},
+            "parameters": {name: p.to_dict() for name, p in self.parameters.items()},
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
@@ -319,30 +338,9 @@ class Fit(Shown):
             "suggested": [asdict(one) for one in self.suggested],
             "beside": self.beside.to_dict() if self.beside else None,
             "completed": None if self.completed is None else [dict(step) for step in self.completed],
-            "records": {name: _record_dict(r) for name, r in self.records.items()},
+            "records": {name: r.to_dict() for name, r in self.records.items()},
             "stages": [{**asdict(s), "records": dict(s.records), "free": list(s.free)} for s in self.stages],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
         }
-
-
-def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:
-    interval = p.ci95
-    return {
-        "value": p.value, "unit": p.unit, "symbol": p.symbol, "std_error": p.std_error,
-        "std_error_noise": p.std_error_noise, "std_error_white": p.std_error_white, "dof": p.dof,
-        "ci95": list(interval) if interval else None,
-        "start": p.start, "min": p.min, "max": p.max, "status": p.status, "reason": p.reason,
-        "local_only": p.local_only, "prior": asdict(p.prior) if p.prior else None, "contradicted": p.contradicted,
-    }  # fmt: skip
-
-
-def _record_dict(r: RecordFit) -> dict[str, object]:
-    return {
-        "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
-        "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
-        "prefilter_order": r.prefilter_order, "rejected": r.rejected,
-        "noise_rests_on": r.noise_rests_on, "noise_known": r.noise_known,
-        "channels": {quantity: asdict(c) for quantity, c in r.channels.items()}, "taken": r.taken.to_dict(),
-    }  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from scipy.special import stdtrit
 
@@ -71,3 +71,24 @@ class ParameterEstimate:
             return self.one_sided
         reach = self.std_error * float(stdtrit(math.inf if self.dof is None else self.dof, 0.975))
         return self.value - reach, self.value + reach
+
+    def to_dict(self) -> dict[str, object]:
+        """Return what estimate.json says of it."""
+        return {
+            "value": self.value,
+            "unit": self.unit,
+            "symbol": self.symbol,
+            "std_error": self.std_error,
+            "std_error_noise": self.std_error_noise,
+            "std_error_white": self.std_error_white,
+            "dof": self.dof,
+            "ci95": list(self.ci95) if self.ci95 else None,
+            "start": self.start,
+            "min": self.min,
+            "max": self.max,
+            "status": self.status,
+            "reason": self.reason,
+            "local_only": self.local_only,
+            "prior": asdict(self.prior) if self.prior else None,
+            "contradicted": self.contradicted,
+        }

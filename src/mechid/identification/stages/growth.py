@@ -93,9 +93,14 @@ def _grown_first(watch: Watch, state: SearchState, best: Candidate, seed: int) -
 
 
 def _grown(
-    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], growth: Growth,
+    watch: Watch,
+    state: SearchState,
+    campaign: Campaign,
+    best: Candidate,
+    found: Iterator[Candidate],
+    growth: Growth,
     seed: int,
-) -> tuple[SearchState, Growth]:  # fmt: skip
+) -> tuple[SearchState, Growth]:
     """Grow with other laws, at a raised noise level, from other starts; `growth` is that of the mechanism as written.
 
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.

@@ -10,12 +10,12 @@ from typing import Any
 
 from mechid.kernel.c.types import INT, Signature, type_of
 
-KEYWORDS = frozenset((
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
-    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
-    "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "main", "mechanism",
-    "NAN", "INFINITY",
-))  # fmt: skip
+_WORDS = """
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while main mechanism
+    NAN INFINITY
+"""
+KEYWORDS = frozenset(_WORDS.split())
 """What a name of a plant cannot be in C."""
 SINGLE = re.compile(r"(AT_[A-Z_]+)_(\d+)")
 """A single place of a part of the workspace, by its name."""

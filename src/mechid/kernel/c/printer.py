@@ -14,11 +14,11 @@ from mechid.kernel.c.types import DOUBLE, INT, INTEGERS, NUMBERS, Signature, nam
 
 INDENT = "    "
 WIDTH = 110
-NEEDED = frozenset((
-    "NL", "NS", "NEXT_SAMPLE", "EDGE", "EVENTS", "ROWS", "MODE", "AT_X", "AT_U", "AT_TIME", "SIZE", "DISCRETE",
-    "GRID_START", "GRID_INTERVAL", "GRID_STEP", "GRID_CLOSE", "EVENT_TIME", "EVENT_SWITCH", "EVENT_BEFORE",
-    "EVENT_AFTER", "EVENT_LANES",
-))  # fmt: skip
+_NAMES = """
+    NL NS NEXT_SAMPLE EDGE EVENTS ROWS MODE AT_X AT_U AT_TIME SIZE DISCRETE GRID_START GRID_INTERVAL GRID_STEP
+    GRID_CLOSE EVENT_TIME EVENT_SWITCH EVENT_BEFORE EVENT_AFTER EVENT_LANES
+"""
+NEEDED = frozenset(_NAMES.split())
 """Constants that who calls the kernel needs."""
 
 

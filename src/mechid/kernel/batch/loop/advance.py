@@ -290,10 +290,20 @@ def run_batch(
             last = l * samples + stop
             if left < last and S[l] == OK:
                 S[l] = called(
-                    address, p[l * NP : (l + 1) * NP], directions, 0, grids[4 * l : 4 * l + 4], edge_times, edge_values,
-                    owns[l * DISCRETE : (l + 1) * DISCRETE], ones[l * SIZE : (l + 1) * SIZE],
-                    y[left * NY : last * NY], none, none, events[l * most : (l + 1) * most],
-                )  # fmt: skip
+                    address,
+                    p[l * NP : (l + 1) * NP],
+                    directions,
+                    0,
+                    grids[4 * l : 4 * l + 4],
+                    edge_times,
+                    edge_values,
+                    owns[l * DISCRETE : (l + 1) * DISCRETE],
+                    ones[l * SIZE : (l + 1) * SIZE],
+                    y[left * NY : last * NY],
+                    none,
+                    none,
+                    events[l * most : (l + 1) * most],
+                )
             elif left < last:
                 lose(Y, left, last)
         D[NEXT] = begin + stop - first

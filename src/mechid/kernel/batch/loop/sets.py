@@ -27,10 +27,15 @@ from mechid.kernel.loop.plant import (
     njit,
 )
 
-MOVED = np.concatenate((
-    np.arange(AT_X, AT_X + NPOINT), np.arange(AT_Z, AT_Z + NF), np.arange(AT_U, AT_U + NU), np.arange(AT_M, AT_M + NM),
-    np.array([AT_TIME, AT_CLOSE]),
-))  # fmt: skip
+MOVED = np.concatenate(
+    (
+        np.arange(AT_X, AT_X + NPOINT),
+        np.arange(AT_Z, AT_Z + NF),
+        np.arange(AT_U, AT_U + NU),
+        np.arange(AT_M, AT_M + NM),
+        np.array([AT_TIME, AT_CLOSE]),
+    )
+)
 MOVED_COUNT = NPOINT + NF + NU + NM + 2
 FAR_OFF = 1e300  # an edge that never comes, s
 
