@@ -47,8 +47,9 @@ def write_hdf5(draw: Draw, folder: Path) -> dict[str, Any]:
             found = _of_hdf5(array(draw, stamps.size))
             dataset = where.create_dataset(f"Mz{k}", data=found, **_storage(draw, found))
             unit = _attributes(draw, dataset)
-            columns |= expected(key, found)
-            units |= dict.fromkeys(columns, unit) if unit else {}
+            own = expected(key, found)
+            columns |= own
+            units |= dict.fromkeys(own, unit) if unit else {}
             names.append(key)
         _odd_things(draw, file, where)
     done = {

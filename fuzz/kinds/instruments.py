@@ -128,7 +128,7 @@ def write_parquet(draw: Draw, folder: Path) -> dict[str, Any]:
     path, count = folder / draw.choice(("run.parquet", "run.pq")), length(draw)
     stamps, rate = clock(draw, count)
     fields, data = [pa.field("time", pa.float64(), metadata={"unit": "s"})], [pa.array(stamps)]
-    columns, units = expected("time", stamps), {}
+    columns, units, with_metadata = expected("time", stamps), {}, draw.chance(0.8)
     for k in range(draw.randint(1, 3)):
         name, unit = named(draw, f"Mz{k}")
         found = _column(draw, stamps.size, draw.choice(ARROW) if draw.chance(0.3) else "float64")
@@ -137,7 +137,7 @@ def write_parquet(draw: Draw, folder: Path) -> dict[str, Any]:
             columns.pop(name, None)
         elif isinstance(found, np.ndarray):
             columns |= expected(name, found)
-        units[name] = unit or own or "N*m"
+        units[name] = unit or (with_metadata and own) or "N*m"
         data.append(pa.array(found) if isinstance(found, np.ndarray) else found)
         fields.append(pa.field(name, data[-1].type, metadata={"unit": own} if own else None))
     schema = pa.schema(fields, metadata={"serial": "T", draw.text(): draw.text()} if draw.chance(0.5) else None)
@@ -151,7 +151,7 @@ def write_parquet(draw: Draw, folder: Path) -> dict[str, Any]:
         version=draw.choice(("1.0", "2.4", "2.6")),
         data_page_version=draw.choice(("1.0", "2.0")),
         write_statistics=draw.chance(0.5),
-        store_schema=draw.chance(0.8),
+        store_schema=with_metadata,
     )
     names = [field.name for field in fields]
     done = {"file": path.name, "columns": columns, "units": units, "rate": rate}

@@ -16,6 +16,7 @@ from mechid.errors import InputFileError, UsageError
 from mechid.fleets.members import Covariate, Member, Members
 from mechid.fleets.significance import RATE
 from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.reading.whole import is_file, is_folder, is_there
 
 FILE_NAME = "fleet.toml"
 KEYS = ("campaign", "before_after", "false_discovery_rate")
@@ -88,7 +89,7 @@ def read_fleet_file(path: Path | str) -> Members:
 
 def _fleet_file(path: Path) -> Path | None:
     """Return the fleet file that a path is or holds; None where it is of a campaign."""
-    if path.is_dir():
+    if is_folder(path):
         return path / FILE_NAME if (path / FILE_NAME).is_file() else None
     if path.suffix != ".toml" or path.name == CAMPAIGN_NAME:
         return None
@@ -102,7 +103,7 @@ def _whole(path: Path) -> Path:
 
 def _labels(paths: Sequence[Path]) -> list[str]:
     """Return names that tell campaigns apart: of the folder, of a file with another name than the usual one its own."""
-    return short_names([whole.with_suffix("") if (whole := _whole(path)).is_file() else whole for path in paths])
+    return short_names([whole.with_suffix("") if is_file(whole := _whole(path)) else whole for path in paths])
 
 
 def _folder(entry: Mapping[str, Any], place: Place) -> str:
@@ -164,7 +165,7 @@ def _refuse_two_of_a_state(members: Sequence[Member], state: str, place: Place) 
 
 def _refuse_no_campaign(path: Path, where: str) -> None:
     """Refuse a path at which there is neither a campaign nor a finished fit."""
-    if not path.exists():
+    if not is_there(path):
         raise InputFileError(f"{where}{path}: there is no such folder or file; check the path")
     if path.is_dir() and not any((path / name).is_file() for name in (CAMPAIGN_NAME, ESTIMATE_NAME)):
         raise InputFileError(

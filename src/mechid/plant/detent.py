@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -73,7 +74,7 @@ def detent_order(poles: float, period_deg: float) -> int | None:
     (4, 2, None)
     """
     order = (720.0 / poles) / period_deg
-    whole = round(order)
+    whole = round(order) if math.isfinite(order) else 0
     return whole if whole >= 1 and abs(order - whole) <= WHOLE_ORDER * whole else None
 
 

@@ -24,10 +24,7 @@ from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
-"""Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache.
-
-Blocks end at multiples of these, whenever a run begins to move: who looks at neighbours within a block of the shorter
-ones sees the same in both."""
+"""Samples a block, with sensitivities (its Jacobian stays in the cache) and without; blocks end at multiples of them."""
 JUMPS_EVERY = 4
 """Samples, in the mean of a block, for each jump there is room for: mechanisms come to one in twenty."""
 CLOSE_STEPS = 4
