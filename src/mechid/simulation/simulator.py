@@ -24,7 +24,7 @@ from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
-"""Samples a block, with sensitivities (its Jacobian stays in the cache) and without; blocks end at multiples of them."""
+"""Samples a block, with sensitivities (its Jacobian stays in the cache) and without; blocks end at their multiples."""
 JUMPS_EVERY = 4
 """Samples, in the mean of a block, for each jump there is room for: mechanisms come to one in twenty."""
 CLOSE_STEPS = 4
