@@ -4,9 +4,10 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from fuzz.draw import Draw
 from fuzz.kinds.tomls import SEEDS
@@ -151,6 +152,11 @@ def _written(path: Path) -> Iterator[Path]:
         os.close(file)
 
 
+def _without_end(words: list[str]) -> AbstractContextManager[Any]:
+    """Have an explorer, which would serve until Ctrl-C, come up and end."""
+    return patch("mechid.web.server.Explorer.serve") if "explore" in words else nullcontext()
+
+
 def read(folder: Path, written: dict[str, Any]) -> None:
     """Run the command in the folder; its exit code is one that stands in docs/files.md, its error one line."""
     from mechid.cli.app import main
@@ -159,7 +165,7 @@ def read(folder: Path, written: dict[str, Any]) -> None:
     os.environ["MECHID_DEBUG"] = "1"
     os.chdir(folder)
     try:
-        with _written(folder / "said.txt") as said:
+        with _written(folder / "said.txt") as said, _without_end(written["words"]):
             main()
         code: Any = 0
     except SystemExit as end:
