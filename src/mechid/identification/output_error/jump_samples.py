@@ -55,6 +55,8 @@ class JumpSamples:
         the inverse of the covariance of r, so the first expectation is that of d's own sample alone, whatever the
         colour. Of the second the pairs of samples side by side count, as a jump has two; other jumps are further off.
         """
+        if not self.places.size:
+            return 0.0
         kept = ~np.isin(self.places, dropped)
         drawn = (1.0 - self.counts) * kept
         moved = drawn[:, None] * np.column_stack([self.shares, np.full(drawn.size, -1.0)])
@@ -62,6 +64,10 @@ class JumpSamples:
         paired = np.flatnonzero(np.diff(self.places) == 1)
         beside = np.sum((moved[paired] @ colour.beside) * moved[paired + 1])
         return float(2.0 * np.sum(drawn) - alone - 2.0 * beside)
+
+
+NO_SAMPLES = JumpSamples(*(np.zeros(0, dtype=np.int64), np.zeros(0)) * 2)
+"""Those of a piece without a jump."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.output_error.jump_samples import JumpSamples, samples_at
+from mechid.identification.output_error.jump_samples import NO_SAMPLES, JumpSamples, samples_at
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
@@ -156,8 +156,10 @@ class Piece:
 
     def at_jumps(self, k: int) -> JumpSamples:
         """Return the samples of channel k beside which the model jumps."""
+        jumps = self.block.jumps
+        if not jumps.samples.size:
+            return NO_SAMPLES
         if k not in self._at_jumps:
-            jumps, channel = self.block.jumps, self.misfit.target.channels[k]
-            rises = jumps.rises[:, self.misfit.outputs[k]] / channel.sigma if jumps.samples.size else jumps.since
+            rises = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
             self._at_jumps[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
         return self._at_jumps[k]
