@@ -81,11 +81,11 @@ def _entry_of(stretch: CampaignRecord, entry: Mapping[str, Any]) -> Mapping[str,
 
 
 def _cut(record: CampaignRecord, data: Record, place: Place) -> list[CampaignRecord]:
-    count = max(math.ceil(data.duration_s / record.stretch_s - 1e-6), 1)
-    edges = np.linspace(0, data.samples, count + 1).round().astype(int).tolist()
+    count = max(math.ceil(min(data.duration_s / record.stretch_s, data.samples) - 1e-6), 1)
     if data.samples < count * LEAST:
         least = f"{LEAST / data.sample_rate_hz:.6g} s"
         raise place.error(f"found {record.stretch_s:.9g}; a stretch has {LEAST} samples at least, here {least}")
+    edges = np.linspace(0, data.samples, count + 1).round().astype(int).tolist()
     return [_stretch(record, data, k, *edges[k : k + 2]) for k in range(count)]
 
 

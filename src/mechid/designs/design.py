@@ -165,6 +165,7 @@ class _Making:
 
     def design(self) -> Design:
         """Do the work."""
+        criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
         pool = self._pool()
         self.say(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: what can be driven")
         screened = screening(self.mechanisms, pool, self.workers)
@@ -178,7 +179,6 @@ class _Making:
         departing = self._departing(pool, information)
         hanging = [_objection(share, self.options.limits.departing) for share in departing]
         objections = [o or h for o, h in zip(objections, hanging, strict=True)]
-        criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
         worth = information * (1.0 - departing)[:, None, None]
         apart = self._separation(pool, screened, objections)
         choice = self._chosen(pool, worth, objections, criterion, apart.chosen if apart else ())

@@ -142,7 +142,8 @@ def split_cells(line: str, separator: str | None) -> list[str]:
         return [cell.strip('"') for cell in line.split()]
     if '"' not in line:
         return [cell.strip() for cell in line.split(separator)]
-    return [cell.strip() for cell in next(csv.reader([line.strip("\r\n")], delimiter=separator), [""])]
+    whole = " ".join(line.splitlines())  # a lone carriage return within a line ends it for the csv module
+    return [cell.strip() for cell in next(csv.reader([whole], delimiter=separator), [""])]
 
 
 def _encoding(path: Path) -> str:

@@ -200,6 +200,8 @@ def _clocked(
     if stamps is TimeStamps.STRICT:
         return Samples(read_clock(table, time, rate_hz, first), tuple(data))
     refuse_not_increasing(table, time, first)
+    if rate_hz is not None:
+        refuse_no_clock(table, Clock(0.0, rate_hz))
     if stamps is TimeStamps.REGULAR:
         return _on_nearest_clock(table, time, rate_hz, data, first)
     seconds = time[:]

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from mechid.errors import RecordError
+
 
 class Role(StrEnum):
     """Whether a channel is explained by the model, drives it, or is measured beside it."""
@@ -85,6 +87,16 @@ class Conditioning:
     quiet_s: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     window_s: tuple[float, float] | None = None
     decimate: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse a window that ends before it begins, or that is no number.
+
+        Raises
+        ------
+        RecordError
+        """
+        if self.window_s is not None and not self.window_s[0] < self.window_s[1]:
+            raise RecordError(f"window_s: found {list(self.window_s)}; the second has to be above the first")
 
     @property
     def needed_s(self) -> tuple[float, float] | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
+from mechid.errors import RecordError
 from mechid.records.clock import sample_at, whole_rate
 from mechid.records.table import Clock, Table
 from mechid.signal.moments import mean
@@ -191,7 +192,10 @@ def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) ->
 
     good = np.isfinite(data)
     instants = clock.start_s + np.arange(samples) / clock.rate_hz
-    out = np.asarray(make_interp_spline(time[good], data[good])(instants), dtype=np.float64)
+    try:
+        out = np.asarray(make_interp_spline(time[good], data[good])(instants), dtype=np.float64)
+    except (np.linalg.LinAlgError, ValueError) as error:  # intervals that differ by more than numbers resolve
+        raise RecordError(f"no cubic spline goes through these time stamps: {error}; check their unit") from error
     kept = time[good]
     after = np.clip(np.searchsorted(kept, instants), 1, kept.size - 1)
     wide = kept[after] - kept[after - 1] > GAP * float(np.median(np.diff(time)))
