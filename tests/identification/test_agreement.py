@@ -33,6 +33,11 @@ def turned(command, turn_deg):
     return replace(command, start_angle_deg=command.start_angle_deg + turn_deg)
 
 
+def half_steps(command):
+    """Return a command in half steps at the same rate."""
+    return replace(command, stepping="half", microsteps=2)
+
+
 def made(odd=None, *, names=NAMES, start=None, driven=lambda c: c, polarity=1.0, late_s=0.0, by=None, seed=61):
     """Return a campaign whose record `odd` (or all, where that is "all") was not made as it is declared."""
     rng = np.random.default_rng(seed)
@@ -59,6 +64,12 @@ CASES = {
     "direction": ("full_23", {"driven": backward}, Reading(direction=-1)),
     "quarter turn": ("full_46", {"driven": lambda c: turned(c, 90.0)}, Reading(start_angle_deg=135.0)),
     "half step": ("full_23", {"driven": lambda c: turned(c, -45.0)}, Reading(start_angle_deg=0.0)),
+    "half steps": ("full_23", {"driven": half_steps}, Reading(stepping="half", microsteps=2)),
+    "pulses of a finer setting": (
+        "micro_46",
+        {"driven": lambda c: replace(c, microsteps=2 * c.microsteps, rate=RateProfile.constant(23.0))},
+        Reading(stepping="micro", microsteps=32, rate=RateProfile.constant(23.0)),
+    ),
     "a microstep": ("micro_46", {"driven": lambda c: turned(c, 5.625)}, Reading(start_angle_deg=5.625)),
 }
 

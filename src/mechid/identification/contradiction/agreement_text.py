@@ -103,6 +103,6 @@ def _rounded(value: object) -> str:
 
 def _left_out_line(name: str) -> str:
     return (
-        f"record {name}: left out of the fit: it contradicts the others, and no other sign, direction, start angle or "
-        'time offset makes their model follow it; look at how it was recorded, or give it use = "validate"'
+        f"record {name}: left out of the fit: it contradicts the others, and no other sign, direction, start angle, "
+        'time offset or steps make their model follow it; look at how it was recorded, or give it use = "validate"'
     )

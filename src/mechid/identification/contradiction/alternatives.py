@@ -1,23 +1,24 @@
 """What a record may be instead of what it is declared to be, and which of that a model follows.
 
-A record whose torque has the other sign, whose command ran the other way, which started from another position of
-the drive or at another instant, is of no use as declared, and follows at once as it was. Under a model that other
-records have settled, short simulations tell which it is.
+A record whose torque has the other sign, whose command ran the other way or in other steps, which started from
+another position of the drive or at another instant, is of no use as declared, and follows at once as it was. Under a
+model that other records have settled, short simulations tell which it is.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from mechid.arrays import FloatArray
-from mechid.command import Command, MeasuredCommand
+from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.command.edges import steps_travelled
+from mechid.command.stepping import Stepping
 from mechid.identification.output_error.declaration import Reading, target_as_read
 from mechid.identification.output_error.misfit import residual
 from mechid.identification.output_error.problem import Problem
@@ -36,6 +37,8 @@ choice, not measured."""
 LEAST_GAIN, SAME_GAIN = 0.5, 0.02
 """Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one; a
 choice, not measured."""
+NAMED_STEPPINGS: Mapping[int, Stepping] = {1: "full", 2: "half"}
+"""Steps a full step that have a name of their own."""
 SAME = 1e-9
 """Cycles that differ by no more are whole ones: rounding."""
 
@@ -115,6 +118,26 @@ def variants(command: Command, orders: Sequence[float]) -> tuple[Reading, ...]:
     )
 
 
+def steppings(command: Command) -> tuple[Reading, ...]:
+    """Return the steps that may have been counted wrongly: twice or half as many to a full step.
+
+    The driver was set otherwise at the same rate, or the same pulses were taken for those of another setting, so that
+    the rate of full steps is another one too.
+    """
+    if isinstance(command, MeasuredCommand):
+        return ()
+    found = []
+    for microsteps in (2 * command.microsteps, command.microsteps // 2):
+        if microsteps:
+            taken = Reading(stepping=NAMED_STEPPINGS.get(microsteps, "micro"), microsteps=microsteps)
+            found += [taken, replace(taken, rate=_at_share(command.rate, command.microsteps / microsteps))]
+    return tuple(found)
+
+
+def _at_share(rate: RateProfile, share: float) -> RateProfile:
+    return RateProfile(rate.times_s, tuple(share * one for one in rate.rates))
+
+
 def _wrapped(angle_deg: float) -> float:
     """Return an angle in (-180, 180]."""
     return 180.0 - (180.0 - angle_deg) % 360.0
@@ -145,6 +168,10 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[ReadingScore]
     late = _latest(problem, here, known)
     found = [_judged(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
     found += [other for other in (late, _of_other_gain(problem, here, known)) if other]
+    if not any(one.follows for one in found):
+        others = steppings(target.command)
+        costs = _costs(problem, here, known, others) if others else []
+        found += [_judged(problem, here, known, o, c) for o, c in zip(others, costs, strict=True) if math.isfinite(c)]
     return [declared, *_likeliest(found)]
 
 
