@@ -59,8 +59,10 @@ def made_in_memory(path: Path) -> Iterator[io.BytesIO]:
     """
     content = io.BytesIO()
     yield content
-    with whole(path) as beside:
-        beside.write_bytes(content.getbuffer())
+    # Written by the file itself: `write_bytes` takes a view of what it writes, which an error's frames would hold, and
+    # a view that is there when Python 3.12 ends brings it down.
+    with whole(path) as beside, beside.open("wb") as file:
+        file.write(content.getbuffer())
 
 
 def write_whole(path: Path, content: str | Iterable[str]) -> None:
