@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from mechid.analysis.validation import validate
-from mechid.command import RateProfile
-from mechid.identification.contradiction.alternatives import turns_deg
+from mechid.command import Command, RateProfile
+from mechid.command.stepping import MOST_MICROSTEPS
+from mechid.identification.contradiction.alternatives import steppings, turns_deg
 from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
 from mechid.identification.result.grade import Cause, Grade
@@ -72,6 +73,22 @@ CASES = {
     ),
     "a microstep": ("micro_46", {"driven": lambda c: turned(c, 5.625)}, Reading(start_angle_deg=5.625)),
 }
+
+
+@pytest.mark.parametrize(
+    ("stepping", "microsteps", "tried"),
+    [
+        ("full", 1, [("half", 2, 46.0), ("half", 2, 23.0)]),
+        ("half", 2, [("micro", 4, 46.0), ("micro", 4, 23.0), ("full", 1, 46.0), ("full", 1, 92.0)]),
+        ("micro", 5, [("micro", 10, 46.0), ("micro", 10, 23.0)]),
+        ("micro", MOST_MICROSTEPS, [("micro", 32768, 46.0), ("micro", 32768, 92.0)]),
+    ],
+)
+def test_steps_may_be_twice_or_half_as_many(stepping, microsteps, tried):
+    """Truth: by hand, at the declared rate and with the declared pulses; each is a command that can be."""
+    command = Command(stepping=stepping, microsteps=microsteps, rate=RateProfile.constant(46.0))
+    read = [command_as_read(command, taken) for taken in steppings(command)]
+    assert [(c.stepping, c.microsteps, c.rate.rates[0]) for c in read] == tried
 
 
 QUICK = ("direction", "quarter turn")

@@ -206,6 +206,11 @@ def _checked_duration(duration_s: float) -> float:
     return float(duration_s)
 
 
+def stepping_of(microsteps: int) -> Stepping:
+    """Return what a stepping of so many steps a full step is called."""
+    return next((s for s in STEPPINGS if FIXED_MICROSTEPS.get(s) == microsteps), "micro")
+
+
 def _check_microsteps(found: Any, stepping: Stepping) -> None:
     """Refuse a number of steps per full step that cannot be, or not in this stepping."""
     if not is_whole(found, 1, MOST_MICROSTEPS):

@@ -219,7 +219,13 @@ def _clocked(
                 f"{label}: {known} samples; a cubic spline needs {LEAST_RESAMPLED}: give a longer record, or leave "
                 'time_stamps = "resample" out'
             )
-    spread = tuple(room_of(resampled(seconds, values[:], clock, samples)) for values in data)
+    try:
+        spread = tuple(room_of(resampled(seconds, values[:], clock, samples)) for values in data)
+    except np.linalg.LinAlgError as error:
+        raise table.error(
+            f"time stamps from {steps.min():.4g} s to {steps.max():.4g} s apart differ too much for a cubic spline; "
+            'check their unit, or leave time_stamps = "resample" out'
+        ) from error
     figures = {"shortest_s": float(steps.min()), "longest_s": float(steps.max()), "rate_hz": clock.rate_hz}
     return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
 

@@ -96,7 +96,7 @@ class Conditioning:
         RecordError
         """
         if self.window_s is not None and not self.window_s[0] < self.window_s[1]:
-            raise RecordError(f"window_s: found {list(self.window_s)}; the second has to be above the first")
+            raise RecordError(f"window_s: found {list(self.window_s)}; write two numbers, the second above the first")
 
     @property
     def needed_s(self) -> tuple[float, float] | None:

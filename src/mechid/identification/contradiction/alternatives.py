@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from mechid.arrays import FloatArray
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.command.edges import steps_travelled
-from mechid.command.stepping import Stepping
+from mechid.command.stepping import MOST_MICROSTEPS, stepping_of
 from mechid.identification.output_error.declaration import Reading, target_as_read
 from mechid.identification.output_error.misfit import residual
 from mechid.identification.output_error.problem import Problem
@@ -37,8 +37,6 @@ choice, not measured."""
 LEAST_GAIN, SAME_GAIN = 0.5, 0.02
 """Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one; a
 choice, not measured."""
-NAMED_STEPPINGS: Mapping[int, Stepping] = {1: "full", 2: "half"}
-"""Steps a full step that have a name of their own."""
 SAME = 1e-9
 """Cycles that differ by no more are whole ones: rounding."""
 
@@ -126,11 +124,11 @@ def steppings(command: Command) -> tuple[Reading, ...]:
     """
     if isinstance(command, MeasuredCommand):
         return ()
-    found = []
-    for microsteps in (2 * command.microsteps, command.microsteps // 2):
-        if microsteps:
-            taken = Reading(stepping=NAMED_STEPPINGS.get(microsteps, "micro"), microsteps=microsteps)
-            found += [taken, replace(taken, rate=_at_share(command.rate, command.microsteps / microsteps))]
+    own, found = command.microsteps, []
+    counts = [2 * own] * (2 * own <= MOST_MICROSTEPS) + [own // 2] * (own % 2 == 0)
+    for microsteps in counts:
+        taken = Reading(stepping=stepping_of(microsteps), microsteps=microsteps)
+        found += [taken, replace(taken, rate=_at_share(command.rate, own / microsteps))]
     return tuple(found)
 
 
