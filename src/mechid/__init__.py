@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
     from mechid.interface.budget import budget
+    from mechid.interface.check import Understanding, check
     from mechid.interface.compare import compare
     from mechid.interface.demo import demo
     from mechid.interface.design import design
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
     from mechid.interface.explore import explore
     from mechid.interface.fleet import fleet
     from mechid.interface.identification import identify, identify_into, load_fit
-    from mechid.interface.look import Understanding, check, look
+    from mechid.interface.look import look
     from mechid.interface.reading import load_mechanism, load_record, load_structure
     from mechid.interface.refits import Profiles, bootstrap, profile
     from mechid.interface.report import report
@@ -91,6 +92,7 @@ _NAMES = {
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
     "interface.budget": ("budget",),
+    "interface.check": ("Understanding", "check"),
     "interface.compare": ("compare",),
     "interface.demo": ("demo",),
     "interface.design": ("design",),
@@ -99,7 +101,7 @@ _NAMES = {
     "interface.explore": ("explore",),
     "interface.fleet": ("fleet",),
     "interface.identification": ("identify", "identify_into", "load_fit"),
-    "interface.look": ("Understanding", "check", "look"),
+    "interface.look": ("look",),
     "interface.reading": ("load_mechanism", "load_record", "load_structure"),
     "interface.refits": ("Profiles", "bootstrap", "profile"),
     "interface.report": ("report",),

@@ -1,5 +1,17 @@
 """`mechid check`; truth: what the test wrote into the files."""
 
+import subprocess
+import sys
+
+LOADED = """
+import sys
+from mechid.cli import main
+try:
+    main()
+finally:
+    print(*sys.modules, sep="\\n")
+"""
+
 
 def warnings(result):
     return [line for line in result.stdout.splitlines() if line.startswith("warning: ")]
@@ -13,6 +25,14 @@ def test_a_good_campaign_is_told_without_a_warning(run, folder):
     assert "10001 samples at 10000 Hz, 0 s to 1 s" in result.stdout
     assert "15 parameters to be estimated" in result.stdout
     assert "stepper.back_emf_constant follows stepper.torque_constant" in result.stdout
+
+
+def test_a_check_loads_nothing_that_it_has_no_use_for(folder):
+    """What is named takes 1.5 s to load together; a check of the demo takes two."""
+    result = subprocess.run([sys.executable, "-c", LOADED, "check", folder], capture_output=True, text=True, check=True)
+    loaded = set(result.stdout.splitlines())
+    assert "mechid.kernel.compiled" in loaded
+    assert not {"bokeh", "jinja2", "matplotlib", "scipy.optimize", "scipy.signal", "scipy.stats"} & loaded
 
 
 def test_the_kernel_is_told_on_stderr_as_what_it_was(run, folder):

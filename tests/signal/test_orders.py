@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.signal import order_amplitudes
+from mechid.signal.orders import orders_and_rest
 
 ORDERS = (0.5, 1.0, 2.0)
 AMPLITUDES = np.array([0.3 * np.exp(0.4j), 0.7 * np.exp(-2.0j), 0.01 * np.exp(3.0j)])
@@ -30,3 +31,16 @@ def test_the_error_is_what_noise_scatters_them_by():
     found, errors = order_amplitudes(synthetic(position)[:, None] + noise, position, ORDERS)
     scatter = np.sqrt(0.5 * np.mean(np.abs(found - AMPLITUDES[:, None]) ** 2, axis=1))
     np.testing.assert_allclose(scatter, np.mean(errors), rtol=0.15)
+
+
+def test_they_are_the_best_fit_where_the_travel_just_tells_them_apart():
+    """Truth: NumPy's least squares of all sines, of 28 orders a quarter apart over nine of their cycles."""
+    orders = np.arange(1, 29) / 4.0
+    position = 9.0 * np.linspace(0.0, 1.0, 3000) ** 1.1
+    y = np.random.default_rng(3).standard_normal((3000, 2))
+    angle = 2.0 * np.pi * np.outer(position, orders)
+    columns = np.column_stack((np.ones(3000), np.cos(angle), np.sin(angle)))
+    best = np.linalg.lstsq(columns, y, rcond=None)[0]
+    amplitudes, left = orders_and_rest(y, position, orders)
+    np.testing.assert_allclose(amplitudes, best[1:29] - 1j * best[29:], atol=1e-12)
+    np.testing.assert_allclose(left, y - columns @ best, atol=1e-12)

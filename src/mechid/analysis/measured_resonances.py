@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
-from scipy.signal import find_peaks
 
 from mechid.analysis.order_tracking import OrderLine
 from mechid.arrays import FloatArray
@@ -111,6 +110,8 @@ def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, flo
     amplitude = np.array([math.sqrt(max(line.power(), 0.0)) for line in lines])
     noise = np.array([line.errors[0] for line in lines])
     size = np.maximum(amplitude, ABOVE_NOISE * noise / STANDS_OUT)
+    from scipy.signal import find_peaks  # takes 0.4 s to load, which only those pay who look for resonances
+
     peaks, _ = find_peaks(np.log(np.maximum(size, np.finfo(float).tiny)), prominence=math.log(STANDS_OUT))
     return [
         (order, order * _rate_at(lines, amplitude, k)) for k in peaks.tolist() if amplitude[k] > ABOVE_NOISE * noise[k]
@@ -150,6 +151,8 @@ def _between(frequency: FloatArray, density: FloatArray, lines: Sequence[Line]) 
 
 def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> list[tuple[float, float]]:
     """Return frequency and half width of the humps of a density, in Hz."""
+    from scipy.signal import find_peaks
+
     width = float(frequency[1])
     lowest = max(LINES_A_HUMP * spacing_hz, 8.0 * width)
     if lowest * 10.0 ** (8 / POINTS_A_DECADE) >= frequency[-1]:

@@ -21,7 +21,7 @@ def check(
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.cli.printed import print_result
     from mechid.errors import UsageError
-    from mechid.interface.look import check as checked
+    from mechid.interface.check import check as checked
     from mechid.reading.whole import is_folder
     from mechid.reports import file_data, print_file
     from mechid.reports.console import console_on

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 from mechid.analysis.survey import Survey, survey
-from mechid.campaign import Campaign, load_campaign
+from mechid.campaign import Campaign
 from mechid.campaign.in_code import RecordEntry
-from mechid.identification.identifiability.visibility import start_warnings
-from mechid.identification.stages.first_seen import declaration_warnings
 from mechid.records.bare import Hints
-from mechid.shown import Shown
 
 
 def look(
@@ -61,54 +57,3 @@ def look(
     """
     hints = Hints(sample_rate_hz=sample_rate_hz, columns=tuple(columns), quantity=quantity, unit=unit)
     return survey([Path(one) if isinstance(one, str) else one for one in records], hints)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Understanding(Shown):
-    """What was understood of a campaign.
-
-    Attributes
-    ----------
-    campaign : Campaign
-    found : tuple of str
-        Warnings beside the campaign's own: what its records contradict, what they cannot show.
-    """
-
-    campaign: Campaign
-    found: tuple[str, ...]
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """All that is odd and yet usable, one line each."""
-        return (*self.campaign.warnings, *self.found)
-
-
-def check(campaign: Campaign | Path | str) -> Understanding:
-    """Say what was understood of a campaign, and what is odd about it.
-
-    Parameters
-    ----------
-    campaign : Campaign or Path
-        A campaign file or its folder is read; its records need no files.
-
-    Returns
-    -------
-    Understanding
-        Its `write` leaves a picture of each record with its command.
-
-    Raises
-    ------
-    InputFileError
-        The campaign or mechanism file is missing or wrong.
-    RecordError
-        A record's file is missing or cannot be used.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> mechid.check("bench").warnings  # doctest: +SKIP
-    ()
-    """
-    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign, need_files=False)
-    found: Iterable[str] = (*declaration_warnings(loaded), *start_warnings(loaded))
-    return Understanding(campaign=loaded, found=tuple(found))

@@ -119,7 +119,11 @@ def _survey() -> Presenter:
 def _understanding() -> Presenter:
     from mechid.reports.console import print_lines
     from mechid.reports.overview import campaign_data, print_campaign
-    from mechid.reports.record_figures import write_record_figures
+
+    def files(found: Any, data: Mapping[str, Any], folder: Path) -> list[Path]:
+        from mechid.reports.record_figures import write_record_figures  # Matplotlib takes half a second to load
+
+        return write_record_figures(found.campaign, folder)
 
     def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
         print_campaign(data, console)
@@ -128,7 +132,7 @@ def _understanding() -> Presenter:
     return Presenter(
         data=lambda found: campaign_data(found.campaign, found.found),
         ink=ink,
-        files=lambda found, data, folder: write_record_figures(found.campaign, folder),
+        files=files,
         line=lambda found: f"{len(found.campaign.records)} records, {len(found.warnings)} warnings",
     )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
 from mechid.shown import PLOTS
+from mechid.signal.noise import noise_floor
 from mechid.signal.series import Series, no_samples
 
 if TYPE_CHECKING:
@@ -185,7 +187,22 @@ class Record:
         found = [t["rms"] for t in self.treatments if t["step"] == "quiet" and t["channel"] == quantity]
         return float(found[0]) if found else None
 
+    def noise_floor(self, quantity: str) -> float:
+        """Return the standard deviation of a channel's noise at its high-frequency floor, SI, beside bridged samples.
+
+        It is worked out once: many ask, and each time takes ten milliseconds.
+        """
+        channel = self.channel(quantity)
+        known = _FLOORS.setdefault(channel, {})
+        if self.sample_rate_hz not in known:
+            known[self.sample_rate_hz] = noise_floor(channel.data, self.sample_rate_hz, rejected=channel.bridged)
+        return known[self.sample_rate_hz]
+
     def blocks(self, size: int) -> Iterator[tuple[int, int]]:
         """Yield (start, stop) of consecutive blocks of at most `size` samples."""
         for start in range(0, self.samples, size):
             yield start, min(start + size, self.samples)
+
+
+_FLOORS: WeakKeyDictionary[Channel, dict[float, float]] = WeakKeyDictionary()
+"""Floors of channels by their sample rate."""

@@ -14,7 +14,6 @@ from mechid.reports.console import print_lines, say
 from mechid.reports.digits import digits, plain
 from mechid.reports.text_table import Column as Shown
 from mechid.reports.text_table import print_tables
-from mechid.signal import noise_floor
 from mechid.signal.moments import extremes, mean, root_mean_square
 
 CHANNEL = Shown("channel", "quantity", words=True)
@@ -110,7 +109,7 @@ def _channel_row(record: Record, channel: Channel) -> dict[str, Any]:
         "max": high,
         "mean": mean(values),
         "rms": root_mean_square(values),
-        "noise_sigma": noise_floor(values, record.sample_rate_hz),
+        "noise_sigma": record.noise_floor(channel.quantity),
     }
     exact = {key: plain(numbers[key], 9) for key in ("samples", "sample_rate_hz", "start_s", "duration_s")}
     measured = {key: digits(numbers[key], 4) for key in ("min", "max", "mean", "rms", "noise_sigma")}

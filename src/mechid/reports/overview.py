@@ -18,7 +18,6 @@ from mechid.reports.channels import channel_rows, print_channels
 from mechid.reports.console import print_lines, say
 from mechid.reports.digits import digits, plain
 from mechid.reports.text_table import Column, print_table
-from mechid.signal import noise_floor
 from mechid.signal.moments import extremes, root_mean_square
 from mechid.signal.stored import is_long
 from mechid.units import unit_words
@@ -157,7 +156,7 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "torque_min": low,
         "torque_max": high,
         "torque_rms": root_mean_square(torque),
-        "noise_sigma": noise_floor(torque, data.sample_rate_hz),
+        "noise_sigma": data.noise_floor(record.leading),
         "start_time": data.start_time,
         "conditioning": [treatment["text"] for treatment in data.treatments],
         "planned": False,

