@@ -9,7 +9,8 @@ import pytest
 from mechid.command import RateProfile
 from mechid.identification.contradiction.own_timing import lost_rows, swept_rate
 from mechid.identification.output_error.target import target_of
-from recovery.campaigns import record_of
+from recovery.campaigns import campaign, record_of
+from recovery.mechanisms import FAMILIES
 from wrong.bench import RUNS, measured_torque
 
 
@@ -51,6 +52,13 @@ def test_a_step_that_the_motor_lost_is_no_lost_row():
 def test_another_rate_is_no_jump():
     """Truth: 46 steps a second, declared 46.1: each period lies a little further behind."""
     assert lost_rows(target("full_46", rate=RateProfile.constant(46.1))) == ""
+
+
+def test_a_motion_that_settles_is_no_jump():
+    """Truth: simulated without a gap; the mechanism comes to its steady phase by a sample or two in each of five turns."""
+    family = FAMILIES[1]
+    settling = campaign(family.catalogue(), family.truth(118), 118, "all").record("micro_2res")
+    assert lost_rows(target_of(settling)) == ""
 
 
 @pytest.mark.parametrize("factor", [0.98, 0.99, 1.01, 1.03])

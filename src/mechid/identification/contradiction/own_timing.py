@@ -66,7 +66,10 @@ def _first_motion(target: Target) -> float | None:
 
 
 def lost_rows(target: Target) -> str:
-    """Say that a steady motion goes on at another phase from some period on: rows are lost, or a clock has jumped."""
+    """Say that a steady motion goes on at another phase from some period on: rows are lost, or a clock has jumped.
+
+    The two periods beside the jump show it as well: a motion that settles comes to its phase bit by bit.
+    """
     rate = abs(target.command.rate.rates[0])
     if not rate or target.begins_in_motion:
         return ""
@@ -76,8 +79,9 @@ def lost_rows(target: Target) -> str:
         sides = shifts[1:k], shifts[k + 1 :]
         steady = all(float(np.ptp(side)) <= max(STEADY * LEAST_JUMP * fs / rate, 1.0) for side in sides)
         jump = float(np.median(sides[0]) - np.median(sides[1]))
+        sudden = min(abs(jump), abs(float(shifts[k - 1] - shifts[k + 1])))
         steps = jump / fs * rate
-        if not steady or min(*alike[1:k], *alike[k + 1 :]) < ALIKE or abs(jump) < JUMP:
+        if not steady or min(*alike[1:k], *alike[k + 1 :]) < ALIKE or sudden < JUMP:
             continue
         if abs(steps) >= LEAST_JUMP and abs(steps - round(steps)) >= OF_A_STEP * min(abs(round(steps)), 1):
             return _jump_line(target, target.base.start_s + k * period_s, jump)
