@@ -48,7 +48,7 @@ USUAL_MICROSTEPS = 16
 """What full steps are tried as: how many there are changes little in the band that is compared. A choice, not
 measured."""
 COMMON, UNIT, STEPPING, RATE, SWAP, LOW_PASS = 1.2, 2.5, 1.15, 1.2, 1.2, 2.5
-"""Times as far off as declared than as read otherwise, from which a record is plainly so. With these none of 106
+"""Times as far off as declared than as read otherwise, from which a record is plainly so. With these none of 112
 campaigns as declared was told off (benchmarks/first_sight.py); a unit at 1.2 was wrong, as a model without
 detents gives microsteps a tenth of their torque."""
 RIVAL = 2.0
