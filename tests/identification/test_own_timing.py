@@ -55,7 +55,7 @@ def test_another_rate_is_no_jump():
 
 
 def test_a_motion_that_settles_is_no_jump():
-    """Truth: simulated without a gap; the mechanism comes to its steady phase by a sample or two in each of five turns."""
+    """Truth: simulated without a gap; its mechanism comes to its steady phase by a sample in each of five turns."""
     family = FAMILIES[1]
     settling = campaign(family.catalogue(), family.truth(118), 118, "all").record("micro_2res")
     assert lost_rows(target_of(settling)) == ""
