@@ -53,7 +53,7 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--benches", nargs="+", default=[DEMO, "1/100"], help="demo, or family/seed")
+    parser.add_argument("--benches", nargs="*", default=[DEMO, "1/100"], help="demo, or family/seed")
     parser.add_argument("--verbs", nargs="+", default=["identify", "check"], choices=["identify", "check"])
     parser.add_argument("--repetitions", type=int, default=3)
     parser.add_argument("--first", type=int, default=0, metavar="N", help="so many first compilations")
