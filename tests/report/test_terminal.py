@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.identification.output_error.declaration import Reading
+from mechid.identification.output_error.noise_level import known_noise
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import campaign_data, print_campaign, print_report, report_data
@@ -130,3 +132,17 @@ def test_the_overview_fits_eighty_columns(campaign):
     assert max(len(line) for table in tables(text) for line in table) <= 80
     assert "warning: something is odd" in text.splitlines()
     assert all(row["key"] in text and row["text"]["value"] in text for row in data["parameters"])
+
+
+def test_the_noise_of_the_tables_is_that_of_the_fit_without_bridged_samples(campaign):
+    """Truth: white noise of 2 mN m but for a third that stands still, as where a long gap is bridged."""
+    entry = next(record for record in campaign.records if record.name == "sweep")
+    torque = entry.data.channel("torque")
+    bridged = np.arange(4000, 7400)
+    noisy = np.random.default_rng(1).normal(0.0, 0.002, torque.data.size)
+    noisy[bridged] = 0.0
+    gone = replace(entry, data=replace(entry.data, channels=(replace(torque, data=noisy, bridged=bridged),)))
+    data = campaign_data(replace(campaign, records=(gone,)))
+    assert data["records"][0]["noise_sigma"] == pytest.approx(0.002, rel=0.05)
+    assert data["channels"][0]["noise_sigma"] == data["records"][0]["noise_sigma"]
+    assert known_noise(gone, gone.estimated[0]).sigma == data["records"][0]["noise_sigma"]

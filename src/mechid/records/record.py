@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+_FLOORS: WeakKeyDictionary[Channel, dict[float, float]] = WeakKeyDictionary()
+"""Floors of channels by their sample rate."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
@@ -202,7 +205,3 @@ class Record:
         """Yield (start, stop) of consecutive blocks of at most `size` samples."""
         for start in range(0, self.samples, size):
             yield start, min(start + size, self.samples)
-
-
-_FLOORS: WeakKeyDictionary[Channel, dict[float, float]] = WeakKeyDictionary()
-"""Floors of channels by their sample rate."""

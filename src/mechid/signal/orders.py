@@ -37,7 +37,7 @@ def orders_and_rest(y: FloatArray, position: FloatArray, orders: Sequence[float]
     """Return the amplitudes of the same sines, (K, C), and what they and the constant leave, (N, C).
 
     They are solved from their products with one another: of a travel that tells the orders apart these are about as
-    far from singular as the identity, and take a third of the time that a decomposition of the sines does.
+    far from singular as the identity, and take a quarter of the time that a decomposition of the sines does.
     """
     turning = turns(position, orders)
     rows = np.concatenate([np.ones((1, position.size)), turning.real, turning.imag])

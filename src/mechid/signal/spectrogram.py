@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.fft import prev_fast_len
 
 from mechid.arrays import FloatArray
 from mechid.signal.series import Series
@@ -30,8 +29,7 @@ def spectrogram(
     sample_rate : float
         In Hz.
     window_s : float
-        Length of the Hann window, s; at most the record's, and the next smaller number of samples that is quick to
-        transform: a prime one takes seven times as long.
+        Length of the Hann window, s; at most the record's.
     columns : int
         About so many windows, their centres equally far apart.
 
@@ -44,7 +42,7 @@ def spectrogram(
     amplitude : ndarray, shape (F, C)
         In the unit of `y`. Beyond the record's ends it is taken as zero.
     """
-    length = prev_fast_len(min(max(round(window_s * sample_rate), 2), y.size))
+    length = min(max(int(window_s * sample_rate), 2), y.size)
     hop = max(y.size // max(columns, 1), 1)
     window = hann(length)
     centres = np.arange(0, y.size, hop)
