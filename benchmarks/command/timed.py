@@ -25,7 +25,7 @@ PARTS = {
     "validation": ("mechid.reports.identified", "validate"),
     "results": ("mechid.reports.identified", "write_results"),
     "curves": ("mechid.reports.fit.illustration", "record_curves"),
-    "page": ("mechid.reports.fit.files", "report_page"),
+    "page": ("mechid.reports.fit.files", "write_together"),
     "equations": ("mechid.reports.fit.files", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),
     "declarations": ("mechid.interface.check", "declaration_warnings"),

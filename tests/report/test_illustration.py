@@ -32,15 +32,13 @@ def sheet(name="line", drawing="spectrum", **more):
 def test_a_process_draws_what_this_one_would(tmp_path, monkeypatch):
     """Truth: the same sheet drawn within this process, to the byte."""
     with Pens() as pens:
-        elsewhere = pens.draw([sheet()], tmp_path)["line"].result()
-    picture = (tmp_path / "line.png").read_bytes()
+        pens.draw([sheet()], tmp_path)["line"].result()
+    elsewhere = [(tmp_path / f"line.{kind}").read_bytes() for kind in ("svg", "png")]
     monkeypatch.setattr(pens_module, "_started", unable)
     with Pens() as none:
-        here = none.draw([sheet()], tmp_path)["line"].result()
-    assert here == elsewhere
-    assert (tmp_path / "line.svg").read_text() == elsewhere
-    assert (tmp_path / "line.png").read_bytes() == picture
-    assert "order 1" in elsewhere
+        none.draw([sheet()], tmp_path)["line"].result()
+    assert [(tmp_path / f"line.{kind}").read_bytes() for kind in ("svg", "png")] == elsewhere
+    assert b"order 1" in elsewhere[0]
 
 
 def unable():
@@ -54,7 +52,8 @@ def test_what_cannot_be_drawn_is_raised_where_it_is_asked_for(tmp_path):
         wrong = pens.draw([sheet("wrong", "no such drawing")], tmp_path)["wrong"]
         with pytest.raises(KeyError, match="no such drawing"):
             wrong.result()
-        assert pens.draw([sheet()], tmp_path)["line"].result()
+        pens.draw([sheet()], tmp_path)["line"].result()
+    assert (tmp_path / "line.svg").is_file()
 
 
 def test_a_process_that_ends_is_said(tmp_path):
@@ -109,7 +108,8 @@ def test_figures_are_begun_before_validation_ends(reported, tmp_path):
     assert [one.name for one in curves] == ["full_46", "sweep"]
     figures = {path.stem: path.read_text() for path in (reported.folder / "figures").glob("*.svg")}
     matrices = {"correlation", "information"}
-    assert pictures == {name: text for name, text in figures.items() if name not in matrices}
+    drawn = {name: path.read_text() for name, path in pictures.items()}
+    assert drawn == {name: text for name, text in figures.items() if name not in matrices}
 
 
 def test_what_fails_waits_until_the_figures_are_asked_for(reported, tmp_path):

@@ -59,7 +59,7 @@ def test_markdown_and_page_show_it(reported, steps):
     """Truth: the steps, and the report's own dict for the rest."""
     data = json.loads((reported.folder / "report.json").read_text(encoding="utf-8"))
     data["completed"] = completed_data(steps)
-    for text in (report_markdown(data), report_page(data, [], {}, [])):
+    for text in (report_markdown(data), "".join(report_page(data, [], {}, []))):
         assert (COMPLETED_TITLE in text) == (steps is not None)
         assert all(cell in text for row in TEXTS for cell in row.values()) == (steps == STEPS)
 

@@ -1,5 +1,6 @@
 """The files of a report. Truth: the dict they are made of, and the rules for a page that stands alone."""
 
+import base64
 import json
 import re
 from xml.etree import ElementTree
@@ -12,6 +13,7 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.prediction import predict
 from mechid.errors import InputFileError
 from mechid.reports.curves import record_curves
+from mechid.reports.fit import page as page_module
 from mechid.reports.fit.results import read_truth
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -50,6 +52,24 @@ def test_the_page_asks_for_nothing_from_outside(page):
     assert re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', without_namespaces) == []
     assert "http" not in re.sub(r"http-equiv|base64,[^\"]*", "", without_namespaces)
     assert "default-src 'none'" in page
+
+
+@pytest.mark.parametrize("most", [len(FIGURES) - 1, len(FIGURES)])
+def test_the_page_of_many_records_names_the_files_of_its_figures(reported, data, most, monkeypatch):
+    """Truth: the files in the folder; each stands on the page once, as a picture or by name."""
+    monkeypatch.setattr(page_module, "MOST_PICTURES", most)
+    shown = reported.validation.values()
+    curves = [one for record in shown for one in record_curves(reported.campaign, reported.fit, record)]
+    files = {name: reported.folder / "figures" / f"{name}.svg" for name in FIGURES}
+    text = "".join(page_module.report_page(data, curves, files, []))
+    pictures = [base64.b64decode(one).decode() for one in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', text)]
+    on_page = FIGURES.keys() - {"correlation", "information"}  # which are tables there
+    if most < len(FIGURES):
+        assert set(re.findall(r'href="figures/(.*?)\.svg"', text)) == on_page
+        assert not pictures
+    else:
+        assert sorted(pictures) == sorted(files[name].read_text() for name in on_page)
+        assert 'href="figures/' not in text
 
 
 def test_hostile_names_are_text_in_page_and_tables(page, reported):

@@ -67,26 +67,26 @@ class Pens:
             process.wait()
             _of(process.stdout).close()
 
-    def draw(self, sheets: Iterable[Sheet], folder: Path) -> dict[str, Future[str]]:
-        """Begin to draw sheets into a folder, each as SVG and PNG; return the SVG texts to come, by name."""
+    def draw(self, sheets: Iterable[Sheet], folder: Path) -> dict[str, Future[None]]:
+        """Begin to draw sheets into a folder, each as SVG and PNG; return by name what ends when they are there."""
         return {sheet.name: self._threads.submit(self._drawn, sheet, folder) for sheet in sheets}
 
-    def _drawn(self, sheet: Sheet, folder: Path) -> str:
-        """Have this thread's process draw a sheet, and return the SVG's text."""
+    def _drawn(self, sheet: Sheet, folder: Path) -> None:
+        """Have this thread's process draw a sheet."""
         if not hasattr(self._own, "process"):
             self._own.process = self._idle.pop() if self._idle else None
         pen: Process | None = self._own.process
         if pen is None:
             with self._here:
-                return _written(sheet, folder)
+                _written(sheet, folder)
+            return
         try:
             _send(_of(pen.stdin), (sheet, folder))
-            found = pickle.load(_of(pen.stdout))
+            failed: Exception | None = pickle.load(_of(pen.stdout))
         except (EOFError, BrokenPipeError):
             raise RuntimeError(f"a process that draws figures ended with code {pen.wait()}") from None
-        if isinstance(found, BaseException):
-            raise found
-        return str(found)
+        if failed is not None:
+            raise failed
 
 
 def _started() -> Process:
@@ -105,15 +105,15 @@ def _send(stream: IO[bytes], message: Any) -> None:
     stream.flush()
 
 
-def _written(sheet: Sheet, folder: Path) -> str:
+def _written(sheet: Sheet, folder: Path) -> None:
     from mechid.reports.drawings import draw
     from mechid.reports.figures import write_figure
 
-    return write_figure(sheet.name, draw(sheet), folder)
+    write_figure(sheet.name, draw(sheet), folder)
 
 
 def serve() -> None:
-    """Draw the sheets that come on stdin until it ends, and answer each on stdout with the SVG's text, or an error."""
+    """Draw the sheets that come on stdin until it ends, and answer each on stdout: with None, or the error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     import_module("mechid.reports.drawings")
@@ -124,9 +124,10 @@ def serve() -> None:
             sheet, folder = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
+        failed: Exception | None = None
         try:
-            found: object = _written(sheet, folder)
+            _written(sheet, folder)
         except Exception as error:  # the process that waits raises it
-            found = error
-        _send(answers, found)
+            failed = error
+        _send(answers, failed)
         gc.collect()  # parts of a figure refer to one another: what it took is given back while nobody waits

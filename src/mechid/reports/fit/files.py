@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +67,8 @@ def write_report(
                 own.begin(record)
             return write_report(data, campaign, fit, validation, folder, own)
     contents = report_contents(data, campaign, fit)
-    texts = {REPORT_NAME: json_text(contents), TABLES_NAME: report_markdown(contents)}
+    texts: dict[str, str | Iterable[str]] = {REPORT_NAME: json_text(contents), TABLES_NAME: report_markdown(contents)}
     equations = equations_mathml(fit.mechanism.plant)
     curves, pictures = illustration.finished(contents)
-    page = {PAGE_NAME: report_page(contents, curves, pictures, equations)}
-    return [*write_together(folder, page | texts), folder / FOLDER_NAME]
+    page = report_page(contents, curves, pictures, equations)
+    return [*write_together(folder, {PAGE_NAME: page, **texts}), folder / FOLDER_NAME]

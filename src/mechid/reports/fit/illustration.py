@@ -45,7 +45,7 @@ class Illustration:
         self.folder = folder / FOLDER_NAME
         self._campaign, self._fit, self._pens = campaign, fit, pens
         self._curves: list[Curves] = []
-        self._pictures: dict[str, Future[str]] = {}
+        self._pictures: dict[str, Future[None]] = {}
         self._failed: Exception | None = None
         self._is_new = not self.folder.exists()
 
@@ -86,8 +86,8 @@ class Illustration:
         except Exception as error:
             self._failed = error
 
-    def finished(self, contents: Mapping[str, Any]) -> tuple[list[Curves], dict[str, str]]:
-        """Return the curves in the order begun, and the SVG texts by name once all is drawn; matrices are drawn last.
+    def finished(self, contents: Mapping[str, Any]) -> tuple[list[Curves], dict[str, Path]]:
+        """Return the curves in the order begun, and the SVG files by name once all are drawn; matrices are drawn last.
 
         Raises
         ------
@@ -98,4 +98,6 @@ class Illustration:
             raise self._failed
         with writable(self.folder):
             self._pictures |= self._pens.draw(matrix_sheets(contents), self.folder)
-            return self._curves, {name: picture.result() for name, picture in self._pictures.items()}
+            for picture in self._pictures.values():
+                picture.result()
+        return self._curves, {name: self.folder / f"{name}.svg" for name in self._pictures}

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from mechid.kernel.equation_text import Section
@@ -19,6 +20,8 @@ from mechid.reports.table import Table
 from mechid.reports.template import asset, environment
 from mechid.units import unit_words
 
+MOST_PICTURES = 200
+"""Figures on paper that a page holds at most; a page of more names their files. Those of 500 records are 160 MB."""
 OUTLINED = (
     "A long record: the figure shows the least and the largest sample of every {column:.3g} s of it, and every sample "
     "of {detail:.3g} s around what the buttons name."
@@ -37,9 +40,9 @@ TABLES: Mapping[str, Callable[[Any], Table]] = {
 
 
 def report_page(
-    data: Mapping[str, Any], curves: Sequence[Curves], pictures: Mapping[str, str], equations: Sequence[Section]
-) -> str:
-    """Return the page.
+    data: Mapping[str, Any], curves: Sequence[Curves], pictures: Mapping[str, Path], equations: Sequence[Section]
+) -> Iterator[str]:
+    """Return the page in pieces, made as they are asked for: that of many records is large.
 
     Parameters
     ----------
@@ -47,8 +50,8 @@ def report_page(
         As `report_contents` makes it.
     curves : sequence of Curves
         Of the records, in their order.
-    pictures : mapping of str to str
-        The figures on paper as SVG, by name; they are shown in print and where no script runs.
+    pictures : mapping of str to Path
+        The SVG files of the figures on paper, by name; they are shown in print and where no script runs.
     equations : sequence of Section
         In MathML.
     """
@@ -56,11 +59,13 @@ def report_page(
     return (
         environment()
         .get_template("report.html")
-        .render(
+        .generate(
             data={**data, "curves": [_shown(one) for one in curves]},
             swept={one.name for one in curves if one.spectrogram},
             zooms={one["name"]: one["zooms"] for one in drawn},
-            pictures={name: base64.b64encode(text.encode()).decode() for name, text in pictures.items()},
+            pictures=pictures,
+            holds_pictures=len(pictures) <= MOST_PICTURES,
+            in_base64=_in_base64,
             equations=[
                 {"title": s.title, "lines": [(left, s.sign, right) for left, right in s.lines]} for s in equations
             ],
@@ -74,6 +79,10 @@ def report_page(
             script=asset("painted.js") + asset("report.js"),
         )
     )
+
+
+def _in_base64(file: Path) -> str:
+    return base64.b64encode(file.read_bytes()).decode()
 
 
 def _shown(one: Curves) -> dict[str, str]:
