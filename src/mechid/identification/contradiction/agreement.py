@@ -8,7 +8,7 @@ records agree, and records that differ from their declaration all alike agree.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, combinations
@@ -18,7 +18,8 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
-from mechid.identification.contradiction.alternatives import ReadingScore, first_moments, judge
+from mechid.identification.contradiction.alternatives import LONG, ReadingScore, first_moments, judge
+from mechid.identification.contradiction.bent_sensor import bend_words
 from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.box import sample_box
@@ -43,14 +44,14 @@ class Agreement:
     growth : Growth
     judged : mapping of record name to (declared, taken)
         Of the records that are taken otherwise than declared.
-    left_out : tuple of str
-        Records that the others' model follows in no reading.
+    left_out : mapping of record name to str
+        Records that the others' model follows in no reading; what they look like beside it, a clause or nothing.
     """
 
     problem: Problem
     growth: Growth
     judged: Mapping[str, tuple[ReadingScore, ReadingScore]] = field(default_factory=dict)
-    left_out: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def taken(self) -> dict[str, Reading]:
@@ -99,18 +100,54 @@ def agreement(
     if len(looks) < 2 or not suspects:
         return None
     rest = _rest(problem, suspects, looks, seed, tell, journal)
-    if rest is None:
-        return None
+    return _agreed(problem, rest, looks, seed, tell, journal) if rest else None
+
+
+def agreement_without(
+    problem: Problem,
+    names: Sequence[str],
+    q: FloatArray,
+    seed: int,
+    tell: Tell = lambda line: None,
+    journal: Journal | None = None,
+) -> Agreement | None:
+    """Return what the records agree on but for some of them, from a point near by; None where they do not agree.
+
+    Parameters
+    ----------
+    problem : Problem
+        All records as declared.
+    names : sequence of str
+        Those that may contradict the others. Their first moments may be followed all the same: they are judged over all
+        of a record.
+    q : (n,)
+        Where the others are nearly followed.
+    seed : int
+    tell, journal
+        As of `agreement`.
+    """
+    looks = {t.name: min(t.samples, LONG) for t in problem.targets}
+    others = problem.only([name for name in looks if name not in names])
+    grown = grow(others, carried(problem, q, others), np.random.default_rng((seed, 1, 1)), journal=journal)
+    rest = _Rest(others, grown, tuple(names))
+    return _agreed(problem, rest, looks, seed, tell, journal) if grown.complete else None
+
+
+def _agreed(
+    problem: Problem, rest: _Rest, looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
+) -> Agreement:
+    """Return all records with those that contradict the rest as these tell that they were."""
     judged: dict[str, tuple[ReadingScore, ReadingScore]] = {}
-    lost: list[str] = []
+    lost: dict[str, str] = {}
     for name in rest.others:
         tell(f"record {name} against the others")
         declared, found = _reading(problem, rest, name, looks[name], seed, journal)
         if found is None:
-            lost.append(name)
+            target = next(t for t in problem.targets if t.name == name)
+            lost[name] = bend_words(rest.problem, rest.growth.q, target.beginning(looks[name]))
         elif found.taken != DECLARED:
             judged[name] = declared, found
-    made = Agreement(problem, rest.growth, judged, tuple(lost))
+    made = Agreement(problem, rest.growth, judged, lost)
     whole = problem_as_read(problem, made.taken)
     grown = grow(
         whole, carried(rest.problem, rest.growth.q, whole), np.random.default_rng((seed, 1, 0)), journal=journal
@@ -211,7 +248,7 @@ def _reading(
     record shows: then the likeliest are grown together with them, the declared one first.
     """
     target = next(t for t in problem.targets if t.name == name)
-    declared, *others = judge(rest.problem, rest.growth.q, target)
+    declared, *others = judge(rest.problem, rest.growth.q, target, look)
     for found in (declared, *others[:1]):
         if found.follows:
             return declared, found

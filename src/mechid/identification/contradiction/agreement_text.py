@@ -7,7 +7,7 @@ import math
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.contradiction.agreement import Agreement
-from mechid.identification.contradiction.alternatives import ReadingScore, first_moments
+from mechid.identification.contradiction.alternatives import ReadingScore
 from mechid.identification.output_error.declaration import Reading, rate_entry
 from mechid.identification.output_error.target import target_of
 from mechid.units import to_si_factor, unit_words
@@ -22,13 +22,13 @@ def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
     taken = [
         _reading_line(campaign.record(name), declared, found) for name, (declared, found) in agreement.judged.items()
     ]
-    return taken + [_left_out_line(name) for name in agreement.left_out]
+    return taken + [_left_out_line(name, looks) for name, looks in agreement.left_out.items()]
 
 
 def _reading_line(record: CampaignRecord, declared: ReadingScore, found: ReadingScore) -> str:
     """Put one reading in words; the costs are over the record's first moments, under the others' model."""
     target = target_of(record)
-    samples = first_moments(target)
+    samples = found.samples
     seconds = (samples - 1) / target.base.sample_rate_hz
     what, remedy = reading_words(record, found.taken)
     unit = unit_words(record.leading)
@@ -101,8 +101,10 @@ def _rounded(value: object) -> str:
     return f"{value:.5g}"
 
 
-def _left_out_line(name: str) -> str:
+def _left_out_line(name: str, looks: str) -> str:
+    """Say that a record is left out; `looks` is a clause on what it looks like beside the others' model, if any."""
+    why = looks or "no other sign, direction, start angle, time offset, gain or steps make their model follow it"
     return (
-        f"record {name}: left out of the fit: it contradicts the others, and no other sign, direction, start angle, "
-        'time offset or steps make their model follow it; look at how it was recorded, or give it use = "validate"'
+        f"record {name}: left out of the fit: it contradicts the others, and {why}; look at how it was recorded, or "
+        'give it use = "validate"'
     )

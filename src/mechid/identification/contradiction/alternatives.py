@@ -36,17 +36,20 @@ choice, not measured."""
 LEAST_GAIN, SAME_GAIN = 0.5, 0.02
 """Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one; a
 choice, not measured."""
+LONG = 1_000_000
+"""Samples of a record at most over which its gain, or any other reading, is looked for: 100 s at 10 kHz, 16 MB."""
 SAME = 1e-9
 """Cycles that differ by no more are whole ones: rounding."""
 
 
 @dataclass(frozen=True)
 class ReadingScore:
-    """What a record was taken for, its cost over the first moments (sigmas squared), whether it is followed there."""
+    """What a record was taken for, its cost over so many samples (sigmas squared), whether it is followed there."""
 
     taken: Reading
     cost: float
     follows: bool
+    samples: int
 
 
 def first_moments(target: Target) -> int:
@@ -140,7 +143,7 @@ def _wrapped(angle_deg: float) -> float:
     return 180.0 - (180.0 - angle_deg) % 360.0
 
 
-def judge(problem: Problem, q: FloatArray, target: Target) -> list[ReadingScore]:
+def judge(problem: Problem, q: FloatArray, target: Target, look: int) -> list[ReadingScore]:
     """Return the declared reading of a record, then the others that may be it, the likeliest first.
 
     Parameters
@@ -151,9 +154,11 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[ReadingScore]
         Where these are followed.
     target : Target
         The record to be judged.
+    look : int
+        Over how many of its samples.
     """
     orders = harmonic_orders(problem.space.mechanism)
-    start = target.beginning(first_moments(target))
+    start = target.beginning(look)
     here = np.asarray(q[: problem.space.size])
     known = start.settled
     options = variants(target.command, orders)
@@ -164,7 +169,10 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[ReadingScore]
     order = sorted(range(1, len(options)), key=lambda i: costs[i])
     late = _latest(problem, here, known)
     found = [_judged(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
-    found += [other for other in (late, _of_other_gain(problem, here, known)) if other]
+    longer = target.beginning(min(target.samples, LONG)).settled  # the first moments of a sweep are small
+    gains = dict.fromkeys(_gain(problem, here, one) for one in (known, longer))
+    found += [late] if late else []
+    found += [_of_gain(problem, here, known, gain) for gain in gains if gain is not None]
     if not any(one.follows for one in found):
         others = steppings(target.command)
         costs = _costs(problem, here, known, others) if others else []
@@ -195,23 +203,38 @@ def _judged(problem: Problem, q: FloatArray, target: Target, taken: Reading, cos
     if taken.time_offset_s is not None:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
     alone = replace(problem, targets=(own,))
-    return ReadingScore(taken, cost, followed(alone, own, q) >= own.samples)
+    return ReadingScore(taken, cost, followed(alone, own, q) >= own.samples, own.samples)
 
 
-def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
-    """Return a record of which the gain is off by no unit: the factor by which it is nearest to the model."""
+def side_by_side(problem: Problem, q: FloatArray, target: Target) -> tuple[FloatArray, FloatArray]:
+    """Return what the model gives of a record's leading channel, and what was measured, each less its offset and drift.
+
+    Of a problem that the record may be none of; NaN where it cannot be simulated.
+    """
     alone = replace(problem, targets=(target,))  # without the coordinates that only other records have
     modelled = np.array(alone.model.predict(target, q, target.samples)[0])
     measured = np.array(target.leading.measured[:])
+    if np.all(np.isfinite(modelled)):
+        for y in (modelled, measured):
+            fit_line(y, 2).take_from(y)
+    return modelled, measured
+
+
+def _gain(problem: Problem, q: FloatArray, target: Target) -> float | None:
+    """Return the factor by which a record is nearest to the model where its gain is off by no unit, else None."""
+    modelled, measured = side_by_side(problem, q, target)
     if not np.all(np.isfinite(modelled)):
         return None
-    for y in (modelled, measured):
-        fit_line(y, 2).take_from(y)
     common = float(measured @ modelled)
     scale = float(modelled @ modelled) / common if common > 0.0 else 0.0
     if not LEAST_GAIN < scale < 1.0 / LEAST_GAIN or abs(scale - 1.0) < SAME_GAIN:
         return None
-    return _judged(problem, q, target, taken := Reading(scale=scale), _costs(problem, q, target, [taken])[0])
+    return scale
+
+
+def _of_gain(problem: Problem, q: FloatArray, target: Target, gain: float) -> ReadingScore:
+    taken = Reading(scale=gain)
+    return _judged(problem, q, target, taken, _costs(problem, q, target, [taken])[0])
 
 
 def _latest(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:

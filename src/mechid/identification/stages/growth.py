@@ -15,10 +15,11 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
-from mechid.identification.contradiction.agreement import Agreement, agreement, carried, explains
+from mechid.identification.contradiction.agreement import Agreement, agreement, agreement_without, carried, explains
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
+from mechid.identification.contradiction.wrong_value import wrong_value_line, wrong_values
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.identity import identity
@@ -104,12 +105,19 @@ def _grown(
     """Grow with other laws, at a raised noise level, from other starts; `growth` is that of the mechanism as written.
 
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
+    Nothing helps against a value of the file that is wrong by a hundred, so that one ends the search.
     """
     laws_first = not explains(state.problem, best)  # then what is missing is no small thing
+    wrong = wrong_values(state.problem, seed, partial(watch.tell, "file's values"), watch.journal) if laws_first else []
+    if wrong:
+        return watch.note(state.saying(wrong_value_line(wrong))), growth
     beside = grown_rivals(watch, state, campaign, seed) if laws_first else None
     if beside is not None:
         return beside
     louder = _grown_louder(watch, state, growth, seed)
+    otherwise = _raised_otherwise(watch, state, campaign, louder, seed)
+    if otherwise is not None:
+        return otherwise
     fitted = fitted_beside(louder[0], campaign, louder[1].q) if louder[1].complete else None
     beside = grown_beside(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
     if beside is None and not laws_first:
@@ -122,6 +130,25 @@ def _grown(
         if beside is not None:
             return beside
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
+
+
+def _raised_otherwise(
+    watch: Watch, state: SearchState, campaign: Campaign, louder: tuple[SearchState, Growth], seed: int
+) -> tuple[SearchState, Growth] | None:
+    """Return the growth with the few records whose noise level was raised read as the others' model follows them.
+
+    None where these are half of them or more, where the others are not followed at their own noise, or where a record
+    is followed in no reading: what the model lacks then stands in the way, not how a record was declared.
+    """
+    problem, (at, growth) = state.problem, louder
+    raised = [t.name for t in at.problem.targets if any(c.raised for c in t.channels)]
+    if not growth.complete or not 0 < 2 * len(raised) < len(problem.targets):
+        return None
+    on_progress = partial(watch.tell, "records compared")
+    agreed = agreement_without(problem, raised, growth.q, seed, on_progress, watch.journal)
+    if agreed is None or not agreed.judged or agreed.left_out or not agreed.growth.complete:
+        return None
+    return watch.note(_taking(state, campaign, agreed)), agreed.growth
 
 
 def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: int) -> Growth:

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.identification.result.grade import Cause
 from mechid.reports.console import print_lines, say
 from mechid.reports.fit.lacking import LACKING
 from mechid.reports.fit.path import COMPLETED_TITLE
@@ -28,25 +29,26 @@ from mechid.reports.fit.use import held_out, left_out
 from mechid.reports.quantities import torque_alone
 
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
-ABOUT_RECORDS = ("record ", "records ", "all records")
-"""How a warning begins that says whom of the records it concerns."""
+MECHANISM_FILE = "mechanism file"
+ABOUT_FILES = (MECHANISM_FILE, "record ", "records ", "all records")
+"""How a warning begins that says what of the user's files it concerns."""
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
 
 
 def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-    """Print what `report_data` made, and where the files are; what is odd about records comes first."""
+    """Print what `report_data` made, and where the files are; what is odd about the user's files comes first."""
     if data["synthetic"]:
         say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
     say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
-    about_records, others = _told_apart(data["warnings"])
+    about_files, others = _told_apart(data["warnings"])
+    bounds, reasons = _bounds_first(data["reasons"])
     if data["missing"]:
         found = "; ".join(f"{one['name']}: {one['words']}" for one in data["missing"])
         say(console, f"found, not declared: {found} (below)", "yellow")
-    print_lines(console, "warning", about_records, "yellow")
-    for reason in data["reasons"]:
-        print_lines(console, reason["words"], [reason["text"]])
-        print_lines(console, "next", [reason["next_command"]])
+    _print_reasons(bounds, console)
+    print_lines(console, "warning", about_files, "yellow")
+    _print_reasons(reasons, console)
     if not any(reason["text"].startswith(data["outcome"]["message"]) for reason in data["reasons"]):
         say(console, data["outcome"]["message"])
     console.print()
@@ -75,9 +77,23 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
 
 
 def _told_apart(warnings: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the warnings about records, which mostly are why a fit is as it is, and the others."""
-    about = [line for line in warnings if line.startswith(ABOUT_RECORDS)]
-    return about, [line for line in warnings if line not in about]
+    """Return the warnings about the user's files, which mostly are why a fit is as it is, and the others."""
+    about = [line for line in warnings if line.startswith(ABOUT_FILES)]
+    first = sorted(about, key=lambda line: not line.startswith(MECHANISM_FILE))
+    return first, [line for line in warnings if line not in about]
+
+
+def _bounds_first(reasons: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
+    """Return the bounds that the records contradict, which are why they are not followed, and the other reasons."""
+    bounds = [reason for reason in reasons if reason["cause"] == Cause.BOUND_CONTRADICTED]
+    return bounds, [reason for reason in reasons if reason not in bounds]
+
+
+def _print_reasons(reasons: Sequence[Mapping[str, Any]], console: Console) -> None:
+    """Print why a fit has no better grade, each with what to do."""
+    for reason in reasons:
+        print_lines(console, reason["words"], [reason["text"]])
+        print_lines(console, "next", [reason["next_command"]])
 
 
 def _print_completed(completed: Mapping[str, Any] | None, console: Console) -> None:
