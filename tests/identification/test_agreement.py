@@ -1,6 +1,7 @@
 """Records that are not as declared: found by what the others agree on, taken or left out; or common to all."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,26 @@ import pytest
 from mechid.analysis.validation import validate
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import MOST_MICROSTEPS
-from mechid.identification.contradiction.alternatives import steppings, turns_deg
-from mechid.identification.identify import identify
+from mechid.identification.contradiction.agreement import agreement_without
+from mechid.identification.contradiction.alternatives import first_moments, judge, steppings, turns_deg
+from mechid.identification.contradiction.bent_sensor import bend_words
+from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.stages import growth
-from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
+from synthetic import (
+    COMMANDS,
+    NOISE_NM,
+    RATE_HZ,
+    campaign,
+    displaced,
+    measured,
+    measuring,
+    record,
+    torque_of,
+    truth,
+)
 
 FACTORS = {"gear.stiffness": 1.25, "gear.damping": 0.6, "stepper.torque_constant": 0.9}
 NAMES = ("full_46", "full_23", "micro_46")
@@ -39,7 +53,18 @@ def half_steps(command):
     return replace(command, stepping="half", microsteps=2)
 
 
-def made(odd=None, *, names=NAMES, start=None, driven=lambda c: c, polarity=1.0, late_s=0.0, by=None, seed=61):
+def made(
+    odd=None,
+    *,
+    names=NAMES,
+    start=None,
+    driven=lambda c: c,
+    polarity=1.0,
+    late_s=0.0,
+    by=None,
+    sensed=lambda y: y,
+    seed=61,
+):
     """Return a campaign whose record `odd` (or all, where that is "all") was not made as it is declared."""
     rng = np.random.default_rng(seed)
     records = []
@@ -48,7 +73,7 @@ def made(odd=None, *, names=NAMES, start=None, driven=lambda c: c, polarity=1.0,
         command = driven(COMMANDS[name]) if is_odd else COMMANDS[name]
         maker = by if is_odd and by else truth()
         y = measured(maker, command, rng, seconds=SECONDS, time_offset_s=late_s if is_odd else 0.0)
-        records.append(record(name, polarity * y if is_odd else y, COMMANDS[name]))
+        records.append(record(name, sensed(polarity * y) if is_odd else y, COMMANDS[name]))
     return campaign(start or displaced(truth(), FACTORS), *records)
 
 
@@ -197,6 +222,66 @@ def test_a_record_of_another_mechanism_is_left_out():
     within(fit)
     assert [w for w in fit.warnings if w.startswith("record full_23: left out")]
     assert validate(bench, fit)["full_23"].use == "validate"
+
+
+def bending(y):
+    """Return what a transducer gives that comes to 0.8 of the largest torque at most."""
+    most = 0.8 * np.abs(y).max()
+    return most * np.tanh(y / most)
+
+
+@pytest.mark.slow
+def test_a_sensor_that_bends_is_named():
+    """Truth: the record passed a tanh, 32 % short at its largest torque; of a cubic nearest to it somewhat less."""
+    bench = made("full_46", sensed=bending)
+    fit = identify(bench, workers=1)
+    assert fit.grade is Grade.C
+    assert fit.records["full_46"].taken == Reading(left_out=True)
+    within(fit)
+    (said,) = (w for w in fit.warnings if w.startswith("record full_46: left out"))
+    short, largest = re.search(
+        r"by (\S+) % at (\S+) N m, as where a transducer or its amplifier saturates", said
+    ).groups()
+    assert 20.0 < float(short) < 40.0
+    y = torque_of(truth(), COMMANDS["full_46"], first_moments(make_problem(bench, 1).targets[0]))
+    assert float(largest) == pytest.approx(np.abs(y).max(), rel=0.05)
+
+
+def test_a_record_of_another_mechanism_does_not_bend():
+    """Truth: another load made it, no transducer; the words of a sensor that saturates are not used."""
+    other = torque_of(truth({"load.inertia": 0.03}), COMMANDS["full_46"], round(SECONDS * RATE_HZ) + 1)
+    problem = make_problem(made(start=truth()), 1)
+    target = measuring(problem.targets[0], other)
+    assert bend_words(problem, problem.start, target) == ""
+    bent = measuring(problem.targets[0], bending(problem.targets[0].leading.measured[:]))
+    assert "saturates" in bend_words(problem, problem.start, bent)
+
+
+SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (1.5, 90.0)]))
+
+
+def test_a_gain_is_looked_for_beyond_the_first_moments():
+    """Truth: a sweep times 0.9, of which the first moments are small; the gain is found over all of it."""
+    rng = np.random.default_rng(7)
+    y = measured(truth(), SWEEP, rng, seconds=1.5)
+    problem = make_problem(campaign(truth(), record("sweep", 0.9 * y, SWEEP)), 1)
+    target = problem.targets[0]
+    declared, found, *_ = judge(problem, problem.start, target, target.samples)
+    assert not declared.follows
+    assert found.follows
+    assert found.taken.scale == pytest.approx(1.0 / 0.9, rel=1e-3)
+    assert found.samples == target.samples
+
+
+def test_a_few_records_whose_noise_was_raised_are_compared_with_the_others():
+    """Truth: a gain of 0.9 in one of three; from values near by, the others at their own noise tell it."""
+    bench = made("micro_46", polarity=0.9)
+    problem = make_problem(bench, 1)
+    q = problem.coordinates.point({name: truth().value(name) for name in FACTORS})
+    found = agreement_without(problem, ["micro_46"], q, 0)
+    ((name, (_, reading)),) = found.judged.items()
+    assert (name, found.left_out, found.growth.complete) == ("micro_46", {}, True)
+    assert reading.taken.scale == pytest.approx(1.0 / 0.9, rel=5e-3)
 
 
 def test_turns_that_no_torque_shows_are_not_tried():

@@ -96,6 +96,24 @@ def test_the_grade_comes_first_its_reasons_next(make_fit, grade):
     assert lines[:4] == [GRADE_WORDS[grade], *said]
 
 
+def test_what_is_wrong_with_the_files_comes_before_other_reasons(make_fit):
+    """Truth: what concerns all first, then bounds, then single records, then the rest."""
+    bound = Reason(cause=Cause.BOUND_CONTRADICTED, text="A bound.", next_command="widen it")
+    other = Reason(cause=Cause.USED_IN_PART, text="In part.", next_command="look")
+    warnings = ("record sweep: late", "mechanism file: wrong", "all records: alike", "gear.stiffness: whatever")
+    fit = replace(make_fit(Grade.C, (other, bound)), warnings=warnings)
+    lines = printed(print_report, report_data(fit), 120).splitlines()
+    assert lines[1:8] == [
+        "warning: mechanism file: wrong",
+        "warning: all records: alike",
+        "bound contradicted: A bound.",
+        "next: widen it",
+        "warning: record sweep: late",
+        "followed in part: In part.",
+        "next: look",
+    ]
+
+
 def test_synthetic_is_said_before_anything_else(make_fit, truth):
     text = printed(print_report, report_data(make_fit(), truth, synthetic=True), 80)
     assert text.startswith("SYNTHETIC")

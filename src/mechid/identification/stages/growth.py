@@ -105,12 +105,8 @@ def _grown(
     """Grow with other laws, at a raised noise level, from other starts; `growth` is that of the mechanism as written.
 
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
-    Nothing helps against a value of the file that is wrong by a hundred, so that one ends the search.
     """
     laws_first = not explains(state.problem, best)  # then what is missing is no small thing
-    wrong = wrong_values(state.problem, seed, partial(watch.tell, "file's values"), watch.journal) if laws_first else []
-    if wrong:
-        return watch.note(state.saying(wrong_value_line(wrong))), growth
     beside = grown_rivals(watch, state, campaign, seed) if laws_first else None
     if beside is not None:
         return beside
@@ -192,6 +188,9 @@ def _grown_otherwise(
     rest = agreed if agreed and agreed.growth.complete else None
     if rest and not rest.left_out:
         return state, rest.growth
+    wrong = [] if explained or rest else wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
+    if wrong:  # nothing else helps against a value that is wrong by a hundred
+        return watch.note(state.saying(wrong_value_line(wrong))), growth
     said = [] if explained else common_readings(problem, growth, seed, journal)
     if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
         growth = _grow_best(watch, state, found, seed, growth)

@@ -29,8 +29,8 @@ from mechid.reports.fit.use import held_out, left_out
 from mechid.reports.quantities import torque_alone
 
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
-MECHANISM_FILE = "mechanism file"
-ABOUT_FILES = (MECHANISM_FILE, "record ", "records ", "all records")
+ABOUT_ALL = ("mechanism file", "all records")
+ABOUT_RECORDS = ("record ", "records ")
 """How a warning begins that says what of the user's files it concerns."""
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
@@ -41,13 +41,14 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     if data["synthetic"]:
         say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
     say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
-    about_files, others = _told_apart(data["warnings"])
+    about_all, about_records, others = _told_apart(data["warnings"])
     bounds, reasons = _bounds_first(data["reasons"])
     if data["missing"]:
         found = "; ".join(f"{one['name']}: {one['words']}" for one in data["missing"])
         say(console, f"found, not declared: {found} (below)", "yellow")
+    print_lines(console, "warning", about_all, "yellow")
     _print_reasons(bounds, console)
-    print_lines(console, "warning", about_files, "yellow")
+    print_lines(console, "warning", about_records, "yellow")
     _print_reasons(reasons, console)
     if not any(reason["text"].startswith(data["outcome"]["message"]) for reason in data["reasons"]):
         say(console, data["outcome"]["message"])
@@ -76,11 +77,11 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "written", [str(path) for path in files])
 
 
-def _told_apart(warnings: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the warnings about the user's files, which mostly are why a fit is as it is, and the others."""
-    about = [line for line in warnings if line.startswith(ABOUT_FILES)]
-    first = sorted(about, key=lambda line: not line.startswith(MECHANISM_FILE))
-    return first, [line for line in warnings if line not in about]
+def _told_apart(warnings: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Return the warnings about the mechanism file or all records, those about some records, and the others."""
+    about_all = [line for line in warnings if line.startswith(ABOUT_ALL)]
+    about_records = [line for line in warnings if line.startswith(ABOUT_RECORDS)]
+    return about_all, about_records, [line for line in warnings if not line.startswith(ABOUT_ALL + ABOUT_RECORDS)]
 
 
 def _bounds_first(reasons: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
