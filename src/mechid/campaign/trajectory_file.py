@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -18,6 +19,9 @@ REMEDY = (
 ROWS = 8192
 """Rows made into text at once, so that a long record does not fill the memory."""
 TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
+SIMULATED = re.compile(r"-?\d\.\d{12}e[+-]\d+")
+"""A number in `TORQUE_FORMAT`."""
+LONGEST_LINE = 4096
 
 
 def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | str) -> dict[str, Path]:
@@ -48,11 +52,27 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
 
 
 def refuse_measured(files: Iterable[Path], names: Iterable[str], folder: Path | str) -> None:
-    """Raise UsageError where a simulated ``<name>.csv`` would replace one of the measured `files`."""
-    places = {(Path(folder) / f"{name}.csv").resolve() for name in names}
-    lost = next((file for file in files if file.resolve() in places), None)
-    if lost is not None:
-        raise UsageError(f"{folder}: holds the measured {lost.name}, which must not be replaced; give another folder")
+    """Raise UsageError where a simulated ``<name>.csv`` would replace a measured one.
+
+    That is one of `files`, or any that `write_trajectories` has not written: another campaign's may have equal names.
+    """
+    measured = {file.resolve() for file in files}
+    for place in (Path(folder) / f"{name}.csv" for name in names):
+        if place.resolve() in measured or (place.exists() and not _is_simulated(place)):
+            raise UsageError(
+                f"{folder}: holds {place.name}, which mechid has not simulated and keeps; give another folder"
+            )
+
+
+def _is_simulated(path: Path) -> bool:
+    """Tell whether a file begins as `record_rows` makes it, by the digits of its second line."""
+    try:
+        with path.open("rb") as file:
+            header, row = file.readline(LONGEST_LINE), file.readline(LONGEST_LINE)
+    except OSError:
+        return False
+    cells = row.decode("ascii", errors="replace").strip().split(",")[1:]
+    return header.startswith(b"time_s,") and bool(cells) and all(map(SIMULATED.fullmatch, cells))
 
 
 def _rows(trajectory: Trajectory) -> Iterator[str]:

@@ -24,7 +24,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
-from mechid.reports.fit.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
+from mechid.reports.fit.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
 from mechid.reports.pens import Pens
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 ESTIMATED_NAME = "mechanism_estimated.toml"
 """Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
+FIRST_LETTERS = 1000
+"""Of a mechanism file, in which mechid writes that it is estimated."""
 COMPLETED_NAME = "mechanism_completed.toml"
 
 
@@ -113,9 +115,21 @@ def identified_into(
 
 
 def mechanism_name(campaign: Campaign, folder: Path) -> str:
-    """Return what the estimated mechanism is called in a folder, where the campaign's own may lie too."""
-    is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
-    return ESTIMATED_NAME if is_own else MECHANISM_NAME
+    """Return what the estimated mechanism is called in a folder, where one may lie that somebody has written.
+
+    That is the campaign's own, or any in which mechid has not written that it is estimated.
+    """
+    place = folder / MECHANISM_NAME
+    is_own = place.resolve() == campaign.mechanism_path.resolve()
+    return ESTIMATED_NAME if is_own or _is_written_by_hand(place) else MECHANISM_NAME
+
+
+def _is_written_by_hand(file: Path) -> bool:
+    try:
+        with file.open(encoding="utf-8", errors="replace") as text:
+            return ESTIMATED not in text.read(FIRST_LETTERS)
+    except OSError:  # as where there is none
+        return False
 
 
 def _identified(

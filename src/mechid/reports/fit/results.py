@@ -25,6 +25,8 @@ from mechid.writing import write_together, write_whole
 
 REPORT_NAME = "report.json"
 MECHANISM_NAME = "mechanism.toml"
+ESTIMATED = "Estimated by mechid"
+"""In the first lines of a mechanism file that `estimated_text` has made."""
 
 
 def write_results(
@@ -94,7 +96,7 @@ def write_residual(fit: Fit, validation: Mapping[str, RecordValidation], folder:
 
 def estimated_text(fit: Fit, *, synthetic: bool) -> str:
     """Return the text of the mechanism file with the estimated values."""
-    lines = [f"Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}."]
+    lines = [f"{ESTIMATED}; standard errors and all else stand in {ESTIMATE_NAME}."]
     if synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
     lines += [GRADE_WORDS[fit.grade], *beside_comment(fit.beside), fit.outcome.value]
