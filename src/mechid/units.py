@@ -54,6 +54,17 @@ HEADER_SUFFIXES: Mapping[str, str] = {
 A closed list: to Pint the end of ``phase_a`` is a year and that of ``u_B`` a byte.
 """
 
+WORDS_OF_UNITS: Mapping[str, frozenset[str]] = {
+    "torque": frozenset(
+        (
+            *("mnm", "unm", "µnm", "μnm", "knm", "nmm", "ncm", "gcm", "kgcm", "kgfcm", "kgf"),
+            *("ozin", "ozfin", "ozf", "lbin", "lbfin", "lbf", "inlb", "ftlb"),
+        )
+    ),
+    "time": frozenset(("ms", "msec", "millis", "us", "µs", "μs", "usec", "ns", "min", "minutes", "h", "hours")),
+}
+"""Words of a column's name that may be its unit where they stand elsewhere, in small letters; none is the SI one."""
+
 SPELLED_OUT: Mapping[str, str] = {
     **dict.fromkeys(("volt", "volts"), "V"),
     **dict.fromkeys(("ampere", "amperes", "amp", "amps"), "A"),
@@ -193,6 +204,20 @@ def split_header(column: str) -> tuple[str, str | None]:
         if mark.start() and text[mark.end() :] in HEADER_SUFFIXES:
             return text[: mark.start()], HEADER_SUFFIXES[text[mark.end() :]]
     return text, None
+
+
+def unit_within(column: str, quantity: str) -> str | None:
+    """Return the word of a header without a unit that may be one all the same, as in ``torque_mNm_filtered``.
+
+    Examples
+    --------
+    >>> unit_within("torque_mNm_filtered", "torque"), unit_within("Torque in Ncm", "torque")
+    ('mNm', 'Ncm')
+    >>> unit_within("torque filtered", "torque"), unit_within("time_msec", "time")
+    (None, 'msec')
+    """
+    known = WORDS_OF_UNITS.get(quantity, frozenset())
+    return next((word for word in re.split(r"[^A-Za-zµμ]+", column) if word.lower() in known), None)
 
 
 def _one_spelling(unit: str) -> str:

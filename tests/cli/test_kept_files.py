@@ -25,7 +25,7 @@ def content(folder):
 
 def test_simulated_records_never_replace_measured_ones(refused, folder):
     before = content(folder)
-    assert "holds the measured full_23.csv" in refused(2, "simulate", folder, "--out", folder)
+    assert "holds full_23.csv, which mechid has not simulated" in refused(2, "simulate", folder, "--out", folder)
     assert content(folder) == before
 
 
@@ -102,3 +102,27 @@ def test_a_cache_that_is_full_is_2(refused, folder, tmp_path, monkeypatch):
     monkeypatch.setattr(compiled, "_compile", full)
     line = refused(2, "simulate", folder, "--out", tmp_path / "out")
     assert "the kernel cannot be kept there (No space left on device)" in line
+
+
+def test_simulated_records_never_replace_those_of_another_campaign(run, refused, folder, tmp_path):
+    """Truth: the other folder's bytes; what `simulate` has written itself it replaces."""
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "full_23.csv").write_text("time_s,torque_Nm\n0.0,0.125\n0.0001,0.25\n")
+    before = content(other)
+    assert "holds full_23.csv, which mechid has not simulated" in refused(2, "simulate", folder, "--out", other)
+    assert content(other) == before
+    for _ in range(2):
+        assert run("simulate", folder, "--out", tmp_path / "out").exit_code == 0
+
+
+def test_an_estimate_in_another_folder_leaves_a_mechanism_written_there_by_hand(run, staged, tmp_path):
+    """Truth: the file's bytes; the estimate has another name, which estimate.json tells, and is found there."""
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "mechanism.toml").write_text("# by hand\n")
+    for _ in range(2):
+        assert run("identify", staged, "--out", other).exit_code == 0
+    assert (other / "mechanism.toml").read_text() == "# by hand\n"
+    assert b"Estimated by mechid" in (other / "mechanism_estimated.toml").read_bytes()
+    assert run("export", other, "--to", "c", "--out", tmp_path / "c").exit_code == 0

@@ -11,6 +11,8 @@ from mechid.command.entry import is_table
 from mechid.parameter import Declaration, Parameter, Status
 
 KEYS = ("value", "min", "max", "sigma")
+SURE = 1e-12
+"""Share of a value below which a prior's standard deviation is lost in rounding."""
 HALF_TURN_DEG = 180.0
 REMEDY = "write { value = ..., min = ..., max = ... }"
 
@@ -60,7 +62,7 @@ def _estimated(table: Mapping[str, Any], name: str, declaration: Declaration, pl
         declaration=declaration,
         min=low,
         max=high,
-        sigma=_sigma(table, declaration, place),
+        sigma=_sigma(table, value, declaration, place),
         status=Status.FREE,
     )
     if not parameter.is_periodic:
@@ -94,7 +96,7 @@ def _turn(declaration: Declaration) -> tuple[float, float]:
     return (low, high) if math.isfinite(high - low) else (-HALF_TURN_DEG, HALF_TURN_DEG)
 
 
-def _sigma(table: Mapping[str, Any], declaration: Declaration, place: Place) -> float | None:
+def _sigma(table: Mapping[str, Any], value: float, declaration: Declaration, place: Place) -> float | None:
     if "sigma" not in table:
         return None
     sigma = number(table["sigma"], place.key("sigma"), declaration.unit)
@@ -102,6 +104,8 @@ def _sigma(table: Mapping[str, Any], declaration: Declaration, place: Place) -> 
         raise place.key("sigma").error(
             f"found {sigma:.9g}; write the prior's standard deviation, above 0, or leave it out"
         )
+    if sigma < SURE * abs(value):
+        raise place.key("sigma").error(f"found {sigma:.9g}, so sure is no prior; write {value:.9g} alone, as known")
     return sigma
 
 

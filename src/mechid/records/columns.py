@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
-from mechid.units import si_unit, split_header, to_si_factor
+from mechid.units import si_unit, split_header, to_si_factor, unit_within
 
 TORQUE = re.compile(r"torque|moment|\bm[xyz]\b", re.IGNORECASE)
 """What programs call a torque, in English, German (Drehmoment, Moment) and French (moment)."""
@@ -294,6 +294,12 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
     """
     column, quantity, label = table.columns[index], channel.quantity, column_label(table.columns, index)
     in_file, in_name = column.stated_unit, split_header(column.name)[1]
+    word = None if channel.unit or in_file else unit_within(column.name, quantity)
+    if word:
+        raise table.error(
+            f'{label}: "{word}" in its name may be its unit, and stands where none is read; write its unit in '
+            f'the campaign file (unit = "{si_unit(quantity)}" if that is it), or in brackets at the end of its name'
+        )
     twice = [_factor_or_none(unit, quantity) for unit in (in_file, in_name) if unit]
     if None not in twice and len(set(twice)) > 1:
         raise table.error(f'{label}: the file states two units, "{in_file}" and "{in_name}"; correct it')

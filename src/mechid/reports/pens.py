@@ -90,7 +90,10 @@ class Pens:
 
 
 def _started() -> Process:
-    pen = subprocess.Popen([sys.executable, "-c", SCRIPT], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    surroundings = {**os.environ, "MPLBACKEND": "agg"}  # a notebook's is not there for others
+    pen = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=surroundings
+    )
     _send(_of(pen.stdin), sys.path)
     return pen
 

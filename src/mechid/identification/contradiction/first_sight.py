@@ -18,7 +18,6 @@ from itertools import combinations
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.command import MeasuredCommand
 from mechid.identification.computation.parallel import in_threads, mapped
 from mechid.identification.contradiction.record_sight import (
     COARSE,
@@ -27,6 +26,7 @@ from mechid.identification.contradiction.record_sight import (
     contradicts,
     is_doubtful_rate,
     is_driven_so,
+    is_looked_at,
     own_rates,
     sight_of,
 )
@@ -101,7 +101,7 @@ def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
     seed : int
         Of the points of the box.
     """
-    sights = {t.name: sight_of(t) for t in problem.targets if _is_looked_at(t)}
+    sights = {t.name: sight_of(t) for t in problem.targets if is_looked_at(t)}
     own = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([q, own]) for q in sample_box(problem.space, POINTS, seed)]
     scales = (1.0, *SCALES)
@@ -150,10 +150,6 @@ def _behind_low_pass(least: Mapping[str, FloatArray], scales: int) -> dict[str, 
         if behind.size and plain.min() > LOW_PASS * behind.min():
             found[name] = CUT_OFFS_HZ[int(np.argmin(behind))]
     return found
-
-
-def _is_looked_at(target: Target) -> bool:
-    return target.leading.quantity == "torque" and not isinstance(target.command, MeasuredCommand)
 
 
 def _declared(

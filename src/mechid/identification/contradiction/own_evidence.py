@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mechid.command import MeasuredCommand
 from mechid.identification.contradiction.own_timing import lost_rows, rests_late, swept_rate
-from mechid.identification.contradiction.record_sight import RecordSight, sight_of
+from mechid.identification.contradiction.record_sight import RecordSight, is_looked_at, sight_of
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import READABLE
 from mechid.signal.lines import Prominence, prominence
@@ -39,7 +38,7 @@ def own_evidence(targets: Sequence[Target], said: Mapping[str, object], *, hum: 
     hum : bool
         Whether hum is told of; `identify` takes it out by itself and says so.
     """
-    seen = [t for t in targets if t.leading.quantity == "torque" and not isinstance(t.command, MeasuredCommand)]
+    seen = [t for t in targets if is_looked_at(t)]
     constant = [t for t in seen if len(t.command.rate.rates) == 1 and t.name not in said]
     off = {t.name: ratio for t in constant if (ratio := rate_ratio(sight_of(t)))}
     swept = [swept_rate(t) for t in seen if len(t.command.rate.rates) > 1 and t.name not in said]

@@ -57,6 +57,8 @@ def _first_motion(target: Target) -> float | None:
     """Return the record time at which a torque leaves its rest; None where it begins in motion, or never moves."""
     rate = target.base.sample_rate_hz
     width = max(round(SMOOTHED_S * rate), 1)
+    if width >= target.samples:  # so short a record shows no rest
+        return None
     y = target.leading.measured[: round(min(target.base.duration_s, 100.0 * REST_S + 20.0) * rate)]
     smooth = np.convolve(y, np.full(width, 1.0 / width), "valid")
     rest = float(np.mean(y[: max(round(REST_S * rate), 1)]))
@@ -99,6 +101,8 @@ def _jump_line(target: Target, at_s: float, samples: float) -> str:
 
 def _shifts(y: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
     """Return by how many samples each period lies behind the last one, (k,), and how alike both are then, (k,)."""
+    if not A_STEP <= period < y.size:
+        return np.zeros(0), np.zeros(0)
     count, size = int(y.size / period), int(period)
     if count < 2 * FEWEST + 2 or size < A_STEP:
         return np.zeros(0), np.zeros(0)

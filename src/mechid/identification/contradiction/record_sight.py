@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.command import Command, RateProfile
+from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.identification.contradiction.alternatives import samples_of
 from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read, target_as_read
 from mechid.identification.output_error.problem import Problem
@@ -37,6 +37,8 @@ REPEATS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 four steps, or twice in a step."""
 FULL_STEPS = (1.0, 2.0)
 """Times the rate declared that the lines of full steps may suggest."""
+SLOWEST_HZ, FEWEST_SAMPLES = 64.0, 32
+"""Sample rate and samples from which a record's spectra tell anything; a choice, not measured."""
 PARTS = (1.0, 2.0, 4.0)
 """Times what its lines are multiples of that a step rate may be; of a ridge over time, the first two."""
 
@@ -122,6 +124,12 @@ class RecordSight:
         f = (np.arange(modelled.shape[-1]) + LOWEST_BIN) * self.target.base.sample_rate_hz / size
         passed = [1.0 / (1.0 + (f / one) ** (2 * ORDER)) for one in cut_offs_hz]
         return [spectral_distance(self.power, modelled * part, self.noise) for part in passed]
+
+
+def is_looked_at(target: Target) -> bool:
+    """Tell whether a record's torque under a command is there in enough samples for spectra of its parts."""
+    enough = target.samples >= FEWEST_SAMPLES and target.base.sample_rate_hz >= SLOWEST_HZ
+    return enough and target.leading.quantity == "torque" and not isinstance(target.command, MeasuredCommand)
 
 
 def sight_of(target: Target) -> RecordSight:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mechid.campaign import Campaign
+from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError
 from mechid.parameter import Role
 
@@ -14,6 +15,8 @@ REMEDY = "give it as a number, or add a channel of a phase current"
 
 def refuse_free_supply(campaign: Campaign) -> None:
     """Refuse a free supply voltage beside R, L and k_m, or a free current beside k_m, where no current is measured.
+
+    A supply that is known to be none is refused too, since nothing moves then.
 
     Neither torque nor motion tells them apart: U -> c U, k_m -> c k_m, R and L -> c^2 leaves both as they are, and
     makes c times less current.
@@ -25,7 +28,13 @@ def refuse_free_supply(campaign: Campaign) -> None:
     """
     powers = _powers(campaign)
     free = {q.name for q in campaign.mechanism.free}
+    stepped = any(not isinstance(record.command, MeasuredCommand) for record in campaign.estimated)
     for supply in campaign.mechanism.plant.having(Role.SUPPLY):
+        if stepped and supply not in free and campaign.mechanism.value(supply) == 0.0:
+            raise InputFileError(
+                f"{campaign.mechanism_path}: {supply}: found 0, with which nothing moves, so that no record tells any "
+                "parameter; write the driver's"
+            )
         if free.issuperset(powers) and not _sees_current(campaign):
             raise InputFileError(
                 f"{campaign.mechanism_path}: {supply}: free together with {_symbols(campaign, supply)}, which "
