@@ -89,7 +89,7 @@ class RecordSight:
         """How much of it is looked at for that, s."""
         return min(OWN_LINES_S if _is_constant(self.command) else OWN_RIDGE_S, self.whole.base.duration_s)
 
-    @property
+    @cached_property
     def fastest(self) -> float:
         """The largest rate that is declared within that, full steps/s."""
         rate = self.command.rate
@@ -142,7 +142,8 @@ def sight_of(target: Target) -> RecordSight:
 
 
 def _is_constant(command: Command) -> bool:
-    return len(set(command.rate.rates)) == 1
+    rates = command.rate.rates
+    return all(rate == rates[0] for rate in rates)
 
 
 def _times(rate: RateProfile, factor: float) -> RateProfile:
