@@ -63,6 +63,19 @@ def test_a_rate_of_next_to_nothing_is_checked(run, changed):
     assert result.exit_code == 0, result.stderr
 
 
+@pytest.mark.parametrize("offset", ["-1e5", "1e300"])
+def test_a_time_offset_that_no_clock_shows_is_refused(refused, changed, offset):
+    """Before such a record a billion samples would have to be simulated, silently."""
+    entry = f'file = "full_23.csv"\ntime_offset_s = {offset}'
+    line = refused(3, "check", changed("campaign.toml", 'file = "full_23.csv"', entry))
+    assert ".time_offset_s: found" in line
+
+
+def test_a_link_that_leads_to_nothing_is_called_so(refused, tmp_path):
+    (tmp_path / "bench").symlink_to(tmp_path / "gone")
+    assert "it is a link that leads to nothing" in refused(3, "check", tmp_path / "bench")
+
+
 def test_without_a_supply_nothing_can_be_identified(refused, changed, tmp_path):
     changed("mechanism.toml", "peak_voltage = 5.7", "peak_voltage = 0.0")
     line = refused(3, "identify", changed("campaign.toml", "", ""), "--out", tmp_path / "out")

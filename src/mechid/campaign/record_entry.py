@@ -45,6 +45,9 @@ EXTERNAL_REMEDY = 'write the names as they stand in the file, as external_files 
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
+LEAST_OFFSET_S, LARGEST_OFFSET_S = -2e4, 1e11
+"""What went before a record is simulated too: 2e8 samples at 10 kHz. The other is a clock's since year 0."""
+
 
 def read_records(
     table: Mapping[str, Any], place: Place, folder: Path, *, need_files: bool
@@ -91,7 +94,7 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
         spec=spec,
         file=folder / file if file else None,
         matches=read_matches(table.get("channels"), place.key("channels"), own=taken_out),
-        parameters=(_own_parameter(table, name, TIME_OFFSET, place),),
+        parameters=(_time_offset(table, name, place),),
         burn_in_s=read_burn_in(table, place),
         stretch_s=read_stretch(table, place),
     )
@@ -164,6 +167,17 @@ def _rate(table: Mapping[str, Any], place: Place) -> float | None:
     if rate <= 0.0:
         raise place.error(f"found {rate:.9g}; write the samples per second, above 0")
     return rate
+
+
+def _time_offset(table: Mapping[str, Any], name: str, place: Place) -> Parameter:
+    """Return when a record's command starts; refused is what no clock shows, and what would take hours to simulate."""
+    own = _own_parameter(table, name, TIME_OFFSET, place)
+    if not LEAST_OFFSET_S <= own.value <= LARGEST_OFFSET_S:
+        raise place.key(TIME_OFFSET.key).error(
+            f"found {own.value:.9g}; write seconds of the record's clock, from {LEAST_OFFSET_S:g} to "
+            f"{LARGEST_OFFSET_S:g}; of a command that began earlier give its rate from later on"
+        )
+    return own
 
 
 def _own_parameter(table: Mapping[str, Any], record: str, declaration: Declaration, place: Place) -> Parameter:

@@ -129,7 +129,8 @@ class RecordSight:
 def is_looked_at(target: Target) -> bool:
     """Tell whether a record's torque under a command is there in enough samples for spectra of its parts."""
     enough = target.samples >= FEWEST_SAMPLES and target.base.sample_rate_hz >= SLOWEST_HZ
-    return enough and target.leading.quantity == "torque" and not isinstance(target.command, MeasuredCommand)
+    driven = target.leading.quantity == "torque" and not isinstance(target.command, MeasuredCommand)
+    return enough and driven and samples_of(target, 1.0) < target.samples  # of what never steps no line tells
 
 
 def sight_of(target: Target) -> RecordSight:

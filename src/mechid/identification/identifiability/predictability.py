@@ -86,7 +86,7 @@ def apart_at_s(problem: Problem, target: Target, q: FloatArray) -> float | None:
             off = (here.y[:, j] - there.y[:, j]) / sigma
             whole = off[: off.size // window * window].reshape(-1, window)
             apart = np.flatnonzero(np.mean(whole**2, axis=1) > 1.0)
-            if apart.size:
+            if apart.size and here.start + apart[0] > 0:  # at once: the noise is none beside rounding
                 return float((here.start + apart[0] * window) / rate)
     return None
 
