@@ -24,8 +24,8 @@ from mechid.parameter import Parameter, Status
 FURTHER = 1e3
 """Times the value, either way, up to which it is looked for: units are wrong by a hundred or a thousand."""
 UNDECIDED = 10.0
-"""Times as much as the best value leaves of the first moments, up to which another one is told of beside it; the
-others left 47 times as much at least in the two campaigns of docs/reliability.md that were looked at."""
+"""Times as much as the best value leaves of the first moments, up to which another one is told of beside it. The others
+left some 50 times as much at least in the two campaigns of docs/identification.md that were looked at."""
 
 
 @dataclass(frozen=True)
