@@ -25,7 +25,7 @@ def content(folder):
 
 def test_simulated_records_never_replace_measured_ones(refused, folder):
     before = content(folder)
-    assert "holds full_23.csv, which mechid has not simulated" in refused(2, "simulate", folder, "--out", folder)
+    assert "holds full_23.csv, which is no simulation of mechid" in refused(2, "simulate", folder, "--out", folder)
     assert content(folder) == before
 
 
@@ -110,7 +110,7 @@ def test_simulated_records_never_replace_those_of_another_campaign(run, refused,
     other.mkdir()
     (other / "full_23.csv").write_text("time_s,torque_Nm\n0.0,0.125\n0.0001,0.25\n")
     before = content(other)
-    assert "holds full_23.csv, which mechid has not simulated" in refused(2, "simulate", folder, "--out", other)
+    assert "holds full_23.csv, which is no simulation of mechid" in refused(2, "simulate", folder, "--out", other)
     assert content(other) == before
     for _ in range(2):
         assert run("simulate", folder, "--out", tmp_path / "out").exit_code == 0

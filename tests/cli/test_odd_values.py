@@ -6,6 +6,8 @@ Truth: the contract of exit codes (README), and what the changed file says.
 import numpy as np
 import pytest
 
+from mechid.errors import UsageError
+from mechid.interface.refits import bootstrap
 from mechid.reports.pens import Pens
 from mechid.reports.sheet import Sheet
 
@@ -84,14 +86,15 @@ def test_without_a_supply_nothing_can_be_identified(refused, changed, tmp_path):
 
 def test_a_prior_that_is_lost_in_rounding_is_refused(refused, changed):
     changed("mechanism.toml", "stiffness = { value = 2200.0,", "stiffness = { value = 2200.0, sigma = 1e-300,")
-    assert "gear.stiffness.sigma: found 1e-300, so sure is no prior; write 2200 alone" in refused(
+    assert "gear.stiffness.sigma: found 1e-300, which is lost in rounding beside 2200; write 2200 alone" in refused(
         3, "check", changed("campaign.toml", "", "")
     )
 
 
-def test_more_draws_than_anybody_waits_for_are_refused(run, tmp_path):
-    result = run("bootstrap", tmp_path, "--draws", "99999999999", "--out", tmp_path / "out")
-    assert result.exit_code == 2
+def test_more_draws_than_memory_holds_are_refused():
+    """By the function that the command calls, so that scripts are refused too."""
+    with pytest.raises(UsageError, match=r"99999999999 draws; 1000000 at most"):
+        bootstrap(None, None, 99999999999)
 
 
 def test_figures_are_drawn_whatever_a_notebook_has_set(tmp_path, monkeypatch):

@@ -78,6 +78,7 @@ EVIDENCE = Evidence(
     promised_fall=0.0,
     cost=2000.0,
     lost=False,
+    contradicted={},
     circumstances=lambda *_: EVENT,
     seed=4,
 )
@@ -94,6 +95,18 @@ def test_a_fit_with_nothing_against_it_is_complete():
     parts = Consistency(phase=Scatter(ratio=1.1, z=3.9, clusters=32), record=Scatter(ratio=1.0, z=0.1, clusters=2))
     found = graded(fit(consistency=parts), EVIDENCE)
     assert (found.grade, found.reasons) == (Grade.A, ())
+
+
+def test_a_value_that_the_records_contradict_is_the_first_reason():
+    """Truth: the evidence; a bound that is contradicted as well comes behind it."""
+    said = {"load.inertia": "With the file no start explains the records."}
+    held = replace(parameter("gear.stiffness"), contradicted=True)
+    found = graded(fit(parameters=(held,)), replace(EVIDENCE, contradicted=said))
+    first, *others = found.reasons
+    assert (found.grade, first.cause, first.parameter) == (Grade.C, Cause.VALUE_CONTRADICTED, "load.inertia")
+    assert first.text == said["load.inertia"]
+    assert first.next_command.endswith("with the right unit, value or bounds of load.inertia in the mechanism file")
+    assert [reason.cause for reason in others] == [Cause.BOUND_CONTRADICTED]
 
 
 def test_a_bound_that_the_records_allow_is_nothing_against_it():

@@ -5,7 +5,7 @@ import pytest
 from mechid.identification.contradiction.wrong_value import wrong_values
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import Reading, problem_as_read
-from mechid.identification.result.grade import Grade
+from mechid.identification.result.grade import Cause, Grade
 from synthetic import bench, bounded, displaced, truth
 
 FREE = {"gear.stiffness": 1.05, "gear.damping": 0.6, "stepper.torque_constant": 0.9}
@@ -47,10 +47,12 @@ def test_the_value_in_the_way_is_named_and_not_changed(case):
     start = declared(**how)
     fit = identify(made(start), workers=1)
     assert fit.grade is Grade.C
-    (said,) = (line for line in fit.warnings if line.startswith("mechanism file:"))
-    assert said.count(" at about ") == 1
-    found = float(said.partition(f"{name} at about ")[2].split()[0])
+    (said,) = (reason for reason in fit.reasons if reason.cause is Cause.VALUE_CONTRADICTED)
+    assert said is fit.reasons[0]
+    assert said.parameter == name
+    found = float(said.text.partition(f"{name} at about ")[2].split()[0])
     assert found == pytest.approx(truth().value(name), rel=0.1)
+    assert said.next_command.endswith(f"with the right unit, value or bounds of {name} in the mechanism file")
     parameter = fit.parameters[name]
     assert parameter.value == start.value(name) or parameter.min <= parameter.value <= parameter.max
 
@@ -76,4 +78,4 @@ def test_a_record_of_the_other_sign_is_no_wrong_value():
 def test_a_value_that_is_wrong_by_less_than_catalogues_are_is_not_named():
     """Truth: 1.5 times the load's inertia; catalogues err by up to 2.5, so it is left to the fit and its grade."""
     fit = identify(made(declared({"load.inertia": 1.5 * 0.010534})), workers=1)
-    assert not [line for line in fit.warnings if line.startswith("mechanism file:")]
+    assert Cause.VALUE_CONTRADICTED not in {reason.cause for reason in fit.reasons}

@@ -98,14 +98,16 @@ def test_the_grade_comes_first_its_reasons_next(make_fit, grade):
 
 def test_what_is_wrong_with_the_files_comes_before_other_reasons(make_fit):
     """Truth: what concerns all first, then bounds, then single records, then the rest."""
+    value = Reason(cause=Cause.VALUE_CONTRADICTED, text="A value.", next_command="correct it")
     bound = Reason(cause=Cause.BOUND_CONTRADICTED, text="A bound.", next_command="widen it")
     other = Reason(cause=Cause.USED_IN_PART, text="In part.", next_command="look")
-    warnings = ("record sweep: late", "mechanism file: wrong", "all records: alike", "gear.stiffness: whatever")
-    fit = replace(make_fit(Grade.C, (other, bound)), warnings=warnings)
+    warnings = ("record sweep: late", "all records: alike", "gear.stiffness: whatever")
+    fit = replace(make_fit(Grade.C, (other, value, bound)), warnings=warnings)
     lines = printed(print_report, report_data(fit), 120).splitlines()
-    assert lines[1:8] == [
-        "warning: mechanism file: wrong",
+    assert lines[1:9] == [
         "warning: all records: alike",
+        "value contradicted: A value.",
+        "next: correct it",
         "bound contradicted: A bound.",
         "next: widen it",
         "warning: record sweep: late",

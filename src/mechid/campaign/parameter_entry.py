@@ -105,7 +105,9 @@ def _sigma(table: Mapping[str, Any], value: float, declaration: Declaration, pla
             f"found {sigma:.9g}; write the prior's standard deviation, above 0, or leave it out"
         )
     if sigma < SURE * abs(value):
-        raise place.key("sigma").error(f"found {sigma:.9g}, so sure is no prior; write {value:.9g} alone, as known")
+        raise place.key("sigma").error(
+            f"found {sigma:.9g}, which is lost in rounding beside {value:.9g}; write {value:.9g} alone, a known value"
+        )
     return sigma
 
 

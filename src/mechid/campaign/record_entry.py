@@ -175,7 +175,7 @@ def _time_offset(table: Mapping[str, Any], name: str, place: Place) -> Parameter
     if not LEAST_OFFSET_S <= own.value <= LARGEST_OFFSET_S:
         raise place.key(TIME_OFFSET.key).error(
             f"found {own.value:.9g}; write seconds of the record's clock, from {LEAST_OFFSET_S:g} to "
-            f"{LARGEST_OFFSET_S:g}; of a command that began earlier give its rate from later on"
+            f"{LARGEST_OFFSET_S:g}; where the command began earlier, give its rate from a later instant on"
         )
     return own
 

@@ -60,7 +60,8 @@ def refuse_measured(files: Iterable[Path], names: Iterable[str], folder: Path | 
     for place in (Path(folder) / f"{name}.csv" for name in names):
         if place.resolve() in measured or (place.exists() and not _is_simulated(place)):
             raise UsageError(
-                f"{folder}: holds {place.name}, which mechid has not simulated and keeps; give another folder"
+                f"{folder}: holds {place.name}, which is no simulation of mechid's and is not replaced; give another "
+                "folder"
             )
 
 

@@ -10,14 +10,12 @@ import typer
 from mechid.cli.scheduler import Scheduler, on_scheduler
 
 JOURNAL_NAME = "bootstrap.jsonl"
-MOST_DRAWS = 1_000_000
-"""More would take months."""
 
 
 def bootstrap(
     fit: Annotated[Path, typer.Argument(metavar="FIT", help="Result folder of mechid identify, or its campaign.toml.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
-    draws: Annotated[int, typer.Option(min=2, max=MOST_DRAWS, help="How many; more can be added with --resume.")] = 200,
+    draws: Annotated[int, typer.Option(min=2, help="How many; more can be added with --resume.")] = 200,
     campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,

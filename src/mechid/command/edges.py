@@ -168,8 +168,8 @@ def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:
     if not total <= MOST_EDGES:
         raise UsageError(
             f"{total:.3g} steps in {duration_s} s, more than {MOST_EDGES}; check the rate (full steps/s), "
-            "whether the record's time is in ms, and whether its clock counts from elsewhere (as from 1970: then write "
-            "where on it the command begins as time_offset_s)"
+            "whether the record's time is in ms, and whether its clock is that of a calendar: then write as "
+            "time_offset_s the time on it at which the command starts"
         )
     end = running_sum(travel)
     start = np.concatenate([[0.0], end[:-1]])

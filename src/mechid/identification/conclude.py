@@ -108,6 +108,7 @@ def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Trian
         promised_fall=math.nan if lost else refused_gain(triangle, verdict.counted),
         cost=triangle.cost,
         lost=lost,
+        contradicted=state.contradicted,
         circumstances=circumstances,
         seed=seed,
     )

@@ -44,6 +44,8 @@ class Evidence:
     cost : float
     lost : bool
         Whether the simulation fails at the estimate.
+    contradicted : mapping of dotted name to str
+        Values of the mechanism file that the records contradict, in a sentence.
     circumstances : callable
         What happens in a record at an instant, as a clause or more.
     seed : int
@@ -56,6 +58,7 @@ class Evidence:
     promised_fall: float
     cost: float
     lost: bool
+    contradicted: Mapping[str, str]
     circumstances: Callable[[str, float], str]
     seed: int = 0
 
@@ -75,6 +78,7 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         text = FitOutcome.FAILED.value if fit.outcome is FitOutcome.FAILED else "The simulation fails at the estimate."
         yield Reason(cause=Cause.NOT_SIMULATED, text=text, next_command=f"mechid check {evidence.campaign}")
         return
+    yield from (_value(name, text, again) for name, text in evidence.contradicted.items())
     yield from (_bound(p, again) for p in fit.parameters.values() if p.contradicted)  # why records are not followed
     for record in fit.records.values():
         yield from _record_reasons(record, evidence)
@@ -127,6 +131,12 @@ def _loss(cause: Cause, record: str, at_s: float, text: str, evidence: Evidence)
         text=f"{text}{f': {happens}' if happens else ''}.",
         next_command=again if cause is Cause.USED_IN_PART else f"mechid check {evidence.campaign}",
     )
+
+
+def _value(name: str, text: str, again: str) -> Reason:
+    """Return that the file's value of a parameter is none with which the records can be explained."""
+    next_command = f"{again}, with the right unit, value or bounds of {name} in the mechanism file"
+    return Reason(cause=Cause.VALUE_CONTRADICTED, parameter=name, text=text, next_command=next_command)
 
 
 def _bound(p: ParameterEstimate, again: str) -> Reason:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign import Campaign
+from mechid.errors import UsageError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress
@@ -28,6 +29,8 @@ from mechid.shown import Shown
 
 AnyFit = Fit | FinishedFit | Mapping[str, Any]
 TellShare = Callable[[str, float | None], None]
+MOST_DRAWS = 1_000_000
+"""Of a bootstrap; the list of many more fills the memory before the first."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -131,7 +134,7 @@ def bootstrap(
     campaign, fit, workers, executor, listener, journal, resume
         As of `profile`.
     draws : int
-        How many, 2 at least; with a journal more can be added to a run.
+        How many, 2 to 1 000 000; with a journal more can be added to a run.
     seed : int
         Of the noise.
 
@@ -143,7 +146,7 @@ def bootstrap(
     Raises
     ------
     UsageError
-        The journal is of other inputs.
+        The journal is of other inputs, or there are too many draws.
     InputFileError
         The campaign is not the one of the fit.
     FitError
@@ -155,6 +158,8 @@ def bootstrap(
     >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
     >>> scatter = mechid.bootstrap(fit.campaign, fit, 40)  # doctest: +SKIP
     """
+    if draws > MOST_DRAWS:
+        raise UsageError(f"{draws} draws; {MOST_DRAWS} at most, which take months: some hundreds tell the scatter")
     count, ended = workers or os.cpu_count() or 1, 0
     with _reopened(campaign, fit, "bootstrap", count, executor, listener) as (optimum, report):
 

@@ -39,7 +39,7 @@ def bend_words(problem: Problem, q: FloatArray, target: Target) -> str:
     if straight < EXPLAINS * bent or short < LEAST:
         return ""
     return (
-        f"its {target.leading.quantity} falls short of the others' model the more the larger it is, by "
+        f"the larger its {target.leading.quantity.replace('_', ' ')}, the more it falls short of the others' model, by "
         f"{100.0 * short:.2g} % at {largest:.3g} {unit_words(target.leading.quantity)}, as where a transducer or its "
         "amplifier saturates"
     )

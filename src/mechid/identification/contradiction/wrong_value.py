@@ -38,10 +38,13 @@ class WrongValue:
 
     @property
     def words(self) -> str:
-        """Where it is found, and what the file has."""
+        """A sentence on where it is found, and what the file has."""
         q, unit = self.parameter, self.parameter.declaration.unit
         declared = f"between {q.min:.4g} and {q.max:.4g}" if q.is_free else f"{q.value:.4g}"
-        return f"{q.name} at about {self.found:.4g} {unit} ({declared} in the file)"
+        return (
+            f"With the values and bounds of the mechanism file no start explains the first {WINDOW_S * 1e3:g} ms of "
+            f"the records; with {q.name} at about {self.found:.4g} {unit} ({declared} in the file) one does."
+        )
 
 
 def wrong_values(
@@ -71,15 +74,6 @@ def wrong_values(
             found.append(WrongValue(parameter, value, best.cost))
     least = min((one.cost for one in found), default=math.inf)
     return sorted((one for one in found if one.cost <= UNDECIDED * least), key=lambda one: one.cost)
-
-
-def wrong_value_line(found: list[WrongValue]) -> str:
-    """Return what is said of them."""
-    return (
-        f"mechanism file: no start within it explains the first {WINDOW_S * 1e3:g} ms of all records, one does with "
-        f"{' or with '.join(one.words for one in found)}: look for a wrong unit, or for bounds that leave the true "
-        "value out, and identify again; mechid does not go beyond the file by itself"
-    )
 
 
 def _may_be_wrong(q: Parameter) -> bool:

@@ -40,6 +40,7 @@ class Cause(StrEnum):
     USED_IN_PART = "used_in_part"
     NOT_FOLLOWED = "not_followed"
     OUT_OF_STEP = "out_of_step"
+    VALUE_CONTRADICTED = "value_contradicted"
     BOUND_CONTRADICTED = "bound_contradicted"
     NOT_CONVERGED = "not_converged"
     INCOMPLETE = "incomplete"
@@ -66,6 +67,8 @@ OF_USE = (
     Cause.UNEXPLAINED,
 )
 """Causes that leave the values of use."""
+OF_MECHANISM_FILE = (Cause.VALUE_CONTRADICTED, Cause.BOUND_CONTRADICTED)
+"""Causes that stand in the mechanism file, and are mostly why records are not followed."""
 CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.NOT_SIMULATED: "no simulation",
     Cause.INTERRUPTED: "interrupted",
@@ -73,6 +76,7 @@ CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.USED_IN_PART: "followed in part",
     Cause.NOT_FOLLOWED: "not followed",
     Cause.OUT_OF_STEP: "out of step",
+    Cause.VALUE_CONTRADICTED: "value contradicted",
     Cause.BOUND_CONTRADICTED: "bound contradicted",
     Cause.NOT_CONVERGED: "not converged",
     Cause.INCOMPLETE: "mechanism incomplete",

@@ -57,6 +57,8 @@ class SearchState:
         Disturbances that the problem has because its records ask for them.
     beside : Beside or None
         Terms that the problem's mechanism has beside the one written, because that does not follow the records alone.
+    contradicted : mapping of dotted name to str
+        Values of the mechanism file with which no start explains the records, and with which one does, in a sentence.
     """
 
     problem: Problem
@@ -72,6 +74,7 @@ class SearchState:
     before_raised: Mapping[str, str] = field(default_factory=dict)
     found: tuple[Found, ...] = ()
     beside: Beside | None = None
+    contradicted: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
         """Return it at a better point; with how far that follows the records where this is what makes it better."""

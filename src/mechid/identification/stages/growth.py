@@ -19,7 +19,7 @@ from mechid.identification.contradiction.agreement import Agreement, agreement, 
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
-from mechid.identification.contradiction.wrong_value import wrong_value_line, wrong_values
+from mechid.identification.contradiction.wrong_value import wrong_values
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.identity import identity
@@ -190,7 +190,7 @@ def _grown_otherwise(
         return state, rest.growth
     wrong = [] if explained or rest else wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
     if wrong:  # nothing else helps against a value that is wrong by a hundred
-        return watch.note(state.saying(wrong_value_line(wrong))), growth
+        return watch.note(replace(state, contradicted={one.parameter.name: one.words for one in wrong})), growth
     said = [] if explained else common_readings(problem, growth, seed, journal)
     if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
         growth = _grow_best(watch, state, found, seed, growth)

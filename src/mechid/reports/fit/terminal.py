@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.identification.result.grade import Cause
+from mechid.identification.result.grade import OF_MECHANISM_FILE
 from mechid.reports.console import print_lines, say
 from mechid.reports.fit.lacking import LACKING
 from mechid.reports.fit.path import COMPLETED_TITLE
@@ -29,9 +29,9 @@ from mechid.reports.fit.use import held_out, left_out
 from mechid.reports.quantities import torque_alone
 
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
-ABOUT_ALL = ("mechanism file", "all records")
+ABOUT_ALL = "all records"
 ABOUT_RECORDS = ("record ", "records ")
-"""How a warning begins that says what of the user's files it concerns."""
+"""How a warning begins that says whom of the records it concerns."""
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
 
@@ -42,12 +42,12 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
         say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
     say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
     about_all, about_records, others = _told_apart(data["warnings"])
-    bounds, reasons = _bounds_first(data["reasons"])
+    of_file, reasons = _file_first(data["reasons"])
     if data["missing"]:
         found = "; ".join(f"{one['name']}: {one['words']}" for one in data["missing"])
         say(console, f"found, not declared: {found} (below)", "yellow")
     print_lines(console, "warning", about_all, "yellow")
-    _print_reasons(bounds, console)
+    _print_reasons(of_file, console)
     print_lines(console, "warning", about_records, "yellow")
     _print_reasons(reasons, console)
     if not any(reason["text"].startswith(data["outcome"]["message"]) for reason in data["reasons"]):
@@ -78,16 +78,16 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
 
 
 def _told_apart(warnings: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-    """Return the warnings about the mechanism file or all records, those about some records, and the others."""
+    """Return the warnings about all records, those about some of them, and the others."""
     about_all = [line for line in warnings if line.startswith(ABOUT_ALL)]
     about_records = [line for line in warnings if line.startswith(ABOUT_RECORDS)]
-    return about_all, about_records, [line for line in warnings if not line.startswith(ABOUT_ALL + ABOUT_RECORDS)]
+    return about_all, about_records, [line for line in warnings if not line.startswith((ABOUT_ALL, *ABOUT_RECORDS))]
 
 
-def _bounds_first(reasons: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
-    """Return the bounds that the records contradict, which are why they are not followed, and the other reasons."""
-    bounds = [reason for reason in reasons if reason["cause"] == Cause.BOUND_CONTRADICTED]
-    return bounds, [reason for reason in reasons if reason not in bounds]
+def _file_first(reasons: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
+    """Return the reasons that stand in the mechanism file, which mostly are why the others are there; and those."""
+    of_file = [reason for reason in reasons if reason["cause"] in OF_MECHANISM_FILE]
+    return of_file, [reason for reason in reasons if reason not in of_file]
 
 
 def _print_reasons(reasons: Sequence[Mapping[str, Any]], console: Console) -> None:
