@@ -72,6 +72,15 @@ def test_the_page_of_many_records_names_the_files_of_its_figures(reported, data,
         assert 'href="figures/' not in text
 
 
+def test_the_names_of_many_records_are_folded(reported, data):
+    """Truth: 41 sets of curves; the verdict would else begin below the first screen."""
+    (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["full_46"])
+    for count in (40, 41):
+        text = "".join(page_module.report_page(data, [curves] * count, {}, []))
+        assert text.count('<a href="#record-full_46">') == count
+        assert (f"<summary>{count} records</summary>" in text) == (count > 40)
+
+
 def test_hostile_names_are_text_in_page_and_tables(page, reported):
     assert "<img src=x" not in page
     assert "&lt;img src=x" in page

@@ -43,7 +43,7 @@ class WrongValue:
         declared = f"between {q.min:.4g} and {q.max:.4g}" if q.is_free else f"{q.value:.4g}"
         return (
             f"With the values and bounds of the mechanism file no start explains the first {WINDOW_S * 1e3:g} ms of "
-            f"the records; with {q.name} at about {self.found:.4g} {unit} ({declared} in the file) one does."
+            f"the records; with {q.name} at about {self.found:.3g} {unit} ({declared} in the file) one does."
         )
 
 
