@@ -9,6 +9,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+DEBUG = "MECHID_DEBUG"
+"""Variable of the environment that is 1 where tracebacks are wanted."""
+
 
 class MechidError(Exception):
     """Base of every error mechid raises on purpose; `exit_code` is what the command returns."""

@@ -136,12 +136,18 @@ def is_refusal_of(folder: Path | str, error: OSError) -> bool:
     return whole_folder == place or whole_folder in place.parents or place in whole_folder.parents
 
 
+def _is_loose(place: Path) -> bool:
+    return place.is_symlink() and not place.exists()
+
+
 def refusal(folder: Path, error: OSError) -> UnwritableError:
     """Return the error that a folder cannot be written to, with the reason."""
-    files: list[Path] = []
+    reasons: list[str] = []
     with suppress(OSError):  # as of a name that is too long
-        files = [place for place in (folder, *folder.parents) if place.is_file()]
-    why = f"{files[0]} is a file" if files else error.strerror or error
+        places = (folder, *folder.parents)
+        reasons = [f"{place} is a file" for place in places if place.is_file()]
+        reasons += [f"{place} is a link that leads to nothing" for place in places if _is_loose(place)]
+    why = reasons[0] if reasons else error.strerror or error
     remedy = "make room, or give another folder" if error.errno in NO_ROOM else "give another folder"
     return UnwritableError(f"{folder}: cannot be written to ({why}); {remedy}")
 

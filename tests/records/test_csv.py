@@ -173,6 +173,18 @@ REFUSED = {
     "few": ("".join(rows().splitlines(keepends=True)[:16]), {}, "run.csv: 15 samples; a record needs 16 at least"),
     "word": (rows((5, "0.005,n/a")), {}, 'run.csv: line 7: column "torque_Nm": "n/a" is not a number'),
     "python number": (rows((5, "0.005,1_0")), {}, 'run.csv: line 7: column "torque_Nm": "1_0" is not a number'),
+    "minus that is no hyphen": (
+        rows((5, "0.005,\u22121.5")),
+        {},
+        'run.csv: line 7: column "torque_Nm": "\u22121.5" is not a number in plain letters; export the file with the '
+        'digits 0 to 9, ".", "-" and no other signs',
+    ),
+    "time of day": (
+        rows((5, "2026-11-25T10:00:01.5,0.1")),
+        {},
+        'run.csv: line 7: column "time_s": "2026-11-25T10:00:01.5" is not a number but a time of day; export the '
+        "seconds since the first sample instead",
+    ),
     "word without header": (rows((5, "0.005,n/a"), header=""), {}, 'run.csv: line 6: column 1: "n/a" is not a number'),
     "word after blank lines": (
         rows((5, "\n\n0.005,n/a")),

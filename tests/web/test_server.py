@@ -4,6 +4,7 @@ import gc
 import http.client
 import re
 import socket
+from contextlib import contextmanager
 from urllib.parse import urlsplit
 
 import pytest
@@ -98,14 +99,21 @@ def test_a_path_with_a_zero_is_not_there(address, path):
     assert answer(address, path)[0].status == 404
 
 
-def opened(address, protocols):
-    """Return the first bytes that the web socket sends, after the handshake's headers."""
+@contextmanager
+def web_socket(address, protocols):
+    """Yield the connection after the handshake was asked for."""
     parts = urlsplit(address)
     lines = ["GET /ws HTTP/1.1", f"Host: {parts.netloc}", f"Origin: http://{parts.netloc}"]
     lines += [f"{name}: {value}" for name, value in UPGRADE.items()]
     with socket.create_connection((parts.hostname, parts.port), timeout=30) as asked:
         asked.sendall("\r\n".join([*lines, f"Sec-WebSocket-Protocol: {protocols}", "", ""]).encode())
-        content = b""
+        yield asked
+
+
+def opened(address, protocols):
+    """Return the first bytes that the web socket sends, after the handshake's headers."""
+    content = b""
+    with web_socket(address, protocols) as asked:
         while b"\r\n\r\n" not in content or not content.partition(b"\r\n\r\n")[2]:
             more = asked.recv(4096)
             if not more:
@@ -123,3 +131,17 @@ def test_the_web_socket_answers_those_alone_that_have_a_token_of_the_page(addres
     others = (made_up, signed, f"{signed}.{'A' * len(signature)}")
     for other in others:
         assert opened(address, f"bokeh, {other}")[:1] == b"\x88"
+
+
+def test_a_message_that_cannot_be_read_is_a_line(address, caplog):
+    """Truth: the log's records; Bokeh's own has a traceback and the whole message."""
+    token = re.search(rb'"token":\s*"([^"]+)"', answer(address)[1])[1].decode()
+    frame = bytes([0x81, 0x80 | len(b"no json"), 0, 0, 0, 0]) + b"no json"
+    with web_socket(address, f"bokeh, {token}") as asked:
+        asked.recv(4096)
+        asked.sendall(3 * frame)  # a message has a header, metadata and a content
+        while asked.recv(4096):
+            pass
+    assert caplog.records
+    assert all(record.exc_info is None and "\n" not in record.getMessage() for record in caplog.records)
+    assert "a message of the page is left out" in caplog.text

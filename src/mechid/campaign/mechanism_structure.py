@@ -25,6 +25,8 @@ from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, ta
 ASSEMBLY = "assembly"
 OWN_KEY, ORDER_KEY = "block", "order"
 HIGHEST_ORDER = 64
+MOST_ENTRIES = 64
+"""Of a list of tables: 40 detents compile in some 30 s, 80 in two minutes."""
 SHORTEST_PERIOD_DEG = 1e-6
 """Of a detent: no motor has any thousand times as short, and numbers that are not below it do not overflow."""
 
@@ -139,6 +141,10 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
     if not is_table_list(entries):
         raise place.key(name).error(
             f"{found(entries)}; write each {listed.entry} as a table under [[{name}]], in two brackets"
+        )
+    if len(entries) > MOST_ENTRIES:
+        raise place.key(name).error(
+            f"{len(entries)} tables, whose equations would take minutes to compile; keep {MOST_ENTRIES} at most"
         )
     for index, entry in enumerate(entries):
         if listed.told_by == ORDER_KEY:

@@ -112,6 +112,7 @@ def simulate_all(
     >>> from mechid import load_campaign, simulate_all
     >>> runs = simulate_all(load_campaign("bench"))  # doctest: +SKIP
     """
+    _refuse_base(sample_rate_hz, duration_s)
     return {
         r.name: _simulated(r, campaign, (None, None) if _is_measured(r) else (sample_rate_hz, duration_s))
         for r in campaign.records
@@ -119,7 +120,11 @@ def simulate_all(
 
 
 def time_base_warnings(campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None) -> tuple[str, ...]:
-    """Return what is assumed of records without a file, or a warning where a time base is asked for that none uses."""
+    """Return what is assumed of records without a file, or a warning where a time base is asked for that none uses.
+
+    UsageError where the time base that is asked for is none.
+    """
+    _refuse_base(sample_rate_hz, duration_s)
     planned = [r for r in campaign.records if not _is_measured(r)]
     if not planned and not (sample_rate_hz is None and duration_s is None):
         return ("every record has a file, whose time base is kept: sample rate and duration are not used",)
@@ -176,11 +181,16 @@ def _data(record: CampaignRecord) -> Record | None:
 
 def _samples(rate_hz: float, duration_s: float) -> int:
     """Return the number of samples from 0 to the duration, both included."""
-    if not (math.isfinite(rate_hz) and rate_hz > 0.0):
-        raise UsageError(f"sample rate: found {rate_hz:.9g}; write the samples per second, above 0")
-    if not (math.isfinite(duration_s) and duration_s >= 0.0):
-        raise UsageError(f"duration: found {duration_s:.9g}; write a time in s, 0 or more")
+    _refuse_base(rate_hz, duration_s)
     count = rate_hz * duration_s + 1.0
     if count > MOST_SAMPLES:
         raise UsageError(f"{count:.3g} samples, more than {MOST_SAMPLES}; check sample rate and duration")
     return math.floor(count * (1.0 + 1e-12))
+
+
+def _refuse_base(rate_hz: float | None, duration_s: float | None) -> None:
+    """Refuse a sample rate or a duration, given or not, that is none."""
+    if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0.0):
+        raise UsageError(f"sample rate: found {rate_hz:.9g}; write the samples per second, above 0")
+    if duration_s is not None and not (math.isfinite(duration_s) and duration_s >= 0.0):
+        raise UsageError(f"duration: found {duration_s:.9g}; write a time in s, 0 or more")

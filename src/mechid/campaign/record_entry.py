@@ -30,6 +30,7 @@ from mechid.campaign.stretches import read_stretch
 from mechid.command import Command, MeasuredCommand
 from mechid.command.entry import is_table
 from mechid.command.stepping import STARTS, Start
+from mechid.errors import InputFileError, UsageError
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.tables import MOTOR_OF_RECORD
 from mechid.records import RecordSpec, Role
@@ -116,7 +117,10 @@ def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: P
             raise at.key(key).error(f'the record is driven by its channels of role = "input" ({inputs}); leave one out')
     start = one_of(entry.get("start", STARTS[0]), STARTS, at.key("start"))
     angle = number(entry.get("start_angle_deg", 0.0), at.key("start_angle_deg"), "deg")
-    return MeasuredCommand(start_angle_deg=angle, start=cast(Start, start))
+    try:
+        return MeasuredCommand(start_angle_deg=angle, start=cast(Start, start))
+    except UsageError as error:
+        raise InputFileError(f"{at}.{error}") from error
 
 
 def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:

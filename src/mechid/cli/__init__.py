@@ -3,6 +3,21 @@
 Internal to mechid but for the names that docs/python.md lists.
 """
 
-from mechid.cli.app import main
+from __future__ import annotations
+
+import sys
 
 __all__ = ["main"]
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Run the command line; never returns."""
+    try:
+        from mechid.cli import app  # here, so that Ctrl-C while it loads is answered like any other
+
+        app.main()
+    except KeyboardInterrupt:
+        sys.stderr.write("mechid: interrupted\n")
+        sys.exit(INTERRUPTED)

@@ -11,12 +11,15 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Sequence
 from importlib.metadata import version
+from itertools import pairwise
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
+from mechid.cli import INTERRUPTED
 from mechid.cli.bootstrap import bootstrap
 from mechid.cli.budget import budget
 from mechid.cli.check import check
@@ -35,13 +38,17 @@ from mechid.cli.profile import profile
 from mechid.cli.report import report
 from mechid.cli.simulate import simulate
 from mechid.cli.standard_streams import NOBODY_READS, ReaderGoneError, prepare_streams
-from mechid.errors import MechidError, UsageError
+from mechid.cli.surroundings import refuse_surroundings
+from mechid.errors import DEBUG, MechidError, UsageError
 
-INTERRUPTED, UNEXPECTED, TOO_LONG = 130, 1, UsageError.exit_code
+UNEXPECTED, USAGE = 1, UsageError.exit_code
+NO_MEMORY = (
+    "not enough memory for this; close other programs, raise the limit of the process (ulimit -v), or give fewer or "
+    "shorter records (window_s)"
+)
 LETTERS = 200
 LONG_WORD = re.compile(rf"\S{{{2 * LETTERS},}}")
 """Of a message: no path or name is so long that is meant."""
-DEBUG = "MECHID_DEBUG"
 COLLECTED = 50_000
 """Objects made between two looks for circular garbage: by Python's own 700, imports alone spend half a second on it."""
 EPILOG = (
@@ -56,13 +63,17 @@ class Verbs(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run the verb."""
         try:
+            refuse_surroundings(os.environ)
+            _refuse_empty(ctx.args)
             return super().invoke(ctx)
         except MechidError as error:
             raise _refused(str(error), error.exit_code) from error
         except OSError as error:
             if error.errno != errno.ENAMETOOLONG:
                 raise
-            raise _refused(f"{error.filename}: the name is too long for a file; give another", TOO_LONG) from error
+            raise _refused(f"{error.filename}: the name is too long for a file; give another", USAGE) from error
+        except MemoryError as error:
+            raise _refused(NO_MEMORY, USAGE) from error
         except KeyboardInterrupt as error:
             _say("mechid: interrupted")
             raise typer.Exit(INTERRUPTED) from error
@@ -143,6 +154,14 @@ def _warn(message: Warning | str, category: type[Warning], *where: object, **mor
     del where, more
     if category is UserWarning:
         _say(f"warning: {message}")
+
+
+def _refuse_empty(words: Sequence[str]) -> None:
+    """Refuse a word without letters: as the name of a folder it would be the one in which mechid was started."""
+    pairs = pairwise(("the command's first word", *words))
+    empty = [before for before, word in pairs if not word] + [w[:-1] for w in words if re.fullmatch("--[^=]+=", w)]
+    if empty:
+        raise UsageError(f"{empty[0]}: is empty, as of a shell variable without a value; write what is meant")
 
 
 def _refused(line: str, code: int) -> typer.Exit:

@@ -11,6 +11,8 @@ from mechid.errors import UsageError, did_you_mean
 
 Word = TypeVar("Word", bound=str)
 
+LARGEST_ANGLE_DEG = 1e6
+
 
 def quoted(words: Iterable[str]) -> str:
     """Return the words in double quotes, with commas between."""
@@ -54,6 +56,20 @@ def number(key: str, found: Any) -> float:
     if not is_number(found):
         raise UsageError(f"{key}: found {shown(found)}; write a finite number")
     return float(found)
+
+
+def angle_deg(key: str, found: Any) -> float:
+    """Return an angle in degrees; UsageError where it is no finite number, or so large that no part of a turn is left.
+
+    Examples
+    --------
+    >>> angle_deg("start_angle_deg", 45)
+    45.0
+    """
+    angle = number(key, found)
+    if abs(angle) > LARGEST_ANGLE_DEG:
+        raise UsageError(f"{key}: found {shown(found)}; write degrees, {LARGEST_ANGLE_DEG:g} at most")
+    return angle
 
 
 def chosen(key: str, found: Any, options: Sequence[Word]) -> Word:

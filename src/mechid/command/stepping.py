@@ -13,7 +13,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.command.edges import AT_ONCE, on_ticks, step_edges
-from mechid.command.entry import chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
+from mechid.command.entry import angle_deg, chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
 from mechid.command.excitation import Excitation, most_within
 from mechid.command.rate import RateProfile
 from mechid.command.rate_entry import RATE_KEYS, rate_of
@@ -79,7 +79,7 @@ class Command:
     def __post_init__(self) -> None:
         chosen("stepping", self.stepping, STEPPINGS)
         _check_microsteps(self.microsteps, self.stepping)
-        number("start_angle_deg", self.start_angle_deg)
+        angle_deg("start_angle_deg", self.start_angle_deg)
         chosen("waveform", self.waveform, WAVEFORMS)
         chosen("start", self.start, STARTS)
         if number("clock_tick_s", self.clock_tick_s) < 0.0:
@@ -124,7 +124,7 @@ class Command:
             stepping=stepping,
             microsteps=table.get("microsteps", FIXED_MICROSTEPS.get(stepping)),
             rate=rate_of(table, folder),
-            start_angle_deg=number("start_angle_deg", table.get("start_angle_deg", 0.0)),
+            start_angle_deg=angle_deg("start_angle_deg", table.get("start_angle_deg", 0.0)),
             waveform=table.get("waveform", "cosine"),
             start=table.get("start", "commanded"),
             clock_tick_s=number("clock_tick_s", table.get("clock_tick_s", 0.0)),

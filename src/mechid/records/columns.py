@@ -13,6 +13,12 @@ from mechid.units import si_unit, split_header, to_si_factor, unit_within
 
 TORQUE = re.compile(r"torque|moment|\bm[xyz]\b", re.IGNORECASE)
 """What programs call a torque, in English, German (Drehmoment, Moment) and French (moment)."""
+COUNTER = re.compile(
+    r"#|[nk]|(no|nr)\.?|idx|index|count(er)?|id|(sample|scan|row|line|point)s?"
+    r"|(sample|scan|row|line|point|record|data|messwert)s?[\s_-]*(no|nr|num|number|index|idx|count(er)?|id|n|#)\.?",
+    re.IGNORECASE,
+)
+"""What programs call a column that counts samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +85,11 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
         if len(table.columns) < 2:
             raise table.error("one column only; add a time column before it, or give sample_rate_hz")
         return ChannelSpec(quantity="torque", column=1)
+    if len(table.columns) > 1 and is_counter(table.columns[0]):
+        raise table.error(
+            f"{column_label(table.columns, 0)}: a count of samples by its name, not the torque; name the torque's "
+            'column, as channels = [{ quantity = "torque", column = ... }]'
+        )
     if is_time(table.columns[0]):
         raise table.error(
             f"{column_label(table.columns, 0)}: with sample_rate_hz and no channels the first column is "
@@ -254,6 +265,11 @@ def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> Chosen
             f"{len(named)} columns may be the time; name it, as time = {{ column = ... }}: {_listed(names)}"
         )
     index = (named or [0])[0]
+    if is_counter(table.columns[index]):
+        raise table.error(
+            f"{column_label(table.columns, index)}: a count of samples by its name, not the time in seconds; give "
+            "sample_rate_hz, and the torque's column in channels"
+        )
     return _choose(table, ChannelSpec(quantity="time", column=index), index)
 
 
@@ -283,6 +299,12 @@ def is_time(column: Column) -> bool:
     """Whether a column is called so."""
     name = column.bare_name.lower()
     return name in ("t", "tout") or name.startswith("time")  # tout: of a Simulink run
+
+
+def is_counter(column: Column) -> bool:
+    """Whether a column is called what counts samples, and no unit says that it is something else."""
+    name = column.bare_name.strip()
+    return bool(name) and column.stated_unit is None and COUNTER.fullmatch(name) is not None
 
 
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:

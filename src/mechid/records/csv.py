@@ -7,6 +7,7 @@ of every row. Which cell it stumbled over is found by reading the lines once mor
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.errors import RecordError
-from mechid.records.csv_dialect import Dialect, sniff
+from mechid.records.csv_dialect import Dialect, from_utf8, sniff
 from mechid.records.memory import refuse_no_room
 from mechid.records.table import ALL, Column, Metadata, column_label
 
@@ -31,6 +32,8 @@ AT_ONCE = 1 << 17
 """Lines of a longer one that are parsed together."""
 TAIL = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""
+CLOCK_TIME = re.compile(r"\d:\d\d|\d{4}-\d\d-\d\d|\d\d?[./]\d\d?[./]\d{2,4}")
+"""As in 10:00:01.5, 2026-11-25T10:00:01 or 25.11.2026."""
 SPARE_DECIMALS = 3
 """So many decimals numbers written as short as can be differ by; the last ones of many do not matter."""
 
@@ -150,9 +153,20 @@ class CsvTable:
             return f"{len(cells)} cells where the file has {len(self.columns)} columns"
         for index in wanted:
             if not _is_parsed(cells[index]):
-                found = f'"{cells[index][:40]}" is not a number' if cells[index] else "the cell is empty"
-                return f"{column_label(self.columns, index)}: {found}"
+                return f"{column_label(self.columns, index)}: {self._instead(cells[index])}"
         return None
+
+    def _instead(self, cell: str) -> str:
+        """Return what a cell holds that is no number, and what to do where that is known."""
+        if not cell:
+            return "the cell is empty"
+        text = from_utf8(cell) if self.dialect.encoding == "latin-1" else cell
+        said = f'"{text.strip()[:40]}" is not a number'
+        if CLOCK_TIME.search(text):
+            return f"{said} but a time of day; export the seconds since the first sample instead"
+        if not text.isascii():
+            return f'{said} in plain letters; export the file with the digits 0 to 9, ".", "-" and no other signs'
+        return said
 
 
 def open_csv(path: Path, label: str) -> CsvTable:

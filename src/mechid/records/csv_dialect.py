@@ -184,13 +184,13 @@ def _is_number(cell: str, decimal_comma: bool) -> bool:
 def _headers(line: str, separator: str | None, encoding: str) -> tuple[str, ...]:
     """Return the header's cells; without a separator a unit in brackets stays with its name."""
     if encoding == "latin-1":
-        line = _from_utf8(line)
+        line = from_utf8(line)
     if separator is None:
         return tuple(_OUTSIDE_BRACKETS.split(line.strip()))
     return tuple(split_cells(line, separator))
 
 
-def _from_utf8(line: str) -> str:
+def from_utf8(line: str) -> str:
     """Return a line read as Latin-1 as the UTF-8 that it may be."""
     try:
         return line.encode("latin-1").decode("utf-8")

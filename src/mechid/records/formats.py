@@ -135,7 +135,7 @@ def _refuse_missing(path: Path, label: str) -> None:
         raise RecordError(f"{label}: is a folder, not a file")
     if not is_there(path):
         beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
-        near = did_you_mean(path.name, beside)
+        near = "; it is a link that leads to nothing" if path.is_symlink() else did_you_mean(path.name, beside)
         where = "; check the path" if str(path) == label else f" ({path})"
         raise RecordError(f"{label}: there is no such file{near or where}")
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import logging
+import os
 import secrets
 import socket
 import webbrowser
@@ -20,7 +22,7 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import ErrorHandler, OutputTransform
 
-from mechid.errors import UsageError
+from mechid.errors import DEBUG, UsageError
 from mechid.web.equations import Equations
 from mechid.web.session import Source
 from mechid.web.tab import Tab
@@ -39,6 +41,9 @@ HEADERS = {
 SECRET_BYTES = 32
 MOST_MESSAGE_BYTES = 1_000_000
 UNUSED_MS = 15_000
+SAY_MESSAGES = ("bokeh.server.views.ws", "bokeh.server.protocol_handler")
+"""Bokeh's loggers that print a message which they cannot read, as large as it is, and a traceback."""
+MOST_SAID = 200
 
 
 class _Headers(OutputTransform):
@@ -48,6 +53,19 @@ class _Headers(OutputTransform):
         for name, value in HEADERS.items():
             headers[name] = value
         return status_code, headers, chunk
+
+
+class _InALine(logging.Filter):
+    """Shortens what is said of a message of the page to a line; it is no fault of mechid that its user could mend."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Let the record through, shortened."""
+        said = " ".join(record.getMessage().split())[:MOST_SAID]
+        record.msg, record.args, record.exc_info = f"a message of the page is left out: {said}", (), None
+        return True
+
+
+IN_A_LINE = _InALine()
 
 
 class LoopbackOnly(BokehTornado):
@@ -130,6 +148,9 @@ class Explorer:
         http = HTTPServer(application)
         http.add_sockets([listening])
         self.server = BaseServer(IOLoop.current(), application, http)
+        if os.environ.get(DEBUG) != "1":
+            for name in SAY_MESSAGES:
+                logging.getLogger(name).addFilter(IN_A_LINE)
 
     @property
     def address(self) -> str:

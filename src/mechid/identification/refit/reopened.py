@@ -171,7 +171,11 @@ def refuse_other_files(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
     """Refuse a fit that an earlier version wrote, and one of other files than the campaign has now."""
     if "grade" not in estimate:
         raise InputFileError("estimate.json: grade: missing; it was written by an earlier version, identify anew")
-    found = estimate["provenance"]["inputs_sha256"]
-    other = [name for name, digest in file_digests(campaign).items() if found.get(name) != digest]
-    if other:
+    if other := other_files(campaign, estimate):
         raise InputFileError(f"{campaign.path}: {', '.join(other)}: not as in the fit; identify anew")
+
+
+def other_files(campaign: Campaign, estimate: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of a campaign's files that are not those the fit was made of."""
+    found = estimate["provenance"].get("inputs_sha256", {})
+    return tuple(name for name, digest in file_digests(campaign).items() if found.get(name) != digest)

@@ -16,7 +16,7 @@ from mechid.reading.whole import read_bytes
 
 FILE, DIGEST, QUANTITIES, PLANT = "mechanism_file", "mechanism_sha256", "quantities", "plant"
 """Keys of the provenance: the file's name, the SHA-256 of its bytes, what was measured, the equations' digest."""
-NEXT = "identify anew; what differs in flight belongs into [flight] values"
+NEXT = "identify anew (for a budget, what differs in flight belongs into its [flight] values)"
 
 
 def signed(fit: Fit, name: str, text: str) -> Fit:
@@ -50,7 +50,7 @@ def read_estimated_mechanism(content: Mapping[str, Any], path: Path) -> Mechanis
         found = hashlib.sha256(read_bytes(file)).hexdigest()
     except OSError as error:
         raise InputFileError(
-            f"{file}: there is no such file; identify leaves it beside {path.name}, and the budget flies it: "
+            f"{file}: there is no such file; identify leaves it beside {path.name}, and it is what is carried on: "
             "put it back, or identify anew"
         ) from error
     if found != digest:
