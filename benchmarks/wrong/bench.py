@@ -91,9 +91,13 @@ def clean_torque(name: str) -> FloatArray:
 
 @cache
 def measured_torque(name: str) -> FloatArray:
-    """Return what a transducer gives in a run, (N,) N m: with noise, an offset and a drift."""
+    """Return what a transducer gives in a run, (N,) N m."""
+    return as_measured(name, clean_torque(name))
+
+
+def as_measured(name: str, torque: FloatArray) -> FloatArray:
+    """Return what the transducer of a run gives of a torque, (N,) N m: with noise, an offset and a drift."""
     rng = np.random.default_rng((18, [*RUNS].index(name)))
-    torque = clean_torque(name)
     offset, drift = rng.normal(0.0, (OFFSET_NM, DRIFT_NM))
     ramp = np.linspace(0.0, 1.0, torque.size)
     return np.asarray(torque + NOISE_NM * rng.standard_normal(torque.size) + offset + drift * ramp)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from wrong.bench import HEADER, RATE_HZ, RUNS, Files, clean_torque, csv_text, measured_torque, time_of
+from wrong.bench import HEADER, RATE_HZ, RUNS, Files, as_measured, clean_torque, csv_text, measured_torque, time_of
 
 FloatArray = NDArray[np.float64]
 BARE = {"sample_rate_hz": "10000.0", "channels": '[{ quantity = "torque", column = "torque_Nm" }]'}
@@ -199,10 +199,8 @@ def _late(files: Files, names: tuple[str, ...], seconds: float) -> None:
     """Begin the command later than the recorder: rest stands before the motion."""
     rest = round(seconds * RATE_HZ)
     for name in names:
-        noise = np.random.default_rng(5).standard_normal(rest)
         y = clean_torque(name)
-        moved = np.concatenate([np.full(rest, y[0]) + 2e-3 * noise, measured_torque(name)])
-        files.put(name, moved[: y.size])
+        files.put(name, as_measured(name, np.concatenate([np.full(rest, y[0]), y[: y.size - rest]])))
 
 
 def _begun(files: Files, name: str, seconds: float) -> None:
