@@ -175,7 +175,8 @@ def _rest(
 
     Of two records that contradict each other the first is believed: it fixes the frame.
     """
-    points, costs = _first_look(problem, seed)
+    points = start_points(problem, seed)
+    costs = _first_look(problem, points)
     furthest: _Rest | None = None
     for others in _left_out(suspects, list(looks), costs):
         rest = problem.only([name for name in looks if name not in others])
@@ -204,20 +205,20 @@ def _left_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[
     return sorted(chain.from_iterable(combinations(suspects, size) for size in range(1, most + 1)), key=discord)
 
 
-def explaining_start(problem: Problem, seed: int) -> Candidate | None:
-    """Return a start, refined, that explains the first window of all records, or None."""
-    return _explaining(problem, problem, *_first_look(problem, seed))
+def explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | None:
+    """Return a start, refined, of points that explains the first window of all records, or None."""
+    return _explaining(problem, problem, points, _first_look(problem, points))
 
 
-def _first_look(problem: Problem, seed: int) -> tuple[list[FloatArray], FloatArray]:
-    """Return the points of the multi-start and what the first window of each record costs there, (points, records)."""
-    points = _points(problem, seed)
-    return points, np.array(mapped(partial(_first_costs, problem), points, problem.workers))
-
-
-def _points(problem: Problem, seed: int) -> list[FloatArray]:
+def start_points(problem: Problem, seed: int) -> list[FloatArray]:
+    """Return the points of the multi-start, all with the records' own parameters at their start."""
     tail = problem.coordinates.of_records(problem.start)
     return [np.concatenate([row, tail]) for row in sample_box(problem.space, POINTS, seed)]
+
+
+def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
+    """Return what the first window of each record costs at each point, (points, records)."""
+    return np.array(mapped(partial(_first_costs, problem), points, problem.workers))
 
 
 def _first_costs(problem: Problem, q: FloatArray) -> list[float]:
