@@ -13,10 +13,12 @@ from mechid.command.stepping import MOST_MICROSTEPS
 from mechid.identification.contradiction.agreement import agreement_without
 from mechid.identification.contradiction.alternatives import first_moments, judge, steppings, turns_deg
 from mechid.identification.contradiction.bent_sensor import bend_words
+from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.search.gates import Growth
 from mechid.identification.stages import growth
 from synthetic import (
     COMMANDS,
@@ -196,6 +198,18 @@ def test_all_signs_reversed_is_only_noted():
     assert not fit.warnings
     assert {r.taken for r in fit.records.values()} == {DECLARED}
     assert [n for n in fit.notes if "all signs" in n and "reversed" in n]
+
+
+@pytest.mark.parametrize(("late_s", "told"), [(5e-3, True), (-3e-3, True), (2e-4, False)])
+def test_commands_that_begin_late_in_all_records_are_told(late_s, told):
+    """Truth: the time offset that made them; one as short is what a filter does, and is looked for as such."""
+    problem = make_problem(made("all", late_s=late_s), 1)
+    stuck = Growth(problem.start, dict.fromkeys(NAMES, 100), False, 0)
+    lines = [r.line for r in common_readings(problem, stuck, 1) if "time_offset_s" in r.line]
+    assert len(lines) == told
+    if told:
+        assert float(re.search(r"time_offset_s = (\S+) for each", lines[0])[1]) == pytest.approx(late_s, rel=0.01)
+        assert lines[0].startswith("all records: 100 % of their samples are followed with their commands")
 
 
 @pytest.mark.slow

@@ -1,8 +1,8 @@
 """What all records together may be otherwise than declared: tried where none is followed, told and never taken.
 
 The other sign of all torques stands for the other direction of all commands as well, and which it is no record
-tells; the waveform is the drive's, and a trigger that is late for all may be one in the drive, the recorder or a filter:
-hypotheses for the user to settle.
+tells; the waveform is the drive's, and a trigger that is late in all may be the drive's or the recorder's: hypotheses
+for the user to settle.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ from mechid.simulation.simulator import excitation_over
 
 FURTHER = 2.0
 """Times as much of the records has to be followed to be told of; a choice, not measured."""
-LATE_S = 0.02
-"""How early or late a trigger is looked for; a choice, not measured."""
+LATE_S, LEAST_LATE_S = 0.02, 1e-3
+"""How early or late a trigger is looked for, and from where on it is told of: a filter that the mechanism file lacks
+delays all records by less, and is looked for as such. Choices, not measured."""
 SIGN = (
     "the torque of all records of the other sign: write gain = -1.0 for their torque channels, or the other sign of "
     "all rates"
@@ -56,9 +57,12 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
             continue
         grown = grow(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
         before, after = growth.reached(problem), grown.reached(other)
+        words = tried.words(grown.q)
+        if not words:
+            continue
         if after >= FURTHER * before or (grown.complete and not growth.complete):
             line = (
-                f"all records: {100.0 * after:.3g} % of their samples are followed with {tried.words(grown.q)} "
+                f"all records: {100.0 * after:.3g} % of their samples are followed with {words} "
                 f"({100.0 * before:.3g} % as declared); mechid does not change all records by itself: identify again "
                 "with it"
             )
@@ -68,7 +72,7 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
 
 @dataclass(frozen=True)
 class _Tried:
-    """What all records are tried as, the points to begin from, and how a point of it is told."""
+    """What all records are tried as, the points to begin from, and how a point of it is told, in no word if not."""
 
     problem: Problem
     points: list[FloatArray]
@@ -101,6 +105,8 @@ def _all_late(problem: Problem, seed: int) -> _Tried:
 
     def words(q: FloatArray) -> str:
         late_s = own.value(offset, q)
+        if abs(late_s) < LEAST_LATE_S:
+            return ""
         way = "later" if late_s > 0.0 else "earlier"
         return f"their commands {1e3 * abs(late_s):.3g} ms {way}: write time_offset_s = {late_s:.4g} for each of them"
 
