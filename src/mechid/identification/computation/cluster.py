@@ -11,7 +11,8 @@ from mechid.errors import UsageError, WorkersError
 from mechid.identification.computation.progress import Tell
 from mechid.identification.computation.workforce import warned, working_on
 
-QUIET = ("distributed.client", "distributed.core", "distributed.comm")
+QUIET = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "asyncio", "tornado.application")
+"""Loggers that print a traceback where a connection is lost; a scheduler may also go when its work is done."""
 PATIENCE_S = 10.0
 """Within which a scheduler has to answer; a choice, not measured."""
 
