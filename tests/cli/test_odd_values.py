@@ -117,7 +117,7 @@ def test_a_start_angle_without_a_part_of_a_turn_is_refused(refused, changed):
 
 def test_a_command_that_makes_no_step_is_asked_about(run, changed):
     result = run("check", changed("campaign.toml", "rate = 23.0", "rate = 0.0"))
-    assert 'record "full_23": its command makes no step between its first and its last sample' in result.stdout
+    assert 'record "full_23": its command makes no step until its last sample' in result.stdout
 
 
 def test_more_detents_than_can_be_compiled_are_refused(refused, changed):

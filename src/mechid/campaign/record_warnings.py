@@ -41,7 +41,7 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
         lines += [*record.data.warnings, *_noise_levels(record, record.data, place)]
     if record.data is not None and not isinstance(record.command, MeasuredCommand):
         lines += [*_start(record, record.data), *_end(record, record.data)]
-        lines += [*_dense_edges(record, record.data, place), *_no_edge(record, record.data)]
+        lines += _edges(record, record.data, place)
     yield from (f'record "{record.name}": {line}' for line in lines)
 
 
@@ -116,19 +116,14 @@ def _end(record: CampaignRecord, data: Record) -> Iterator[str]:
         yield f"the record ends at {end:.6g} s of a command that goes on to {last:.6g} s; is it whole?"
 
 
-def _dense_edges(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:
+def _edges(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:
+    """Warn where steps are denser than samples, or where there is none: mostly a rate that is wrong, or forgotten."""
     duration = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
     try:
         most = record.command.max_edges_per_sample(data.sample_interval_s, duration)
     except UsageError as error:
         raise place.key("command").error(str(error)) from error
+    if most == 0 and duration > 0.0:
+        yield "its command makes no step until its last sample; is the rate right?"
     if most > 1:
         yield f"up to {most} steps fall between two samples; they are simulated exactly, {TOO_DENSE}"
-
-
-def _no_edge(record: CampaignRecord, data: Record) -> Iterator[str]:
-    """Warn where the motor is not driven at all: a rate of 0 is mostly one that was forgotten."""
-    start = max(data.time_start_s - record.time_offset.value, 0.0)
-    end = data.time_start_s + data.duration_s - record.time_offset.value
-    if end > start and not any(start < edge < end for edge in record.command.excitation(end).times):
-        yield "its command makes no step between its first and its last sample; is the rate right?"
