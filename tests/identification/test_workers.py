@@ -20,7 +20,7 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.computation.progress import silent
 from mechid.identification.computation.workforce import AHEAD, working_on
-from mechid.identification.contradiction.agreement import _first_look
+from mechid.identification.contradiction.agreement import _first_look, start_points
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.profile import profiles
@@ -202,9 +202,10 @@ def test_the_first_look_of_a_multi_start_goes_out_whole(pool, monkeypatch):
     monkeypatch.setattr("mechid.identification.contradiction.agreement.POINTS", 128)
     campaign = synthetic.bench(synthetic.truth(), synthetic.truth(), "full_46", seed=5, seconds=0.1)
     problem = make_problem(campaign, 1)
+    points = start_points(problem, 3)
     with working_on(pool):
-        _, there = _first_look(problem, 3)
-    points, here = _first_look(problem, 3)
+        there = _first_look(problem, points)
+    here = _first_look(problem, points)
     assert there.shape == (len(points), 1) == (128, 1)
     assert there.tobytes() == here.tobytes()
 

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from mechid.errors import RecordError, UsageError, did_you_mean
-from mechid.records.columns import ChosenColumn, Layout, find_column, is_time, time_beside
+from mechid.records.column_names import is_time
+from mechid.records.columns import ChosenColumn, Layout, find_column, time_beside
 from mechid.records.conditioning import Samples
 from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
 from mechid.records.record import Channel, Record

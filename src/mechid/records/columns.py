@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.errors import RecordError, did_you_mean
+from mechid.records.column_names import is_counter, is_time, is_torque
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
-
-TORQUE = re.compile(r"torque|moment|\bm[xyz]\b", re.IGNORECASE)
-"""What programs call a torque, in English, German (Drehmoment, Moment) and French (moment)."""
-COUNTER = re.compile(
-    r"#|[nk]|(no|nr)\.?|idx|index|count(er)?|id|(sample|scan|row|line|point)s?"
-    r"|(sample|scan|row|line|point|record|data|messwert)s?[\s_-]*(no|nr|num|number|index|idx|count(er)?|id|n|#)\.?",
-    re.IGNORECASE,
-)
-"""What programs call a column that counts samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +115,7 @@ def torque_elsewhere(table: Table) -> str | None:
 
 
 def _called_torque(table: Table, index: int) -> str | None:
-    called = [number for number, column in enumerate(table.columns) if TORQUE.search(column.bare_name)]
+    called = [number for number, column in enumerate(table.columns) if is_torque(column)]
     return table.columns[called[0]].bare_name if called and index not in called else None
 
 
@@ -293,18 +284,6 @@ def _times(table: Table, taken: Sequence[int]) -> list[int]:
         if beside:
             return beside
     return fitting
-
-
-def is_time(column: Column) -> bool:
-    """Whether a column is called so."""
-    name = column.bare_name.lower()
-    return name in ("t", "tout") or name.startswith("time")  # tout: of a Simulink run
-
-
-def is_counter(column: Column) -> bool:
-    """Whether a column is called what counts samples, and no unit says that it is something else."""
-    name = column.bare_name.strip()
-    return bool(name) and column.stated_unit is None and COUNTER.fullmatch(name) is not None
 
 
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:

@@ -15,6 +15,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import get_font_names
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from mechid.arrays import FloatArray
@@ -26,9 +27,11 @@ LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58
 """Margins; measured out by a layout engine they would take as long again as the drawing."""
 DOTS_AN_INCH = 200
 MEASURED, MODELLED, RESIDUAL_COLOUR, NOISE, MARK = "#56B4E9", "#D55E00", "#4D4D4D", "#009E73", "#CC79A7"
+FONTS = ("Helvetica", "Arial", "Liberation Sans", "DejaVu Sans")
+"""In this order, for each letter the first that is here and has it: all but the last, Matplotlib's own, lack some."""
 STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
+    "font.family": [*(name for name in FONTS if name in get_font_names()), "sans-serif"],
+    "font.sans-serif": [*FONTS],
     "font.size": 8.0,
     "axes.labelsize": 8.0,
     "axes.linewidth": 0.6,
