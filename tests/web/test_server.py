@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import pytest
 from bokeh.util.token import generate_jwt_token, generate_session_id
 
-from mechid.web.server import SAY_MESSAGES
+from mechid.web.server import SAY_MESSAGES, SAYS_REFUSED
 
 UPGRADE = {
     "Upgrade": "websocket",
@@ -137,25 +137,45 @@ def test_the_web_socket_answers_those_alone_that_have_a_token_of_the_page(addres
 
 
 @pytest.fixture
-def logged(caplog):
-    """Return what the loggers say that Bokeh has for messages, whatever an earlier test has left them like."""
-    for name in SAY_MESSAGES:
-        caplog.set_level(logging.ERROR, name)
-        logging.getLogger(name).addHandler(caplog.handler)
-    yield caplog
-    for name in SAY_MESSAGES:
-        logging.getLogger(name).removeHandler(caplog.handler)
+def lines(caplog):
+    """Return a function for the lines that the loggers of messages and tokens have said since the test began."""
+    loggers = [logging.getLogger(name) for name in (*SAY_MESSAGES, SAYS_REFUSED)]
+    for logger in loggers:  # Dask's configuration keeps some of them from the root's handlers
+        caplog.set_level(logging.ERROR, logger.name)
+        logger.addHandler(caplog.handler)
+
+    def said(beginning):
+        records = [record for record in caplog.records if record.getMessage().startswith(beginning)]
+        assert all(record.exc_info is None and "\n" not in record.getMessage() for record in records)
+        return {record.getMessage() for record in records}
+
+    yield said
+    for logger in loggers:
+        logger.removeHandler(caplog.handler)
 
 
-def test_a_message_that_cannot_be_read_is_a_line(address, logged):
+def read_until_closed(asked):
+    """Read what the server sends until it closes the connection."""
+    while asked.recv(4096):
+        pass
+
+
+def test_a_message_that_cannot_be_read_is_a_line(address, lines):
     """Truth: the log's records; Bokeh's own has a traceback and the whole message."""
     token = re.search(rb'"token":\s*"([^"]+)"', answer(address)[1])[1].decode()
     frame = bytes([0x81, 0x80 | len(b"no json"), 0, 0, 0, 0]) + b"no json"
     with web_socket(address, f"bokeh, {token}") as asked:
-        asked.recv(4096)
+        content = b""
+        while b"ACK" not in content:  # until then there is nothing that reads messages
+            content += asked.recv(4096)
         asked.sendall(3 * frame)  # a message has a header, metadata and a content
-        while asked.recv(4096):
-            pass
-    assert logged.records
-    assert all(record.exc_info is None and "\n" not in record.getMessage() for record in logged.records)
-    assert "a message of the page is left out" in logged.text
+        read_until_closed(asked)
+    assert lines("the connection of a page: ")
+
+
+def test_a_page_of_an_earlier_run_is_a_line(address, lines):
+    """Truth: the log's records; Tornado's own has a traceback. A tab that stayed open asks with its old token."""
+    old = generate_jwt_token(generate_session_id(), signed=False, extra_payload={})
+    with web_socket(address, f"bokeh, {old}") as asked:
+        read_until_closed(asked)
+    assert lines("a page of another run is not answered (Invalid token signature): load it again")

@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+from bokeh.protocol.exceptions import ProtocolError
 from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
@@ -43,6 +44,8 @@ MOST_MESSAGE_BYTES = 1_000_000
 UNUSED_MS = 15_000
 SAY_MESSAGES = ("bokeh.server.views.ws", "bokeh.server.protocol_handler")
 """Bokeh's loggers that print a message which they cannot read, as large as it is, and a traceback."""
+SAYS_REFUSED = "tornado.application"
+"""Tornado's logger that prints a traceback where a page's token is not this run's; also of every other fault."""
 MOST_SAID = 200
 
 
@@ -56,12 +59,17 @@ class _Headers(OutputTransform):
 
 
 class _InALine(logging.Filter):
-    """Shortens what is said of a message of the page to a line; it is no fault of mechid that its user could mend."""
+    """Shortens what is said of a page's message or token to a line: no fault of mechid that its user could mend."""
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Let the record through, shortened."""
-        said = " ".join(record.getMessage().split())[:MOST_SAID]
-        record.msg, record.args, record.exc_info = f"a message of the page is left out: {said}", (), None
+        """Let the record through, shortened; those of other faults as they are."""
+        if record.name == SAYS_REFUSED:
+            if record.exc_info is None or not isinstance(record.exc_info[1], ProtocolError):
+                return True
+            line = f"a page of another run is not answered ({record.exc_info[1]}): load it again"
+        else:
+            line = f"the connection of a page: {record.getMessage()}"
+        record.msg, record.args, record.exc_info = " ".join(line.split())[:MOST_SAID], (), None
         return True
 
 
@@ -149,7 +157,7 @@ class Explorer:
         http.add_sockets([listening])
         self.server = BaseServer(IOLoop.current(), application, http)
         if os.environ.get(DEBUG) != "1":
-            for name in SAY_MESSAGES:
+            for name in (*SAY_MESSAGES, SAYS_REFUSED):
                 logging.getLogger(name).addFilter(IN_A_LINE)
 
     @property
