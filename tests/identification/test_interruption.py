@@ -134,6 +134,22 @@ def test_tasks_that_nobody_waits_for_end_with_their_next_block():
     assert ended.wait(SECONDS)
 
 
+def test_a_task_that_fails_is_what_is_raised_and_no_other_begins_after_it():
+    """Truth: what has begun: the other task of two at work ends once the first has failed, the rest find that."""
+    began = []
+
+    def one(task):
+        began.append(task)
+        if task == "fails":
+            raise ValueError(task)
+        while True:
+            ask()
+
+    with pytest.raises(ValueError, match="fails"):
+        mapped(one, ["goes on", "fails", *range(20)], 2)
+    assert set(began) == {"goes on", "fails"}
+
+
 def test_threads_of_a_map_are_asked_by_the_check_of_their_caller_alone():
     asked, other = Asked(), Asked(1)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from threading import Event
@@ -113,19 +113,33 @@ def in_threads(
         if abandoned.is_set():
             raise _AbandonedError
 
+    def one_of_all(number: int) -> Result:
+        check()
+        try:
+            return one(number)
+        except BaseException:
+            abandoned.set()  # here, not where the caller waits: under load it wakes after the others' next tasks
+            raise
+
     with interrupted_by(check):
         contexts = [copy_context() for _ in tasks]  # each is entered by one thread at a time
     with ThreadPoolExecutor(min(workers, len(tasks))) as threads:
         try:
-            futures = [threads.submit(own.run, one, i) for i, own in enumerate(contexts)]
-            done, _ = wait(futures, return_when=FIRST_EXCEPTION)
-            for future in done:
-                future.result()
+            futures = [threads.submit(own.run, one_of_all, i) for i, own in enumerate(contexts)]
+            wait(futures, return_when=FIRST_EXCEPTION)
+            _raise_what_failed(futures)
             return [future.result() for future in futures]
         except BaseException:
             abandoned.set()
             threads.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+def _raise_what_failed(futures: Sequence[Future[Any]]) -> None:
+    """Raise the error of the first task that failed by itself, or else of the first that was abandoned with it."""
+    errors = [error for future in futures if future.done() and (error := future.exception()) is not None]
+    if errors:
+        raise min(errors, key=lambda error: isinstance(error, _AbandonedError))
 
 
 def is_lent() -> bool:
