@@ -32,11 +32,7 @@ LEFT_TO_IDENTIFY = (
     "load_inertia",
     "stiffness_free",
 )
-"""What no record shows without a fit."""
-
-
-TOLD_BY_IDENTIFY = tuple(name for name in LEFT_TO_IDENTIFY if name != "200_ppm_sweep")
-"""Of these, what a fit from the true values names in its first lines, or puts right and says."""
+"""What no record shows without a fit, which names it in its first lines, or puts it right and says so."""
 
 
 @pytest.fixture(scope="module")
@@ -91,5 +87,4 @@ def test_no_fit_is_confident_and_wrong(run, written, name):
     said = lines_of(run("identify", campaign, "--out", campaign / "result"))
     fit = {"named": named(CASES[name], said), **estimated(campaign / "result")}
     assert not is_confident_and_wrong(fit), fit["wrong"]
-    if name in TOLD_BY_IDENTIFY:
-        assert named(CASES[name], said) == "first lines", said[:FIRST]
+    assert named(CASES[name], said) == "first lines", said[:FIRST]

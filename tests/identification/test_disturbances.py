@@ -107,6 +107,7 @@ def test_a_clock_of_one_record_is_found_there(tmp_path):
     assert max(off(fit, truth)) < 4.0
     assert str(fit.grade) == "A"
     assert any("record.sweep.clock_ppm = -399" in line for line in fit.warnings)
+    assert report_data(fit)["missing"][0]["text"]["apart"].startswith(", most of all in sweep: -399")
 
 
 def test_what_is_switched_off_is_not_there(clock):

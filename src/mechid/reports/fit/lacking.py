@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from statistics import median
 from typing import Any
 
 from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE
@@ -37,6 +39,8 @@ DIAGNOSE = (
     '"mechid identify --complete" goes on with it.'
 )
 COMPLETED = "The mechanism was completed by what the records ask for; this is what they ask for beyond."
+LEAST_TO_COMPARE = 3
+"""Records of which one can be apart from the others."""
 OTHER_WORDS = "No different from nothing within their errors, so leave them out of the mechanism file:"
 
 
@@ -67,7 +71,21 @@ def missing_data(one: Missing) -> dict[str, Any]:
     """Return what the files do not declare and the fit has, with the text of its values."""
     rows = [_row(name, p) for name, p in one.parameters.items()]
     chi_square, share = f"{one.chi_square:.4g}", f"{100.0 * one.share:.3g}"
-    return {**one.to_dict(), "rows": rows, "text": {"chi_square": chi_square, "share_percent": share}}
+    text = {"chi_square": chi_square, "share_percent": share, "apart": _most_apart(one)}
+    return {**one.to_dict(), "rows": rows, "text": text}
+
+
+def _most_apart(one: Missing) -> str:
+    """Return whose value is furthest from the others', as a sentence's end; empty where no record stands out."""
+    known = {name: p for name, p in one.parameters.items() if name.startswith("record.") and p.std_error}
+    if len(known) < LEAST_TO_COMPARE:
+        return ""
+    middle = median(p.value for p in known.values())
+    name, p = max(known.items(), key=lambda item: abs(item[1].value - middle))
+    if abs(p.value - middle) < CLEAR * (p.std_error or math.inf):
+        return ""
+    (value, error), record = with_sigma(p.value, p.std_error), name.split(".")[1]
+    return f", most of all in {record}: {value} +- {error} {'' if p.unit == '1' else p.unit}".rstrip()
 
 
 def beside_data(beside: TermsBeside | None) -> dict[str, Any] | None:

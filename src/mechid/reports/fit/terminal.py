@@ -44,7 +44,7 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     about_all, about_records, others = _told_apart(data["warnings"])
     of_file, reasons = _file_first(data["reasons"])
     if data["missing"]:
-        found = "; ".join(f"{one['name']}: {one['words']}" for one in data["missing"])
+        found = "; ".join(f"{one['name']}: {one['words']}{one['text']['apart']}" for one in data["missing"])
         say(console, f"found, not declared: {found} (below)", "yellow")
     print_lines(console, "warning", about_all, "yellow")
     _print_reasons(of_file, console)
