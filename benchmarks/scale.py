@@ -58,7 +58,8 @@ def main() -> None:
 def run(campaign: Path, command: str) -> dict[str, float]:
     """Run a command on a campaign; its peak in bytes, CPU seconds and exit code."""
     out = {"identify": ["--out", campaign / "result"], "simulate": ["--out", campaign / "simulated"]}
-    peak, cpu, code, *_ = measured_in_a_process(MEASURED, [command, campaign, *out.get(command, [])])
+    of = campaign / "result" if command == "report" else campaign
+    peak, cpu, code, *_ = measured_in_a_process(MEASURED, [command, of, *out.get(command, [])])
     return {"peak": peak, "cpu_s": cpu, "exit": code}
 
 
