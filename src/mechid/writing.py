@@ -8,16 +8,19 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 
 import platformdirs
 
-from mechid.errors import UnwritableError
+from mechid.errors import UnwritableError, UsageError
 
 CACHE = "MECHID_CACHE"
 """Variable of the environment that names another folder for kernels and for the samples of long records."""
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 NO_ROOM_WORDS = os.strerror(errno.ENOSPC)
+_READ: ContextVar[set[Path] | None] = ContextVar("read", default=None)
+"""The user's files that have been read by the command that runs; None where none does."""
 
 
 def cache_folder() -> Path:
@@ -27,8 +30,38 @@ def cache_folder() -> Path:
 
 
 @contextmanager
+def keeping_what_is_read() -> Iterator[None]:
+    """Within a command, refuse to replace the files that `keep` names, whatever a result is called."""
+    reset = _READ.set(set())
+    try:
+        yield
+    finally:
+        _READ.reset(reset)
+
+
+def keep(path: Path) -> None:
+    """Note a file of the user's that is read: no result of the same command takes its place."""
+    read = _READ.get()
+    if read is not None:
+        read.add(path.resolve())
+
+
+def refuse_read(path: Path) -> None:
+    """Raise UsageError where a file to be written is one that the command has read."""
+    if path.resolve() in (_READ.get() or ()):
+        raise UsageError(f"{path}: is one of the files that were read, and is not replaced; give another folder")
+
+
+@contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Yield a place beside `path` to write to, which is renamed at the end; nothing of it stays where that fails."""
+    """Yield a place beside `path` to write to, which is renamed at the end; nothing of it stays where that fails.
+
+    Raises
+    ------
+    UsageError
+        The file there has been read by this command.
+    """
+    refuse_read(path)
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield beside

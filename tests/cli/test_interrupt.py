@@ -15,8 +15,9 @@ from mechid.identification.result.outcome import FitOutcome
 WAIT_S = 120.0
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send to another process")
-def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals to send to another process")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_ctrl_c_and_a_terminal_or_batch_system_that_ends_it_keep_the_best_so_far(bench, tmp_path, number):
     out = tmp_path / "result"
     process = subprocess.Popen(
         [sys.executable, "-m", "mechid", "identify", str(bench), "--out", str(out)],
@@ -32,7 +33,7 @@ def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
         for line in process.stderr:
             said += line
             if line.startswith("stage 1 of"):
-                process.send_signal(signal.SIGINT)
+                process.send_signal(number)
                 break
         output, rest = process.communicate()
     finally:

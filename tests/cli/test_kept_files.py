@@ -5,6 +5,7 @@ Truth: the files' own bytes before and after, and the contract of exit codes (RE
 
 import errno
 import os
+import shutil
 
 import pytest
 
@@ -126,3 +127,57 @@ def test_an_estimate_in_another_folder_leaves_a_mechanism_written_there_by_hand(
     assert (other / "mechanism.toml").read_text() == "# by hand\n"
     assert b"Estimated by mechid" in (other / "mechanism_estimated.toml").read_bytes()
     assert run("export", other, "--to", "c", "--out", tmp_path / "c").exit_code == 0
+
+
+@pytest.fixture
+def named(fitted, tmp_path):
+    """Return a function that copies a fitted campaign, its first record's file called as a result is."""
+
+    def copy(name):
+        folder = shutil.copytree(fitted / "bench", tmp_path / "named")
+        (folder / "full_46.csv").rename(folder / name)
+        text = (folder / "campaign.toml").read_text(encoding="utf-8")
+        (folder / "campaign.toml").write_text(text.replace("full_46.csv", name), encoding="utf-8")
+        return folder
+
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("bootstrap.csv", ("bootstrap", "FIT", "--draws", "2", "--out", "BENCH")),
+        ("profile.csv", ("profile", "FIT", "--parameter", "housing.gain", "--out", "BENCH")),
+        ("fleet.csv", ("fleet", "BENCH", "--out", "BENCH")),
+        ("lines.csv", ("export", "FIT", "--to", "tables", "--out", "BENCH")),
+    ],
+)
+def test_a_record_that_is_called_as_a_result_is_never_replaced(run, refused, named, name, words):
+    bench = named(name)
+    places = {"FIT": bench / "fit", "BENCH": bench}
+    assert run("identify", bench, "--out", bench / "fit").exit_code == 0
+    before = content(bench)
+    line = refused(2, *(places.get(word, word) for word in words))
+    assert name in line
+    assert "not replaced" in line
+    assert {one: was for one, was in content(bench).items() if one in before} == before
+
+
+def test_a_record_is_not_replaced_by_what_is_seen_in_it(refused, folder):
+    (folder / "csv").mkdir()
+    record = (folder / "full_46.csv").rename(folder / "csv" / "lines.csv")
+    before = record.read_bytes()
+    assert "lines.csv: is one of the files that were read" in refused(2, "look", record, "--out", folder)
+    assert record.read_bytes() == before
+
+
+def test_an_export_replaces_what_an_export_has_left_and_nothing_else(run, refused, fitted, tmp_path):
+    """Truth: the bytes of a main.c by hand; exports of two targets share a folder, and are made again."""
+    asked = ("export", fitted / "fit", "--campaign", fitted / "bench", "--out", tmp_path / "out", "--to")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "main.c").write_text("int main(void) { return 7; }\n")
+    assert "holds main.c, which no export of mechid has left and is not replaced" in refused(2, *asked, "c")
+    assert content(tmp_path / "out") == {"main.c": b"int main(void) { return 7; }\n"}
+    (tmp_path / "out" / "main.c").unlink()
+    for target in ("c", "linear", "c"):
+        assert run(*asked, target).exit_code == 0

@@ -11,6 +11,7 @@ from mechid.command.entry import quoted, shown
 from mechid.command.rate import RateProfile, first_fault
 from mechid.errors import InputFileError
 from mechid.reading.whole import read_text
+from mechid.writing import keep
 
 TIME_NAME = "time_s"
 RATE_NAMES = ("rate", "rate_steps_per_s", "rate_full_steps_per_s")
@@ -48,7 +49,9 @@ def read_rate_table(path: Path) -> RateProfile:
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Return each line that is not empty, with its number in the file."""
     try:
-        return _filled(csv.reader(StringIO(read_text(path))))
+        text = read_text(path)
+        keep(path)
+        return _filled(csv.reader(StringIO(text)))
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import json
+import os
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
@@ -15,8 +17,9 @@ from mechid.exports.handover import Handover, handover
 from mechid.holding import held
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit
+from mechid.reading.whole import read_text
 from mechid.shown import Shown
-from mechid.writing import aside, writable, write_whole
+from mechid.writing import aside, refuse_read, writable, write_whole
 
 FORMAT = "mechid-export/1"
 FILE_NAME = "mechid_export.json"
@@ -73,6 +76,8 @@ class Exported(Shown):
     folder: Path
     written: Written
     provenance: Mapping[str, Any]
+    earlier: tuple[str, ...] = ()
+    """What earlier exports, of other targets, have left in the folder."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of mechid_export.json."""
@@ -81,6 +86,7 @@ class Exported(Shown):
             "format": FORMAT,
             "target": self.target,
             "files": list(self.written.files),
+            "earlier_files": sorted(set(self.earlier) - {FILE_NAME, *self.written.files}),
             "checked": asdict(checked) if checked else None,
             "words": list(self.written.words),
             "provenance": dict(self.provenance),
@@ -144,11 +150,33 @@ def exported(what: Handover, target: str, folder: Path, options: object = None) 
     asked = _options(module, target, options)
     write: Callable[..., Written] = module.written
     with held(folder), writable(folder), aside(folder, "export") as beside:
-        done = Exported(target, folder, write(what, beside, *asked), what.provenance)
+        earlier = _left(folder)
+        done = Exported(target, folder, write(what, beside, *asked), what.provenance, earlier)
         write_whole(beside / FILE_NAME, json_text(done.to_dict()))
-        for name in (*done.written.files, FILE_NAME):
+        names = (FILE_NAME, *done.written.files)  # the list first: a killed export's files are known for mechid's
+        _refuse_foreign(folder, names, earlier)
+        for name in names:
             (beside / name).replace(folder / name)
     return done
+
+
+def _left(folder: Path) -> tuple[str, ...]:
+    """Return the files that earlier exports have left in a folder, by their list; none where that is no such list."""
+    try:
+        found = json.loads(read_text(folder / FILE_NAME))
+        return (FILE_NAME, *map(str, found["files"]), *map(str, found.get("earlier_files", ())))
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return ()
+
+
+def _refuse_foreign(folder: Path, names: Iterable[str], earlier: Collection[str]) -> None:
+    """Raise UsageError where a file to be written is there and is none of mechid's exports, as somebody's main.c."""
+    for name in names:
+        refuse_read(folder / name)
+        if os.path.lexists(folder / name) and name not in earlier:
+            raise UsageError(
+                f"{folder}: holds {name}, which no export of mechid has left and is not replaced; give another folder"
+            )
 
 
 def named_options(texts: Iterable[str]) -> dict[str, str]:

@@ -125,12 +125,15 @@ def serve() -> None:
     while True:
         try:
             sheet, folder = pickle.load(sys.stdin.buffer)
-        except EOFError:
+        except (EOFError, pickle.UnpicklingError):  # the latter where who sends was killed
             return
         failed: Exception | None = None
         try:
             _written(sheet, folder)
         except Exception as error:  # the process that waits raises it
             failed = error
-        _send(answers, failed)
+        try:
+            _send(answers, failed)
+        except BrokenPipeError:  # who waited was killed
+            os._exit(0)  # without what Python says of a stream that nobody reads
         gc.collect()  # parts of a figure refer to one another: what it took is given back while nobody waits
