@@ -55,4 +55,8 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     mechanism = mechanism_of(table)
     write_signed(fit, mechanism, estimate_of(mechanism, ["friction.coulomb"]))
     assert "--to c" in refused(3, *asked(fit, bench, out, "fmu"))
+    estimate = json.loads((fit / "estimate.json").read_text(encoding="utf-8"))
+    del estimate["correlation"]
+    (fit / "estimate.json").write_text(json.dumps(estimate), encoding="utf-8")
+    assert "is damaged at 'correlation'" in refused(3, *asked(fit, bench, out, "c"))
     assert not out.exists() or not list(out.iterdir())

@@ -40,6 +40,15 @@ SOURCES = {
     "data set": lambda: mechid.make_record(
         "a", xr.Dataset({"torque": ("t", 1e3 * TORQUE, {"units": "mN*m"})}, coords={"t": TIME}), command=COMMAND
     ),
+    "array and rate, nothing masked": lambda: mechid.make_record(
+        "a", np.ma.array(TORQUE), sample_rate_hz=RATE_HZ, command=COMMAND
+    ),
+    "times and their rate": lambda: mechid.make_record(
+        "a", {"time_s": TIME, "torque": TORQUE}, sample_rate_hz=RATE_HZ, command=COMMAND
+    ),
+    "series over numbers of rows": lambda: mechid.make_record(
+        "a", pd.Series(TORQUE, index=7 + np.arange(400)), sample_rate_hz=RATE_HZ, command=COMMAND
+    ),
     "channels": lambda: mechid.make_record(
         "a",
         {"Mz": -TORQUE},
@@ -57,6 +66,13 @@ def test_samples_are_the_same_whatever_holds_them(source):
     assert record.data.time_start_s == 0.0
     assert np.allclose(record.data.channel("torque").data[:], TORQUE, rtol=0.0, atol=1e-12)
     assert record.file is None
+
+
+def test_records_may_come_one_after_another_or_alone():
+    """Truth: the same record in a list."""
+    for records in (SOURCES["list"](), iter([SOURCES["list"]()])):
+        (record,) = mechid.make_campaign(mechid.catalogue_mechanism(), records).records
+        assert np.array_equal(record.data.channel("torque").data[:], TORQUE)
 
 
 def test_samples_in_memory_are_those_of_a_file(tmp_path):
@@ -163,6 +179,37 @@ REFUSED = {
     "not finite": (
         lambda: data_of(mechid.make_record("a", np.where(TIME > 0.1, np.nan, 0.0), time_s=TIME, command=COMMAND)),
         "a: ",
+    ),
+    "masked": (
+        lambda: data_of(
+            mechid.make_record("a", np.ma.masked_less(TORQUE, -0.9), sample_rate_hz=RATE_HZ, command=COMMAND)
+        ),
+        "a: sample 15: .* is not a finite number",
+    ),
+    "dates": (
+        lambda: data_of(
+            mechid.make_record("a", np.arange(400).astype("M8[ms]"), sample_rate_hz=RATE_HZ, command=COMMAND)
+        ),
+        "it holds dates, no measured numbers",
+    ),
+    "times and another rate": (
+        lambda: data_of(
+            mechid.make_record("a", {"time_s": TIME, "torque": TORQUE}, sample_rate_hz=200.0, command=COMMAND)
+        ),
+        "sample_rate_hz = 200 contradicts the time column",
+    ),
+    "an index and another rate": (
+        lambda: data_of(mechid.make_record("a", pd.Series(TORQUE, index=TIME), sample_rate_hz=200.0, command=COMMAND)),
+        "sample_rate_hz = 200 contradicts the time column",
+    ),
+    "times that go back": (
+        lambda: data_of(mechid.make_record("a", pd.Series(TORQUE, index=TIME)[::-1], command=COMMAND)),
+        "the clock goes back",
+    ),
+    "a path for the mechanism": (lambda: mechid.make_campaign("mechanism.toml", []), "mechanism: found str"),
+    "a mapping of records": (
+        lambda: mechid.make_campaign(mechid.catalogue_mechanism(), {"a": SOURCES["list"]()}),
+        "records: found str",
     ),
     "another quantity's unit": (
         lambda: data_of(mechid.make_record("a", {"torque [V]": TORQUE}, sample_rate_hz=1.0, command=COMMAND)),

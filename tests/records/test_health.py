@@ -55,6 +55,13 @@ def test_a_voltage_stays_at_its_limits_by_design(tmp_path):
     assert read(tmp_path, np.clip(SINE, -4.0, 4.0), quantity="voltage_phase_a", unit="V").warnings == ()
 
 
+@pytest.mark.parametrize("factor", [1e200, 1e-200])
+def test_what_nothing_measures_is_refused(tmp_path, factor):
+    """Truth: squares of these are no numbers any more; a fit ended in an error of its own."""
+    with pytest.raises(RecordError, match=r"no measured size; look at the column, its unit and the number format"):
+        read(tmp_path, factor * SINE)
+
+
 @pytest.mark.parametrize("value", [0.0, -2.5])
 def test_a_dead_output_is_refused(tmp_path, value):
     with pytest.raises(RecordError) as caught:

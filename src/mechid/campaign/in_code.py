@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -159,7 +159,7 @@ def make_record(
     time_s : (n,) array or None
         Record time in s, where the samples have none.
     sample_rate_hz : float or None
-        In place of times; the first sample is at 0 then.
+        In place of times; the first sample is at 0 then. Where the samples have times too, they have to agree with it.
     channels : sequence of mapping
         As ``channels`` of a record in campaign.toml: which series is what, in which unit. Series that are called as
         quantities are (``"torque"``, ``"rotor_angle"``) need none.
@@ -211,7 +211,7 @@ def make_record(
 
 def make_campaign(
     mechanism: Mechanism,
-    records: Sequence[RecordEntry],
+    records: Iterable[RecordEntry] | RecordEntry,
     *,
     name: str = "campaign",
     entries: Mapping[str, Any] | None = None,
@@ -222,7 +222,7 @@ def make_campaign(
     ----------
     mechanism : Mechanism
         As `make_mechanism`, `load_mechanism` or `catalogue_mechanism` makes it.
-    records : sequence of RecordEntry
+    records : iterable of RecordEntry, or one
         As `make_record` makes them; nothing of them has to be in a file.
     name : str
         What reports and messages call it.
@@ -241,6 +241,8 @@ def make_campaign(
         Something does not fit together; the message has its place, as a file's has.
     RecordError
         Samples cannot be used.
+    UsageError
+        An argument is of another kind.
 
     Examples
     --------
@@ -251,6 +253,9 @@ def make_campaign(
     >>> [record.name for record in campaign.records]
     ['full_46']
     """
+    records = (records,) if isinstance(records, RecordEntry) else tuple(records)  # a generator is gone through once
+    _refuse_other("mechanism", [mechanism], Mechanism, "make_mechanism returns")
+    _refuse_other("records", records, RecordEntry, "make_record returns, in a list")
     place = Place(name)
     whole = plain(entries or {})
     refuse_unknown_keys(whole, [key for key in KEYS if key not in NOT_HERE], place)
@@ -266,6 +271,13 @@ def make_campaign(
     made = joined_campaign(table, place, sources, path=Path(name) / "campaign", mechanism_path=Path(name) / "mechanism")
     source = InCode(entries=table, samples={name: columns for name, columns in held.items() if columns is not None})
     return replace(made, records=tuple(replace(record, file=None) for record in made.records), source=source)
+
+
+def _refuse_other(argument: str, found: Iterable[object], kind: type, give: str) -> None:
+    """Raise UsageError at what is of another kind, as a path in the place of what was read from it."""
+    for one in found:
+        if not isinstance(one, kind):
+            raise UsageError(f"make_campaign: {argument}: found {type(one).__name__}; give what {give}")
 
 
 def own_record(entry: RecordEntry) -> tuple[Record, Command | None]:

@@ -13,6 +13,8 @@ from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
 ENCODED = ("rotor_angle", "output_angle", "position")
+LEAST, MOST = 1e-20, 1e20
+"""In SI units: beyond, a channel's largest sample is no measurement, and squares of sums would be no numbers."""
 CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
 
@@ -32,9 +34,15 @@ def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -
     Raises
     ------
     RecordError
-        An output never changes.
+        An output never changes, or its numbers are none that anything measures.
     """
     low, high = extremes(channel.data)
+    largest = max(abs(low), abs(high))
+    if largest > MOST or 0.0 < largest < LEAST:
+        raise table.error(
+            f'"{channel.column}": {channel.quantity} is {largest:.3g} {channel.unit} at most, no measured size; '
+            "look at the column, its unit and the number format"
+        )
     if low == high:
         message = f'"{channel.column}": {channel.quantity} is constant at {low:.9g} {channel.unit}'
         if channel.role is Role.OUTPUT:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Item, array_table
+from mechid.records.column_names import is_time
 from mechid.records.formats import record_from
 from mechid.records.record import Record
 from mechid.records.spec import RecordSpec
@@ -24,6 +25,7 @@ from mechid.records.table import Clock, Column
 KIND = "samples in memory"
 MEMORY = Path("memory:")
 """Stands in a path for the folder of what is in no file."""
+DATES = "it holds dates, no measured numbers"
 TIME, TORQUE = "time_s", "torque"
 
 
@@ -68,14 +70,14 @@ def columns_of(samples: object, label: str) -> SampleColumns:
     if hasattr(samples, "coords") and hasattr(samples, "dims"):
         return _of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
     if hasattr(samples, "columns") and hasattr(samples, "index"):
-        named = {str(name): np.asarray(samples[name]) for name in samples.columns}  # type: ignore[index]
+        named = {str(name): _array(samples[name]) for name in samples.columns}  # type: ignore[index]
         return SampleColumns(arrays=_time_of_index(samples.index) | named, units={})
     if hasattr(samples, "index") and hasattr(samples, "name") and not callable(samples.index):
         name = str(samples.name or TORQUE)
-        return SampleColumns(arrays=_time_of_index(samples.index) | {name: np.asarray(samples)}, units={})
+        return SampleColumns(arrays=_time_of_index(samples.index) | {name: _array(samples)}, units={})
     if isinstance(samples, Mapping):
-        return SampleColumns(arrays={str(name): np.asarray(array) for name, array in samples.items()}, units={})
-    array = np.asarray(samples)
+        return SampleColumns(arrays={str(name): _array(array) for name, array in samples.items()}, units={})
+    array = _array(samples)
     if array.ndim != 1:
         sizes = " x ".join(map(str, array.shape)) or "one value"
         raise RecordError(f"{label}: found {sizes}; give the torque as one series, or a mapping of series by name")
@@ -89,7 +91,7 @@ def record_of(columns: SampleColumns, spec: RecordSpec) -> Record:
     ----------
     columns : SampleColumns
     spec : RecordSpec
-        Where it has a `sample_rate_hz`, the samples begin at record time 0.
+        Where it has a `sample_rate_hz` and the samples have no times, they begin at record time 0.
 
     Raises
     ------
@@ -97,14 +99,28 @@ def record_of(columns: SampleColumns, spec: RecordSpec) -> Record:
         The samples cannot be used; one line.
     """
     rate = spec.sample_rate_hz
-    table = _table(columns, spec.path, Clock(0.0, rate) if rate is not None else None)
+    if rate is None or _has_times(columns):  # a rate beside times is held against them
+        return record_from(MEMORY / spec.path, spec, _table(columns, spec.path), columns.digest)
+    table = _table(columns, spec.path, Clock(0.0, rate))
     return record_from(MEMORY / spec.path, replace(spec, sample_rate_hz=None), table, columns.digest)
 
 
-def _table(columns: SampleColumns, label: str, clock: Clock | None) -> ArrayTable:
+def _has_times(columns: SampleColumns) -> bool:
+    """Whether the samples have times; whole numbers, as an index has after rows were chosen, are a count."""
+    return TIME in columns.arrays and columns.arrays[TIME].dtype.kind not in "iu"
+
+
+def _array(values: Any) -> NDArray[Any]:
+    """Return values as an array, with those that a mask hides as NaN, which no record takes for measured."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        return np.ma.filled(values.astype(np.float64), np.nan)
+    return np.asarray(values)
+
+
+def _table(columns: SampleColumns, label: str, clock: Clock | None = None) -> ArrayTable:
     items = [
         Item(
-            column=Column(name=name, unit=columns.units.get(name), clock=clock),
+            column=_column(name, array, columns.units.get(name), clock),
             shape=array.shape,
             dtype=array.dtype,
             load=array.__getitem__,
@@ -113,6 +129,11 @@ def _table(columns: SampleColumns, label: str, clock: Clock | None) -> ArrayTabl
         if not (clock and name == TIME)
     ]
     return array_table(label, KIND, items, {}, is_sliced=True)
+
+
+def _column(name: str, array: NDArray[Any], unit: str | None, clock: Clock | None) -> Column:
+    column = Column(name=name, unit=unit, clock=clock)
+    return replace(column, fault=DATES) if array.dtype.kind == "M" and not is_time(column) else column
 
 
 def _of_dataset(samples: Any, label: str) -> SampleColumns:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import astuple
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from mechid.identification.output_error.identity import target_digest
 from mechid.identification.output_error.target import target_of
 from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import is_file
+from mechid.records.formats import digest_of
 
 
 def campaign_digests(campaign: Campaign) -> dict[str, str]:
@@ -32,7 +32,7 @@ def file_digests(campaign: Campaign) -> dict[str, str]:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file's bytes; empty where there is none."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if is_file(path) else ""
+    return digest_of(path) if is_file(path) else ""
 
 
 def _of_mechanism(mechanism: Mechanism) -> str:
