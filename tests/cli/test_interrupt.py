@@ -16,9 +16,12 @@ WAIT_S = 120.0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals to send to another process")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_ctrl_c_and_a_terminal_or_batch_system_that_ends_it_keep_the_best_so_far(bench, tmp_path, number):
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_ctrl_c_and_a_terminal_or_batch_system_that_ends_it_keep_the_best_so_far(bench, tmp_path, name):
+    number = getattr(signal, name)
     out = tmp_path / "result"
+    if signal.getsignal(number) is signal.SIG_IGN:  # as under nohup, which the command would inherit
+        signal.signal(number, signal.SIG_DFL)
     process = subprocess.Popen(
         [sys.executable, "-m", "mechid", "identify", str(bench), "--out", str(out)],
         stdout=subprocess.PIPE,
