@@ -2,8 +2,11 @@
 
 import pytest
 
+from mechid.command.rate_table import read_rate_table
 from mechid.errors import UsageError
-from mechid.writing import writable, write_together, write_whole
+from mechid.records.formats import open_table
+from mechid.structure.formats import read_structure
+from mechid.writing import keeping_what_is_read, writable, write_together, write_whole
 
 
 def test_a_file_is_as_it_was_where_writing_fails(tmp_path):
@@ -43,3 +46,28 @@ def test_a_folder_that_cannot_be_made_is_the_users_error(tmp_path):
     refused = pytest.raises(UsageError, match=r"file/x: cannot be written to \(.+\); give another folder$")
     with refused, writable(tmp_path / "file" / "x"):
         raise AssertionError("not reached")
+
+
+READ = {
+    "a record": (lambda path: open_table(path, path.name), "time_s,torque_Nm\n0.0,1.0\n0.1,2.0\n"),
+    "a table of rates": (read_rate_table, "time_s,rate\n0.0,1.0\n0.1,2.0\n"),
+    "a structure": (
+        read_structure,
+        "frequency_Hz,los_x_re [rad/(N*m)],los_x_im [rad/(N*m)]\n1.0,1.0,0.0\n2.0,1.0,0.0\n3.0,1.0,0.0\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", READ)
+def test_what_a_command_has_read_no_result_of_it_replaces(tmp_path, kind):
+    """Truth: the file's bytes; outside the command, as in a notebook, it is written."""
+    read, text = READ[kind]
+    path = tmp_path / "bootstrap.csv"
+    path.write_text(text)
+    with keeping_what_is_read():
+        read(path)
+        with pytest.raises(UsageError, match=r"bootstrap.csv: is one of the files that were read, and is not replaced"):
+            write_together(tmp_path, {"bootstrap.csv": "result"})
+        assert path.read_text() == text
+    write_together(tmp_path, {"bootstrap.csv": "result"})
+    assert path.read_text() == "result"

@@ -117,6 +117,15 @@ PROFILE = SMALL.replace(
 )
 
 
+def test_an_estimate_without_correlation_is_refused(refused, folder):
+    """Truth: exit code 3; the errors of the parameters cannot be carried to the line of sight without it."""
+    estimate = json.loads((folder / "estimate.json").read_text(encoding="utf-8"))
+    del estimate["correlation"]
+    (folder / "estimate.json").write_text(json.dumps(estimate), encoding="utf-8")
+    line = refused(3, "budget", folder / "budget.toml", "--out", folder / "out")
+    assert "estimate.json: correlation: missing; it is damaged" in line
+
+
 def test_a_profile_from_file_to_file(run, folder):
     """Truth: Parseval on the series in the file, and the windows of that series."""
     h5py = pytest.importorskip("h5py")

@@ -1,6 +1,7 @@
 """``mechid export --to c`` and ``--to fmu`` from a shell: the files of the contract, and bad input in one line."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -58,5 +59,22 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     estimate = json.loads((fit / "estimate.json").read_text(encoding="utf-8"))
     del estimate["correlation"]
     (fit / "estimate.json").write_text(json.dumps(estimate), encoding="utf-8")
-    assert "is damaged at 'correlation'" in refused(3, *asked(fit, bench, out, "c"))
+    assert "correlation: missing" in refused(3, *asked(fit, bench, out, "c"))
     assert not out.exists() or not list(out.iterdir())
+
+
+def test_an_export_that_was_cut_short_is_made_again(run, fit, bench, tmp_path, monkeypatch):
+    """Truth: the files of an undisturbed one; the first ends while they are put in place."""
+    out, replaced = tmp_path / "out", Path.replace
+
+    def cut(path, target):
+        if path.name == "main.c":
+            raise KeyboardInterrupt
+        return replaced(path, target)
+
+    monkeypatch.setattr(Path, "replace", cut)
+    assert run(*asked(fit, bench, out, "c")).exit_code == 130
+    assert (out / "mechanism.c").exists()
+    monkeypatch.undo()
+    assert run(*asked(fit, bench, out, "c")).exit_code == 0
+    assert (out / "main.c").exists()

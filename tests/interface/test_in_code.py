@@ -198,6 +198,10 @@ REFUSED = {
         ),
         "sample_rate_hz = 200 contradicts the time column",
     ),
+    "times of another name and another rate": (
+        lambda: data_of(mechid.make_record("a", {"t": TIME, "torque": TORQUE}, sample_rate_hz=200.0, command=COMMAND)),
+        "sample_rate_hz = 200 contradicts the time column",
+    ),
     "an index and another rate": (
         lambda: data_of(mechid.make_record("a", pd.Series(TORQUE, index=TIME), sample_rate_hz=200.0, command=COMMAND)),
         "sample_rate_hz = 200 contradicts the time column",

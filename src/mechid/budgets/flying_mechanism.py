@@ -18,7 +18,7 @@ from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
 from mechid.budgets.residual_source import ResidualSource
 from mechid.errors import InputFileError, did_you_mean
-from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.estimate_file import WITH_ERRORS, read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.terms_beside import TermsBeside
@@ -77,7 +77,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         Estimate or mechanism file are missing, wrong or no longer what identify left; the mechanism cannot fly; or the
         flight names a parameter that it has not.
     """
-    content = read_estimate(path)
+    content = read_estimate(path, needs=WITH_ERRORS)
     _refuse_failed(content, path)
     bench = read_estimated_mechanism(content, path)
     modes = [(2.0 * np.pi * m.frequency_hz, m.damping, m.inertia) for m in flight.load_modes] or None

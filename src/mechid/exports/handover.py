@@ -16,7 +16,7 @@ from mechid.budgets.discrepancy import report_of
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
-from mechid.errors import FitError, InputFileError
+from mechid.errors import FitError
 from mechid.identification.result.estimated_mechanism import DIGEST
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.plant.mechanism import Mechanism
@@ -144,8 +144,6 @@ def _name(campaign: Campaign | None) -> str:
 
 def _covariance(estimate: Mapping[str, Any]) -> tuple[tuple[str, ...], FloatArray]:
     """Return the parameters that have a standard error, and their covariance by the errors under model error."""
-    if "correlation" not in estimate:
-        raise InputFileError("estimate.json: is damaged at 'correlation'; identify anew")
     everything = estimate["correlation"]["names"]
     matrix = np.array(estimate["correlation"]["matrix"], dtype=np.float64).reshape(len(everything), len(everything))
     errors = np.array([estimate["parameters"][name]["std_error"] for name in everything], dtype=np.float64)

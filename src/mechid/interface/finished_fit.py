@@ -12,7 +12,7 @@ from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import InputFileError
 from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.inputs import campaign_digests
-from mechid.identification.result.estimate_file import FILE_NAME, TABLES, read_estimate
+from mechid.identification.result.estimate_file import FILE_NAME, WITH_ERRORS, read_estimate
 from mechid.identification.result.journal_file import identified_campaign
 from mechid.reports.identified import COMPLETED_NAME
 
@@ -44,7 +44,7 @@ def finished_fit(source: Path, campaign: Path | None) -> FinishedFit:
     if not source.exists():
         raise InputFileError(f"{source}: there is no such folder or file; give the result folder of mechid identify")
     folder = source if source.is_dir() else source.parent
-    estimate = read_estimate(folder / FILE_NAME, needs=(*TABLES, "records", "provenance"))
+    estimate = read_estimate(folder / FILE_NAME, needs=(*WITH_ERRORS, "records", "provenance"))
     beside = source if source.is_file() else folder / CAMPAIGN_NAME
     path = campaign or (beside if beside.is_file() else identified_campaign(folder))
     return FinishedFit(load_campaign(path, mechanism_file=completed_file(folder, estimate)), estimate)

@@ -107,7 +107,7 @@ def record_of(columns: SampleColumns, spec: RecordSpec) -> Record:
 
 def _has_times(columns: SampleColumns) -> bool:
     """Whether the samples have times; whole numbers, as an index has after rows were chosen, are a count."""
-    return TIME in columns.arrays and columns.arrays[TIME].dtype.kind not in "iu"
+    return any(_is_time(name) and array.dtype.kind not in "iu" for name, array in columns.arrays.items())
 
 
 def _array(values: Any) -> NDArray[Any]:
@@ -132,8 +132,12 @@ def _table(columns: SampleColumns, label: str, clock: Clock | None = None) -> Ar
 
 
 def _column(name: str, array: NDArray[Any], unit: str | None, clock: Clock | None) -> Column:
-    column = Column(name=name, unit=unit, clock=clock)
-    return replace(column, fault=DATES) if array.dtype.kind == "M" and not is_time(column) else column
+    fault = DATES if array.dtype.kind == "M" and not _is_time(name) else None
+    return Column(name=name, unit=unit, clock=clock, fault=fault)
+
+
+def _is_time(name: str) -> bool:
+    return is_time(Column(name=name))
 
 
 def _of_dataset(samples: Any, label: str) -> SampleColumns:

@@ -17,6 +17,8 @@ from mechid.writing import write_whole
 FILE_NAME = "estimate.json"
 TABLES = ("outcome", "parameters")
 """Without these there is nothing to read."""
+WITH_ERRORS = (*TABLES, "correlation")
+"""What everybody rests on who carries the errors of the parameters on."""
 
 
 def write_estimate(fit: Fit, path: Path | str) -> None:

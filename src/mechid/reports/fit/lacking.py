@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from statistics import median
 from typing import Any
 
@@ -77,15 +76,17 @@ def missing_data(one: Missing) -> dict[str, Any]:
 
 def _most_apart(one: Missing) -> str:
     """Return whose value is furthest from the others', as a sentence's end; empty where no record stands out."""
-    known = {name: p for name, p in one.parameters.items() if name.startswith("record.") and p.std_error}
-    if len(known) < LEAST_TO_COMPARE:
+    own = {n: (p.value, p.std_error) for n, p in one.parameters.items() if n.startswith("record.") and p.std_error}
+    if len(own) < LEAST_TO_COMPARE:
         return ""
-    middle = median(p.value for p in known.values())
-    name, p = max(known.items(), key=lambda item: abs(item[1].value - middle))
-    if abs(p.value - middle) < CLEAR * (p.std_error or math.inf):
+    middle = median(value for value, _ in own.values())
+    apart = {name: abs(value - middle) for name, (value, error) in own.items() if abs(value - middle) >= CLEAR * error}
+    if not apart:
         return ""
-    (value, error), record = with_sigma(p.value, p.std_error), name.split(".")[1]
-    return f", most of all in {record}: {value} +- {error} {'' if p.unit == '1' else p.unit}".rstrip()
+    name = max(apart, key=lambda name: apart[name])
+    value, error = with_sigma(*own[name])
+    unit = "" if one.parameters[name].unit == "1" else f" {one.parameters[name].unit}"
+    return f", most of all in {name.split('.')[1]}: {value} +- {error}{unit}"
 
 
 def beside_data(beside: TermsBeside | None) -> dict[str, Any] | None:

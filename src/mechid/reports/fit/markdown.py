@@ -54,7 +54,7 @@ def _missing(one: Mapping[str, Any]) -> list[str]:
     """Return what the files do not declare and the fit has: a heading, its values, what declares it."""
     text = one["text"]
     said = f"Not declared, and the records ask for it: chi-square {text['chi_square']} for {one['dof']}, "
-    said += f"{text['share_percent']} % of what they hold beyond noise{text['apart']}. "
+    said += f"{text['share_percent']} % of what they hold beyond noise{cell(text['apart'])}. "
     said += "To declare it, at the end of `campaign.toml`:"
     heading = f"## Not declared: {cell(one['words'])}"
     return [heading, own_table(one["rows"]).markdown(), said, f"```toml\n{one['toml']}```"]
