@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mechid.errors import RecordError
-from mechid.units import SI_UNIT, si_unit, split_header, to_si_factor
+from mechid.units import SI_UNIT, conversion_factor, is_unit, si_unit, split_header, to_si_factor, unit_within
 
 POUND_FORCE, INCH = 0.45359237 * 9.80665, 0.0254  # by definition
 
@@ -21,7 +21,24 @@ FACTORS = [
     ("kNm", "torque", 1e3),
     ("lbf*in", "torque", POUND_FORCE * INCH),
     ("ozf-in", "torque", POUND_FORCE / 16.0 * INCH),
+    *[(unit, "torque", 1.0) for unit in ("N⋅m", "N∙m", "N×m", "(N m)", "Newton-Meter", "newtonmeter")],
+    *[
+        (unit, "torque", POUND_FORCE / 16.0 * INCH)
+        for unit in ("oz-in", "oz in", "oz·in", "in-oz", "ozin", "OZ-IN", "ozf in", "inch-ounces")
+    ],
+    *[
+        (unit, "torque", POUND_FORCE * INCH)
+        for unit in ("in lb", "in-lb", "in.-lbs", "lb-in", "lb·in", "inlb", "LB-IN", "inch-pounds")
+    ],
+    *[(unit, "torque", 12.0 * POUND_FORCE * INCH) for unit in ("ft lb", "ft-lbs", "FT-LBS", "foot-pounds")],
+    *[(unit, "torque", 0.0980665) for unit in ("kg cm", "kg-cm", "kgcm", "kgf·cm", "kp cm")],
+    *[(unit, "torque", 9.80665e-5) for unit in ("g cm", "gcm", "gf·cm")],
     ("mN", "force", 1e-3),
+    *[(unit, "force", 9.80665) for unit in ("kgf", "kp", "kg")],
+    *[(unit, "force", POUND_FORCE) for unit in ("lbf", "lb", "lbs")],
+    *[(unit, "rotor_angle", math.pi / 180.0) for unit in ("Grad", "DEG", "degrees")],
+    ("gon", "rotor_angle", math.pi / 200.0),
+    *[(unit, "rotor_angle", 2.0 * math.pi) for unit in ("rev", "turns", "U", "Umdrehungen")],
     ("rad", "rotor_angle", 1.0),
     *[(unit, "output_angle", math.pi / 180.0) for unit in ("deg", "°", "degree")],
     ("arcsec", "output_angle", math.pi / 648000.0),
@@ -29,7 +46,12 @@ FACTORS = [
     ("rad/s", "rotor_rate", 1.0),
     ("rad s^-1", "rotor_rate", 1.0),
     ("deg/s", "output_rate", math.pi / 180.0),
-    ("rpm", "rotor_rate", math.pi / 30.0),
+    *[
+        (unit, "rotor_rate", math.pi / 30.0)
+        for unit in ("rpm", "RPM", "U/min", "1/min", "min-1", "min⁻¹", "r/min", "tr/min", "Umdrehungen/min")
+    ],
+    *[(unit, "rotor_rate", math.pi / 180.0) for unit in ("°/s", "Grad/s", "degrees per second")],
+    ("rad·s⁻¹", "rotor_rate", 1.0),
     ("rev/s", "rotor_rate", 2.0 * math.pi),
     ("mm", "position", 1e-3),
     ("mm/s", "velocity", 1e-3),
@@ -39,7 +61,10 @@ FACTORS = [
     ("mV", "voltage_phase_b", 1e-3),
     ("s", "time", 1.0),
     ("ms", "time", 1e-3),
+    *[(unit, "time", 1e-3) for unit in ("msec", "Millisekunden")],
+    *[(unit, "time", 1.0) for unit in ("sec", "SEC", "Sekunden")],
     *[(unit, "time", 1e-6) for unit in ("us", "µs", "μs")],
+    ("days", "time", 86400.0),
 ]
 
 
@@ -53,7 +78,20 @@ def test_the_si_unit_of_a_quantity_has_factor_one(quantity):
     assert to_si_factor(si_unit(quantity), quantity) == 1.0
 
 
+MEGA = '"M" is mega, which no record needs; if milli is meant, write '
+GRAD = 'it may be degrees or gon (0.9 deg); write unit = "deg" or unit = "gon"'
+
 REFUSED = [
+    *[(unit, "rotor_angle", f'unknown unit "{unit}" for rotor_angle; {GRAD}') for unit in ("grad", "GRAD")],
+    ("grad/s", "rotor_rate", f'unknown unit "grad/s" for rotor_rate; {GRAD}'),
+    ("Ms", "time", f'unknown unit "Ms" for time; {MEGA}"ms"'),
+    ("MNm", "torque", f'unknown unit "MNm" for torque; {MEGA}"mNm"'),
+    ("Mrad", "output_angle", f'unknown unit "Mrad" for output_angle; {MEGA}"mrad"'),
+    ("MA", "current_phase_a", f'unknown unit "MA" for current_phase_a; {MEGA}"mA"'),
+    ("MV", "voltage_phase_a", f'unknown unit "MV" for voltage_phase_a; {MEGA}"mV"'),
+    *[(unit, "time", f'unknown unit "{unit}" for time; expected s or a multiple of it') for unit in ("ks", "Gs", "S")],
+    ("1/s", "rotor_rate", 'unit "1/s" does not measure rotor_rate; expected rad/s or a multiple of it'),
+    ("g", "force", 'unit "g" does not measure force; expected N or a multiple of it'),
     ("V", "torque", 'unit "V" does not measure torque; expected N*m or a multiple of it'),
     ("N", "torque", 'unit "N" does not measure torque; expected N*m or a multiple of it'),
     ("Nm/rad", "torque", 'unit "Nm/rad" does not measure torque; expected N*m or a multiple of it'),
@@ -143,3 +181,37 @@ def test_pint_is_not_loaded_for_units_that_are_si_already():
 def test_units_in_words_are_those_of_the_sign(spelled, quantity, factor):
     """Truth: the international foot and pound; force by standard gravity."""
     assert to_si_factor(spelled, quantity) == pytest.approx(factor, rel=1e-12)
+
+
+UNITS_WITHIN = [
+    ("torque_mNm_filtered", "torque", "mNm"),
+    ("torque_oz_in", "torque", "oz in"),
+    ("Torque kg cm", "torque", "kg cm"),
+    ("torque µNm raw", "torque", "µNm"),
+    ("Winkel grad", "rotor_angle", "grad"),
+    ("deg", "output_angle", "deg"),
+    ("speed in RPM", "rotor_rate", "RPM"),
+    ("i mA ch1", "current_phase_a", "mA"),
+    ("torque filtered", "torque", None),
+    ("u_A", "voltage_phase_a", None),
+    ("phase_a", "current_phase_a", None),
+]
+
+
+@pytest.mark.parametrize(("column", "quantity", "word"), UNITS_WITHIN)
+def test_a_unit_within_a_name_is_seen(column, quantity, word):
+    assert unit_within(column, quantity) == word
+
+
+@pytest.mark.parametrize(
+    ("unit", "to", "factor"),
+    [("urad/Nm", "rad/(N*m)", 1e-6), ("kHz", "Hz", 1e3), ("°/Nm", "rad/(N*m)", math.pi / 180.0)],
+)
+def test_a_torque_written_together_is_one_factor_below_a_slash(unit, to, factor):
+    assert conversion_factor(unit, to) == pytest.approx(factor, rel=1e-14)
+
+
+def test_a_unit_with_two_meanings_is_a_unit():
+    """Truth: a line of units that holds one is still a line of units, to be asked about."""
+    assert is_unit("grad")
+    assert not is_unit("torque")

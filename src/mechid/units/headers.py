@@ -1,0 +1,96 @@
+"""Units in the headers of columns: at the end, in brackets, or within the name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+from mechid.units.quantities import FORCES, RATES, TORQUES
+
+HEADER_SUFFIXES: Mapping[str, str] = {
+    **{unit: unit for unit in ("N", "mN", "kN", "Nm", "mNm", "uNm", "kNm", "Nmm", "Ncm")},
+    **{unit: unit for unit in ("rad", "mrad", "deg", "rpm", "RPM", "rad/s", "deg/s", "m/s", "mm/s")},
+    **{unit: unit for unit in ("m", "mm", "um", "A", "mA", "uA", "V", "mV", "kV")},
+    **{unit: unit for unit in ("s", "ms", "us", "ns", "min", "h", "N*m", "mN*m", "N.m", "mN.m")},
+    **{f"{top}_{way}s": f"{top}/s" for top in ("rad", "deg", "m", "mm") for way in ("", "per_")},
+    **{f"{top}ps": f"{top}/s" for top in ("rad", "deg")},
+    **{f"{prefix}N_m": f"{prefix}N*m" for prefix in ("", "m")},
+}
+"""Units that a column name may end in without brackets, as in ``torque_Nm`` or ``rate_rad_s``.
+
+A closed list: the end of ``phase_a`` is no ampere and that of ``u_B`` no unit at all.
+"""
+
+_ANGLE_WORDS = frozenset(
+    ("deg", "degs", "degree", "degrees", "grad", "gon", "mrad", "urad", "arcsec", "arcmin", "rev", "revs", "turns")
+)
+_WORDS_OF: Mapping[tuple[str, ...], frozenset[str]] = {
+    TORQUES: frozenset(
+        (
+            *("mnm", "unm", "knm", "nmm", "ncm", "cnm", "gcm", "gfcm", "kgcm", "kgfcm", "kgm", "kgf"),
+            *("ozin", "ozfin", "ozf", "inoz", "lbin", "lbfin", "lbf", "inlb", "inlbf", "ftlb", "lbft", "ftlbf"),
+        )
+    ),
+    FORCES: frozenset(("mn", "kn", "lbf", "lbs", "ozf", "kgf", "kp")),
+    ("time",): frozenset(("ms", "msec", "millis", "us", "usec", "ns", "min", "minutes", "h", "hours", "days")),
+    ("rotor_angle", "output_angle"): _ANGLE_WORDS,
+    RATES: _ANGLE_WORDS | {"rpm", "upm", "rps", "dps"},
+    ("position",): frozenset(("mm", "um", "cm", "nm", "inch")),
+    ("velocity",): frozenset(("mm", "mms", "um", "ums", "cms")),
+    ("current", "current_phase_a", "current_phase_b"): frozenset(("ma",)),
+    ("voltage", "voltage_phase_a", "voltage_phase_b"): frozenset(("mv", "kv")),
+}
+WORDS_OF_UNITS: Mapping[str, frozenset[str]] = {name: words for names, words in _WORDS_OF.items() for name in names}
+"""Words of a column's name that may be its unit where they stand elsewhere, in small letters; none is the SI one."""
+
+
+def split_header(column: str) -> tuple[str, str | None]:
+    """Split a column's header into its name and its unit, None where it states none.
+
+    The unit stands in brackets, or after a slash or an underscore; after those it counts as one
+    only if it is in `HEADER_SUFFIXES`, because names hold slashes and underscores too.
+
+    Examples
+    --------
+    >>> split_header("torque_Nm"), split_header("Mz [N*m]"), split_header("t/s")
+    (('torque', 'Nm'), ('Mz', 'N*m'), ('t', 's'))
+    >>> split_header("iA"), split_header("dz/dt"), split_header("phase_a")
+    (('iA', None), ('dz/dt', None), ('phase_a', None))
+    """
+    text = column.strip()
+    bracketed = re.search(r"[\s_/]*(?:\[([^\]]*)\]|\(([^()]*)\)$)", text)
+    if bracketed:
+        name = text[: bracketed.start()] + text[bracketed.end() :]
+        return name, (bracketed[1] or bracketed[2] or "").strip() or None
+    for mark in re.finditer(r"\s*[_/]\s*", text):
+        if mark.start() and text[mark.end() :] in HEADER_SUFFIXES:
+            return text[: mark.start()], HEADER_SUFFIXES[text[mark.end() :]]
+    return text, None
+
+
+def unit_within(column: str, quantity: str) -> str | None:
+    """Return the word of a header without a unit that may be one all the same, as in ``torque_mNm_filtered``.
+
+    Examples
+    --------
+    >>> unit_within("torque_mNm_filtered", "torque"), unit_within("Torque in Ncm", "torque")
+    ('mNm', 'Ncm')
+    >>> unit_within("torque_oz_in", "torque"), unit_within("time_msec", "time")
+    ('oz in', 'msec')
+    >>> unit_within("torque filtered", "torque") is None
+    True
+    """
+    known = WORDS_OF_UNITS.get(quantity, frozenset())
+    return next((text for text in _words(column) if _in_small_letters(text) in known), None)
+
+
+def _in_small_letters(text: str) -> str:
+    return re.sub("[ µμ]", lambda sign: "" if sign[0] == " " else "u", text).lower()
+
+
+def _words(column: str) -> Iterator[str]:
+    """Yield the words of a header, neighbours joined first: "oz in" is one unit."""
+    words = [word for word in re.split(r"[^A-Za-zµμ]+", column) if word]
+    yield from (f"{first} {second}" for first, second in pairwise(words))
+    yield from words
