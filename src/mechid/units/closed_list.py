@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-_PREFIXES: Mapping[str, float] = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3}
+_PREFIXES: Mapping[str, float] = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3, "M": 1e6}
 _BASE_UNITS = ("m = [length]", "g = [mass]", "s = [time]", "A = [current]", "rad = [angle]")
 _LIST: tuple[tuple[str, str, str], ...] = (
     # names, prefixes that instruments use, definition
     ("m", "numck", ""),
-    ("g", "mk", ""),
+    ("g", "mkM", ""),  # Mg: tonnes of finite-element models in mm
     ("s", "num", ""),
     ("A", "numk", ""),
     ("rad", "num", ""),
