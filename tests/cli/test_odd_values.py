@@ -41,7 +41,7 @@ def test_a_clock_that_is_very_slow_or_fast_is_checked(run, sampled, interval_s):
         ("time_s,torque_mNm_filtered", "mNm"),
         ("time_s,Torque in Ncm", "Ncm"),
         ("time_s,torque_MNm", "MNm"),
-        ("time_s,torque_lbf_in", "lbf"),
+        ("time_s,torque_lbf_in", "lbf in"),
         ("time_msec,torque_Nm", "msec"),
         ("Zeit in ms,torque_Nm", "ms"),
     ],

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from mechid.errors import RecordError, UsageError, did_you_mean
-from mechid.records.column_names import is_time
+from mechid.records.column_names import is_row_number, is_time
 from mechid.records.columns import ChosenColumn, Layout, find_column, time_beside
 from mechid.records.conditioning import Samples
 from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
@@ -136,6 +136,8 @@ def _columns(table: Table, hints: Hints) -> list[int]:
         asked = [int(name) if name.isdigit() else name for name in hints.columns]
         return [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
     indices = [k for k, column in enumerate(table.columns) if column.fault is None and not is_time(column)]
+    if table.is_ordered and len(indices) > 1 and indices[0] == 0 and is_row_number(table.columns):
+        indices = indices[1:]
     if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]) and _rises(table, indices[0]):
         indices = indices[1:]
     if len(indices) > 1 and (hints.quantity or hints.unit):
@@ -147,7 +149,7 @@ def _columns(table: Table, hints: Hints) -> list[int]:
 def _is_clock(table: Table, index: int) -> bool:
     """Tell whether a column has to be the time: the first of an ordered file that has no other clock."""
     clocked = any(is_time(column) or column.clock for column in table.columns)
-    return table.is_ordered and index == 0 and not clocked
+    return table.is_ordered and index == 0 and not clocked and not is_row_number(table.columns)
 
 
 def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:

@@ -68,6 +68,16 @@ def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: 
     return Clock(sample_at(time, 0), _mean_rate(time, allowed))
 
 
+def refuse_row_numbers(table: Table, time: Series, label: str) -> None:
+    """Raise RecordError where stamps without a unit rise by exactly 1: row numbers look so, and clocks hardly ever."""
+    if time.size > 1 and _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) != 1.0) is None:
+        raise table.error(
+            f"{label}: rises by exactly 1 from row to row and states no unit: row numbers, or seconds? if it counts "
+            "rows, give the sample rate (sample_rate_hz, or --sample-rate-hz of look) and name the torque's column; if "
+            'these are seconds, write time = { column = ..., unit = "s" }'
+        )
+
+
 def sample_at(series: Series, number: int) -> float:
     """Return one sample."""
     return float(series[number : number + 1][0])

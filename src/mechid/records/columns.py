@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.errors import RecordError, did_you_mean
-from mechid.records.column_names import is_counter, is_time, is_torque
+from mechid.records.column_names import is_row_number, is_time, is_torque
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
@@ -61,9 +61,10 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
 
 
 def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
-    """Torque is the second column, after the time, or the first where the rate is given.
+    """Return the second column, after the time, as the torque, or the first where the rate is given.
 
-    Where columns have no order it is the one that is called so, or the only one.
+    Row numbers before a time column do not count. Where columns have no order it is the one that is called so,
+    or the only one.
     """
     if not table.is_ordered:
         usable = [index for index, column in enumerate(table.columns) if column.fault is None]
@@ -75,11 +76,11 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
     if spec.sample_rate_hz is None:
         if len(table.columns) < 2:
             raise table.error("one column only; add a time column before it, or give sample_rate_hz")
-        return ChannelSpec(quantity="torque", column=1)
-    if len(table.columns) > 1 and is_counter(table.columns[0]):
+        return ChannelSpec(quantity="torque", column=2 if _has_row_numbers_before_time(table) else 1)
+    if len(table.columns) > 1 and is_row_number(table.columns):
         raise table.error(
-            f"{column_label(table.columns, 0)}: a count of samples by its name, not the torque; name the torque's "
-            'column, as channels = [{ quantity = "torque", column = ... }]'
+            f"{_row_number_words(table)}, not the torque; name the torque's column, as "
+            'channels = [{ quantity = "torque", column = ... }]'
         )
     if is_time(table.columns[0]):
         raise table.error(
@@ -87,6 +88,16 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
             "the torque; leave sample_rate_hz out, or name the channels"
         )
     return ChannelSpec(quantity="torque", column=0)
+
+
+def _row_number_words(table: Table) -> str:
+    why = "a count of samples by its name" if table.columns[0].key else "without a name beside others: a row number"
+    return f"{column_label(table.columns, 0)}: {why}"
+
+
+def _has_row_numbers_before_time(table: Table) -> bool:
+    """Whether time and torque come after row numbers, as in a data frame that was written with its index."""
+    return len(table.columns) > 2 and is_row_number(table.columns) and is_time(table.columns[1])
 
 
 def _by_its_place(table: Table, torque: ChannelSpec, index: int) -> ChosenColumn:
@@ -256,10 +267,10 @@ def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> Chosen
             f"{len(named)} columns may be the time; name it, as time = {{ column = ... }}: {_listed(names)}"
         )
     index = (named or [0])[0]
-    if is_counter(table.columns[index]):
+    if index == 0 and is_row_number(table.columns):
         raise table.error(
-            f"{column_label(table.columns, index)}: a count of samples by its name, not the time in seconds; give "
-            "sample_rate_hz, and the torque's column in channels"
+            f"{_row_number_words(table)}, not the time in seconds; give sample_rate_hz, and the torque's column in "
+            "channels"
         )
     return _choose(table, ChannelSpec(quantity="time", column=index), index)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.reading.memory import GIB, memory_bytes
-from mechid.records.clock import MOST_STAMPS, read_clock, refuse_no_clock, refuse_not_increasing
+from mechid.records.clock import MOST_STAMPS, read_clock, refuse_no_clock, refuse_not_increasing, refuse_row_numbers
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
@@ -197,6 +197,8 @@ def _clocked(
     if layout.time is None:
         return Samples(_known_clock(table, layout, rate_hz, first), tuple(data))
     time = _scaled(table, layout.time, arrays[0], first, finite=True)
+    if rate_hz is None and table.columns[layout.time.index].stated_unit is None and not (spec.time and spec.time.unit):
+        refuse_row_numbers(table, time, column_label(table.columns, layout.time.index))
     if stamps is TimeStamps.STRICT:
         return Samples(read_clock(table, time, rate_hz, first), tuple(data))
     refuse_not_increasing(table, time, first)
