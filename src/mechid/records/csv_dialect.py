@@ -10,6 +10,7 @@ from itertools import islice, pairwise
 from pathlib import Path
 
 from mechid.errors import RecordError
+from mechid.records.csv_numbers import is_number
 from mechid.records.table import Column
 from mechid.units import is_unit
 
@@ -79,12 +80,12 @@ def sniff(path: Path, label: str) -> Dialect:
     """
     encoding = _encoding(path)
     lines = _first_lines(path, label, encoding)
-    place = _first_sample(lines, comma=_has_comma(path))
+    place = _first_sample(lines)
     (number, row), before = lines[place], lines[:place]
     separator = _separator(row, before[-1][1] if before else row)
     decimal_comma = separator in (";", "\t") and _has_comma(path)
     cells = split_cells(row, separator)
-    if place == 0 and not all(_is_number(cell, decimal_comma) for cell in cells):
+    if place == 0 and not all(map(is_number, cells)):
         raise RecordError(f"{label}: line {number}: a header, but no samples after it")
     units, before = _units(before, separator, encoding, len(cells))
     headers = _headers(before[-1][1], separator, encoding) if before else ("",) * len(cells)
@@ -101,13 +102,13 @@ def sniff(path: Path, label: str) -> Dialect:
     )
 
 
-def _first_sample(lines: list[tuple[int, str]], *, comma: bool) -> int:
+def _first_sample(lines: list[tuple[int, str]]) -> int:
     """Return the place of the first sample among the first lines that are not blank.
 
     It is the first line that begins with a number; where none does, the first of two with a number in some
     cell and as many cells.
     """
-    numbers = [_numbers(line, comma=comma) for _, line in lines]
+    numbers = [list(map(is_number, split_cells(line, _separator(line, line)))) for _, line in lines]
     for place, found in enumerate(numbers):
         if found[:1] == [True]:
             return place
@@ -115,13 +116,6 @@ def _first_sample(lines: list[tuple[int, str]], *, comma: bool) -> int:
         if any(found) and any(following) and len(found) == len(following):
             return place
     return min(1, len(lines) - 1)
-
-
-def _numbers(line: str, *, comma: bool) -> list[bool]:
-    """Return which cells of a line are numbers."""
-    separator = _separator(line, line)
-    decimal_comma = separator in (";", "\t") and comma
-    return [_is_number(cell, decimal_comma) for cell in split_cells(line, separator)]
 
 
 def _units(
@@ -171,14 +165,6 @@ def _separator(row: str, header: str) -> str | None:
 def _has_comma(path: Path) -> bool:
     with path.open("rb") as file:
         return any(b"," in chunk for chunk in iter(lambda: file.read(1 << 20), b""))
-
-
-def _is_number(cell: str, decimal_comma: bool) -> bool:
-    try:
-        float(cell.replace(",", ".") if decimal_comma else cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _headers(line: str, separator: str | None, encoding: str) -> tuple[str, ...]:
