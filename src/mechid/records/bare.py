@@ -21,6 +21,7 @@ from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
 from mechid.records.table import Clock, Table, column_label
+from mechid.records.time_unit import time_unit
 from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
 from mechid.units import SI_UNIT, si_unit, to_si_factor
@@ -276,7 +277,7 @@ def _finite_span(table: Table, group: _Group, hints: Hints) -> tuple[float, floa
     if ends[0] == 0 and ends[1] == arrays[0].size - 1:
         return None
     if layout.time:
-        times = arrays[0][ends] * layout.time.scale
+        times = time_unit(table, layout.time, RecordSpec(name="", path=""), arrays[0]).seconds(arrays[0][ends])
     else:
         clock = layout.clock or Clock(0.0, hints.sample_rate_hz or 1.0)
         times = clock.start_s + ends / clock.rate_hz

@@ -176,13 +176,13 @@ def _one_group_or_decimals(column: Examples, mark: str, elsewhere: Mapping[str, 
     if not grouped and (mark in elsewhere or (mark == "dot" and not elsewhere)):
         return Notation(MARKS[mark])
     text = (
-        f'line {cell_line}: "{cell}" is {_as_decimal(cell)} with a decimal {mark}, and {_as_whole(cell)} in thousands'
+        f'line {cell_line}: "{cell}" may be {_as_whole(cell)} with digits grouped by thousands, or '
+        f"{cell.replace(',', '.')} with a decimal {mark}"
     )
     other = next((place for name, place in elsewhere.items() if name != mark), None)
-    if other and mark not in elsewhere:
-        text += f' beside "{other[1]}" in line {other[0]}'
-    elif whole:
-        text += f' beside "{whole[1]}" in line {whole[0]}'
+    contrast = other if other and mark not in elsewhere else whole
+    if contrast:
+        text += f'; line {contrast[0]} has "{contrast[1]}"'
     return f"{text}; {REMEDY}"
 
 
@@ -201,10 +201,6 @@ def _two_marks(column: Examples) -> str:
     marked = {kind: place for kind, place in column.items() if "comma" in kind or "dot" in kind or "sign" in kind}
     told = " and ".join(f'"{cell}" in line {line}' for line, cell in sorted(marked.values())[:3])
     return f"{told} are written in different ways; {REMEDY}"
-
-
-def _as_decimal(cell: str) -> str:
-    return cell.replace(",", ".")
 
 
 def _as_whole(cell: str) -> str:
