@@ -148,7 +148,8 @@ def _columns(table: Table, hints: Hints) -> list[int]:
 def _is_clock(table: Table, index: int) -> bool:
     """Tell whether a column has to be the time: the first of an ordered file that has no other clock."""
     clocked = any(is_time(column) or column.clock for column in table.columns)
-    return table.is_ordered and index == 0 and not clocked
+    stated = table.columns[index].stated_unit
+    return table.is_ordered and index == 0 and not clocked and (stated is None or _measures(stated, "time"))
 
 
 def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
@@ -159,7 +160,7 @@ def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
     if beside or hints.sample_rate_hz is not None:
         return beside
     if index > 0 and _is_clock(table, 0) and _rises(table, 0):
-        return ChosenColumn(index=0, quantity="time", scale=1.0)
+        return _in_si(table, 0, "time", "time", table.columns[0].stated_unit)
     raise table.error("no time column; give --sample-rate-hz")
 
 
