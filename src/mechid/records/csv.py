@@ -43,6 +43,8 @@ WHOLE_BYTES = 1 << 26
 """Size of a file up to which it is parsed at once."""
 AT_ONCE = 1 << 17
 """Lines of a longer one that are parsed together."""
+PIECE = 1 << 22
+"""Letters that are searched together."""
 TAIL = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""
 CLOCK_TIME = re.compile(r"\d:\d\d|\d{4}-\d\d-\d\d|\d\d?[./]\d\d?[./]\d{2,4}")
@@ -136,8 +138,9 @@ class CsvTable:
     def _has_unusual_marks(self) -> bool:
         """Whether the samples hold marks that plain numbers of this dialect do not."""
         with self.path.open(encoding=self.dialect.encoding) as file:
-            rest = islice(file, self.dialect.head_lines, None)
-            pieces = iter(lambda: "".join(islice(rest, AT_ONCE)), "")
+            for _ in range(self.dialect.head_lines):
+                file.readline()
+            pieces = iter(lambda: file.read(PIECE), "")
             return has_unusual_marks(pieces, self.dialect.separator, decimal_comma=self.dialect.decimal_comma)
 
     @cached_property
@@ -248,7 +251,7 @@ class CsvTable:
         if CLOCK_TIME.search(text):
             return f"{said} but a time of day; export the seconds since the first sample instead"
         if NUMBER.fullmatch(text.strip()):
-            return f"{said} that is read; {REMEDY}"
+            return f'"{text.strip()[:40]}" is written with grouped digits; {REMEDY}'
         if not text.isascii():
             return f'{said} in plain letters; export the file with the digits 0 to 9, ".", "-" and no other signs'
         return said
