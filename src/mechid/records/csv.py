@@ -43,7 +43,7 @@ WHOLE_BYTES = 1 << 26
 """Size of a file up to which it is parsed at once."""
 AT_ONCE = 1 << 17
 """Lines of a longer one that are parsed together."""
-PIECE = 1 << 22
+PIECE = 1 << 18
 """Letters that are searched together."""
 TAIL = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""

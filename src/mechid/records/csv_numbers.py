@@ -42,8 +42,8 @@ THOUSANDTHS = 1e-6
 """Distance from a multiple of 0.001, in thousandths, up to which a number is one."""
 _SIGNS = ("'", "’", "\x92", "\xa0", "\u2007", "\u2009", "\u202f", "â\x80")
 _SPACED, _TWO_GROUPS = re.compile(r"\d \d{3}"), re.compile(r",\d{2,3},")
-FEW = 4096
-"""First values, most of which tell already."""
+AT_ONCE = 65536
+"""Values that are looked at together; the first ones mostly tell."""
 REMEDY = "export the numbers without digit grouping and with one decimal sign"
 
 Examples = dict[str, tuple[int, str]]
@@ -156,13 +156,17 @@ def may_be_grouped(values: FloatArray, *, whole: bool) -> bool:
     whole : bool
         Whether whole numbers alone are doubtful too: in a file of decimal commas 2 may be written ``2,000``.
     """
-    if values.size > FEW and not may_be_grouped(values[:FEW], whole=True):
-        return False
-    size = np.abs(values[np.isfinite(values)])
-    fraction = size != np.rint(size)
-    thousandths = size * 1000.0
-    excluded = (size >= 1000.0) | (fraction & (size < 1.0)) | (np.abs(thousandths - np.rint(thousandths)) > THOUSANDTHS)
-    return (whole or bool(np.any(fraction))) and not bool(np.any(excluded))
+    doubtful = whole
+    for start in range(0, values.size, AT_ONCE):
+        size = np.abs(values[start : start + AT_ONCE])
+        size = size[np.isfinite(size)]
+        fraction = size != np.rint(size)
+        thousandths = size * 1000.0
+        is_fine = np.abs(thousandths - np.rint(thousandths)) > THOUSANDTHS
+        if np.any((size >= 1000.0) | (fraction & (size < 1.0)) | is_fine):
+            return False
+        doubtful = doubtful or bool(np.any(fraction))
+    return doubtful
 
 
 def _one_group_or_decimals(column: Examples, mark: str, elsewhere: Mapping[str, tuple[int, str]]) -> Notation | str:

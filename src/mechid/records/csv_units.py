@@ -71,7 +71,7 @@ def is_line_of_units(cells: Sequence[str], *, whole: bool = True) -> bool:
     (True, False)
     """
     stated = [cell for cell in map(bare_unit, cells) if cell.lower() not in NO_UNIT]
-    if not stated or not all(map(_is_short, stated)):
+    if not all(map(_is_short, stated)) or not any(map(_is_listed, stated)):
         return False
     measured = [cell for cell in stated if is_unit(cell)]
     known = len(measured) + sum(cell not in measured and OTHER_UNITS.fullmatch(cell) is not None for cell in stated)
@@ -194,10 +194,16 @@ def _unit_of(match: re.Match[str]) -> str | None:
     return None
 
 
+def _is_listed(text: str) -> bool:
+    """Tell whether a text is one of the units that instruments write most: without Pint, which takes long to load."""
+    joined = re.sub(r"[\s·*.-]", "", text)
+    listed = any(name == "x" and unit for name, unit in (split_header(f"x_{word}") for word in (text, joined)))
+    return listed or joined.lower().startswith("sec") or any(unit_within(joined, quantity) for quantity in SI_UNIT)
+
+
 def _is_no_word(text: str) -> bool:
     """Tell whether a unit may stand in a sentence without brackets: ``a`` and ``das`` are units of time to Pint."""
-    listed = split_header(f"x_{text}")[1] is not None or any(unit_within(text, quantity) for quantity in SI_UNIT)
-    return listed or len(text) > LONGEST_PARTICLE or not text.isalpha()
+    return _is_listed(text) or len(text) > LONGEST_PARTICLE or not text.isalpha()
 
 
 def _doubt(found: Sequence[StatedUnit], line: Line) -> None:
