@@ -6,7 +6,7 @@ import pytest
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
 from mechid.records.bare import read_bare
-from mechid.records.csv_units import is_line_of_units, stated_units
+from mechid.records.csv_units import bare_unit, is_line_of_units, stated_units
 
 TIME = np.arange(40) / 1000.0
 TORQUE = np.sin(np.arange(40.0))
@@ -38,6 +38,7 @@ STATED = {
     "line above the names": ("ms,mNm\nTime,Torque", ","),
     "line above in brackets": ("[ms] [N mm]\ntime torque", " "),
     "line above, others between": ("ms;mNm\nraw;raw\nZeit;Mz", ";"),
+    "line above with a product": ("ms,mN*m\nTime,Torque", ","),
     "line below the names": ("time torque\nms mNm", " "),
     "line below as a comment": ("time,torque\n# ms, mNm", ","),
     "sentence below": ("time,torque\n# torque in mNm, time in ms", ","),
@@ -80,6 +81,7 @@ ASKED = {
     ),
     "line and name": ("ms,mNm\ntime [ms],torque [Nm]", 'the file states two units, "mNm" and "Nm"'),
     "a unit of something else": ("s,V\ntime,torque", 'unit "V" does not measure torque'),
+    "percent": ("s,%\ntime,torque", 'unknown unit "%" for torque'),
     "a unit that nobody knows": ("s,foo\ntime,torque", 'unknown unit "foo" for torque'),
 }
 
@@ -90,6 +92,11 @@ def test_a_unit_in_doubt_is_asked_about(name, tmp_path):
     with pytest.raises(RecordError) as caught:
         read(file(tmp_path, head))
     assert words in str(caught.value)
+
+
+def test_a_product_in_a_unit_is_no_mark_of_a_comment():
+    assert bare_unit("[mN*m]") == "mN*m"
+    assert bare_unit("# [m/s]") == "m/s"
 
 
 def test_the_campaign_answers_what_is_asked(tmp_path):

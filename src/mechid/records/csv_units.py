@@ -16,7 +16,7 @@ from mechid.units import SI_UNIT, is_unit, split_header, to_si_factor, unit_with
 Line = tuple[int, str]
 """Number from 1, and text."""
 Splitter = Callable[[str], Sequence[str]]
-COMMENT = re.compile(r"\s*(?:#+|%+|//+|!+|\*+|rem\b)[\s:]*", re.IGNORECASE)
+COMMENT = re.compile(r"\A\s*(?:#+|%+|//+|!+|\*+|rem\b)[\s:]*", re.IGNORECASE)
 """What begins a comment."""
 LABEL = re.compile(
     r"[\s\"\[(]*(?:(?:channel|column|y|x|signal|kanal)s?[ _-]?)?"
@@ -34,8 +34,8 @@ LONGEST_UNIT = 16
 LONGEST_PARTICLE = 3
 """Letters of a word that may be a unit to Pint by chance."""
 ALIASES = (
-    ("time", re.compile(r"t|tout|time|zeit|temps|tempo", re.IGNORECASE)),
-    ("torque", re.compile(r"(?:\w* ?torque|\w*moment|couple|coppia|m[xyz]?)", re.IGNORECASE)),
+    re.compile(r"t|tout|time|zeit|temps|tempo", re.IGNORECASE),
+    re.compile(r"\w* ?torque|\w*moment|couple|coppia|m[xyz]?", re.IGNORECASE),
 )
 """Names of one quantity in the languages of instruments: a comment may use another than the header."""
 _JOIN = r"(?:\s*(?:columns?|channels?|values?|data|is|are|was|recorded|measured|given|stated|gemessen|wird|ist))*"
@@ -82,7 +82,7 @@ def is_line_of_units(cells: Sequence[str], *, whole: bool = True) -> bool:
 
 def bare_unit(cell: str) -> str:
     """Return a unit without brackets, quotes and the mark of a comment."""
-    return COMMENT.sub("", cell, count=1).strip().strip("[]()\"' ")
+    return (COMMENT.sub("", cell, count=1) or cell).strip().strip("[]()\"' ")
 
 
 def is_comment(line: str) -> bool:
@@ -179,7 +179,7 @@ def _add_by_name(found: Sequence[StatedUnit], names: Sequence[str], line: Line) 
 def _names_for(name: str, names: Sequence[str]) -> list[str]:
     """Return patterns of what a column may be called: its name, and its quantity's where no other column has it."""
     patterns = [re.escape(name.strip())] if name.strip() else []
-    for _, alias in ALIASES:
+    for alias in ALIASES:
         if alias.fullmatch(name.strip()) and sum(bool(alias.fullmatch(split_header(n)[0].strip())) for n in names) == 1:
             patterns.append(alias.pattern)
     return patterns
