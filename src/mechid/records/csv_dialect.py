@@ -6,7 +6,7 @@ import codecs
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import islice, pairwise
 from pathlib import Path
@@ -16,11 +16,13 @@ from mechid.records.csv_numbers import is_number
 from mechid.records.csv_units import (
     COMMENT,
     Splitter,
+    StatedUnit,
     bare_unit,
     is_comment,
     is_line_of_units,
     speaks_of,
     stated_units,
+    unit_behind_in,
 )
 from mechid.records.table import Column
 
@@ -102,19 +104,26 @@ def sniff(path: Path, label: str) -> Dialect:
     headers = _uncommented(split(before[place][1])) if before else ("",) * len(cells)
     _refuse_other_width(label, headers, cells)
     others = [line for k, line in enumerate(before) if k != place]
-    header = before[place][0] if before else 0
-    stated = stated_units(headers, others, split, header)
-    if before and is_line_of_units(headers):
-        stated = [replace(one, unit=bare_unit(name)) for one, name in zip(stated, headers, strict=True)]
+    stated = stated_units(headers, others, split, before[place][0] if before else 0)
     return Dialect(
         encoding=encoding,
         separator=separator,
         decimal_comma=decimal_comma,
-        columns=tuple(
-            Column(name=name, unit=one.unit, unit_doubts=one.doubts) for name, one in zip(headers, stated, strict=True)
-        ),
+        columns=_columns(headers, stated),
         head_lines=number - 1,
         preamble=tuple((at, line.strip()) for at, line in others),
+    )
+
+
+def _columns(names: Sequence[str], stated: Sequence[StatedUnit]) -> tuple[Column, ...]:
+    """Return the columns: a header may consist of units alone, or end in them as ``Zeit in ms``."""
+    if any(names) and is_line_of_units(names):
+        units: Sequence[str | None] = [bare_unit(name) for name in names]
+    else:
+        units = [one.unit or unit_behind_in(name) for name, one in zip(names, stated, strict=True)]
+    return tuple(
+        Column(name=name, unit=unit, unit_doubts=one.doubts)
+        for name, unit, one in zip(names, units, stated, strict=True)
     )
 
 

@@ -126,15 +126,16 @@ def notation_of(examples: Sequence[Examples], index: int) -> Notation | str:
         The column.
     """
     column = examples[index]
-    # a mark that groups digits here and is the decimal sign of another column is of two programs, or misread
     grouping = {kind.split("_")[1] for kind in column if kind.startswith("grouped")}
     decimal = _decimals(column)
     either = {kind.split("_")[1] for kind in column if kind.startswith(("either", "round"))}
     elsewhere = {mark: place for other in examples if other is not column for mark, place in _decimals(other).items()}
     if grouping:
         left = set(decimal) | (either - grouping)
-        if len(grouping) > 1 or len(left) > 1 or grouping & (set(decimal) | set(elsewhere)):
+        if len(grouping) > 1 or len(left) > 1 or grouping & set(decimal):
             return _two_marks(column)
+        if grouping & set(elsewhere):  # what groups digits here is the decimal sign of another column
+            return _two_marks({**column, **{f"other_{mark}": place for mark, place in elsewhere.items()}})
         return Notation(MARKS[left.pop()] if left else ".", MARKS[grouping.pop()])
     marks = set(decimal) | either
     if len(marks) > 1:

@@ -31,6 +31,8 @@ OTHER_UNITS = re.compile(
 )
 """Units of what no channel measures: beside them a line of units is one."""
 LONGEST_UNIT = 16
+LONGEST_UNKNOWN = 8
+"""Letters of a unit and of one that nobody knows: longer ones are words."""
 LONGEST_PARTICLE = 3
 """Letters of a word that may be a unit to Pint by chance."""
 ALIASES = (
@@ -38,13 +40,19 @@ ALIASES = (
     re.compile(r"\w* ?torque|\w*moment|couple|coppia|m[xyz]?", re.IGNORECASE),
 )
 """Names of one quantity in the languages of instruments: a comment may use another than the header."""
-_JOIN = r"(?:\s*(?:columns?|channels?|values?|data|is|are|was|recorded|measured|given|stated|gemessen|wird|ist))*"
-_TOKEN = r"(?P<unit>[^\s\[\](),;:=|]+(?: [^\s\[\](),;:=|\d]+)?)"
-_STATEMENT = _JOIN + rf"\s*(?:\[(?P<square>[^\]]+)\]|\((?P<round>[^)]+)\)|(?:\bin\b|\ben\b|[:=/])\s*{_TOKEN})"
-_VALUE = re.compile(r"[\])]?[\s:=;,|]*[+-]?[\d.]*\d")
-_ANYWHERE = re.compile(
-    rf"\[(?P<square>[^\]]+)\]|\((?P<round>[^)]+)\)|(?:\bin\b|\ben\b|[:=])\s*{_TOKEN}|(?P<word>[^\s,;:=()\[\]]+)"
+_JOIN = (
+    r"(?:\s*(?:columns?|channels?|values?|data|axis|base|stamps?|units?|einheit(?:en)?"
+    r"|is|are|was|recorded|measured|given|stated|gemessen|wird|ist))*"
 )
+_TOKEN = r"(?P<unit>[^\s\[\](),;:=|]+(?: [^\s\[\](),;:=|\d]+)?)"
+_BRACKETS = r"\[(?P<square>[^\]]+)\]|\((?P<round>[^)]+)\)"
+_STATEMENT = _JOIN + rf"\s*(?:{_BRACKETS}|(?:\bin\b|\ben\b|[:=/])\s*{_TOKEN})"
+_LABELLED = _JOIN + rf"\s*(?:{_BRACKETS}|(?:\bin\b|[:=/;,|])?\s*{_TOKEN})"
+"""The same in a line that speaks of units: ``Time unit;ms``, ``units: time ms, torque mNm``."""
+_SPEAKS_OF_UNITS = re.compile(r"\b(?:[hvxy]?_?units?|einheit(?:en)?)\b", re.IGNORECASE)
+_VALUE = re.compile(r"[\])]?[\s:=;,|]*[+-]?\d[\d.]*(?:[eE][+-]?\d+)?\s*(?:$|[;,|\t])")
+"""A number behind a unit, which is then that of a setting."""
+_ANYWHERE = re.compile(rf"{_BRACKETS}|(?:\bin\b|\ben\b|[:=])\s*{_TOKEN}|(?P<word>[^\s,;:=()\[\]]+)")
 
 
 @dataclass
@@ -74,10 +82,12 @@ def is_line_of_units(cells: Sequence[str], *, whole: bool = True) -> bool:
     if not all(map(_is_short, stated)) or not any(map(_is_listed, stated)):
         return False
     measured = [cell for cell in stated if is_unit(cell)]
-    known = len(measured) + sum(cell not in measured and OTHER_UNITS.fullmatch(cell) is not None for cell in stated)
-    if known == len(stated):
+    unknown = [cell for cell in stated if cell not in measured and OTHER_UNITS.fullmatch(cell) is None]
+    if not unknown:
         return bool(measured)
-    return not whole and 2 * known >= len(stated) and any(_measures(cell, "time") for cell in measured)
+    if whole or 2 * len(unknown) > len(stated) or max(map(len, unknown)) > LONGEST_UNKNOWN:
+        return False
+    return any(_measures(cell, "time") for cell in measured)
 
 
 def bare_unit(cell: str) -> str:
@@ -163,10 +173,11 @@ def _add_by_name(found: Sequence[StatedUnit], names: Sequence[str], line: Line) 
     """Add the units that a line states of columns by their names, as ``torque in mNm``; return the rest of the line."""
     number, text = line
     left = text
+    statement = _LABELLED if _SPEAKS_OF_UNITS.search(text) else _STATEMENT
     for column, name in zip(found, names, strict=True):
         bare, in_name = split_header(name)
-        for words in _names_for(bare, names):
-            for match in re.finditer(rf"(?<![\w-])(?:{words})(?![\w-]){_STATEMENT}", text, re.IGNORECASE):
+        for called in _names_for(bare, names):
+            for match in re.finditer(rf"(?<![\w-])(?:{called})(?![\w-]){statement}", text, re.IGNORECASE):
                 unit = _unit_of(match)
                 if unit is None or _VALUE.match(text, match.end()):
                     continue
@@ -207,16 +218,45 @@ def _is_no_word(text: str) -> bool:
 
 
 def _doubt(found: Sequence[StatedUnit], line: Line) -> None:
-    """Keep the words of a line that may be a unit other than SI of any column, but not those beside a number."""
+    """Keep the units of a line that may be those of any column: other than SI, or of what a column does not measure."""
     number, text = line
-    for match in _ANYWHERE.finditer(text):
-        if _VALUE.match(text, match.end()) or re.search(r"\d\s*$", text[: match.start()]):
-            continue
-        unit = unit_within(match["word"], "torque") if match["word"] else _unit_of(match)
-        for quantity in SI_UNIT if unit else ():
-            if unit and _measures(unit, quantity) and to_si_factor(unit, quantity) != 1.0:
+    channels = _cells_that_are_units(text) if _SPEAKS_OF_UNITS.search(text) else []
+    for unit in (*_units_in_words(text), *channels):
+        is_of_channel = unit in channels and not _measures(unit, "time")
+        for quantity in SI_UNIT:
+            is_si = _measures(unit, quantity) and to_si_factor(unit, quantity) == 1.0
+            if not is_si and (_measures(unit, quantity) or (is_of_channel and quantity != "time")):
                 for column in found:
                     column.doubts.setdefault(quantity, f'line {number} says "{unit}"')
+
+
+def _cells_that_are_units(text: str) -> list[str]:
+    return [cell.strip() for cell in _by_marks(text) if _is_listed(cell.strip()) and is_unit(cell.strip())]
+
+
+def _units_in_words(text: str) -> list[str]:
+    """Return the units of a line that are not those of a number, as in ``range 200 mNm`` or ``Duration [min]: 5``."""
+    alone = bare_unit(text)
+    found = [alone] if _is_short(alone) and _is_listed(alone) else []
+    for match in _ANYWHERE.finditer(text):
+        is_value = match["word"] and re.search(r"\d\s*$", text[: match.start()])
+        if not is_value and not _VALUE.match(text, match.end()):
+            unit = unit_within(match["word"], "torque") if match["word"] else _unit_of(match)
+            found += [unit] if unit else []
+    return found
+
+
+def unit_behind_in(name: str) -> str | None:
+    """Return the unit that a name ends in behind a word, as in ``Zeit in ms``; None where brackets state one.
+
+    Examples
+    --------
+    >>> unit_behind_in("Zeit in ms"), unit_behind_in("torque in mNm filtered"), unit_behind_in("plug in")
+    ('ms', None, None)
+    """
+    found = re.fullmatch(r".*\S\s+(?:in|en)\s+(\S+(?: \S+)?)\s*", name)
+    unit = found[1] if found and split_header(name)[1] is None else None
+    return unit if unit and _is_listed(unit) and is_unit(unit) else None
 
 
 def _measures(unit: str, quantity: str) -> bool:

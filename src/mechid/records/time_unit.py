@@ -101,8 +101,8 @@ def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series
     """
     stated = table.columns[time.index].stated_unit
     as_stated = TimeUnit(time.scale, rounding_s=_rounding(stamps, time.scale))
-    if stamps.size < 2 or (spec.time is not None and spec.time.unit):
-        return as_stated
+    if stamps.size < 2 or time.scale != 1.0 or (spec.time is not None and spec.time.unit):
+        return as_stated  # by a unit other than seconds, or by the campaign
     start = sample_at(stamps, 0)
     usual = float(np.median(np.diff(stamps[:MOST_STAMPS])))
     mean = (sample_at(stamps, stamps.size - 1) - start) / (stamps.size - 1)
@@ -115,8 +115,6 @@ def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series
             _refuse_fast(table, label, mean, calendar)
         return as_stated
     if stated is not None:
-        if time.scale != 1.0:
-            return as_stated
         raise table.error(
             f'{label}: says "{stated}", but {start:.12g} and the next numbers are {calendar.unit} ({calendar.name}); '
             "correct the header"
