@@ -43,6 +43,8 @@ WHOLE_BYTES = 1 << 26
 """Size of a file up to which it is parsed at once."""
 AT_ONCE = 1 << 17
 """Lines of a longer one that are parsed together."""
+LOCAL_SEPARATORS = (";", "\t")
+"""Beside these a number may be grouped by a point or a comma without quotes."""
 PIECE = 1 << 18
 """Letters that are searched together."""
 TAIL = 1 << 15
@@ -95,7 +97,7 @@ class CsvTable:
         except ValueError as error:
             raise self._fault(wanted, notations) or self.error(str(error)[:120]) from None
         found = [parsed[f"c{index}"] for index in wanted]
-        if any(may_be_grouped(values, whole=self.dialect.decimal_comma) for values in found):
+        if any(may_be_grouped(values, whole=self.dialect.separator in LOCAL_SEPARATORS) for values in found):
             self._notations(wanted)
         return [values[rows] for values in found]
 
@@ -110,7 +112,7 @@ class CsvTable:
         for parsed in self._parsed_blocks(wanted):
             found = [parsed[f"c{index}"] for index in wanted]
             doubtful = [
-                doubt and may_be_grouped(values, whole=self.dialect.decimal_comma)
+                doubt and may_be_grouped(values, whole=self.dialect.separator in LOCAL_SEPARATORS)
                 for doubt, values in zip(doubtful, found, strict=True)
             ]
             inside = slice(max(start - first, 0), max(stop - first, 0))
@@ -161,7 +163,7 @@ class CsvTable:
         """
         found = {}
         for index in wanted:
-            notation = notation_of(self._examples, index)
+            notation = notation_of(self._examples, index, self.dialect.separator)
             if isinstance(notation, str):
                 raise self.error(f"{column_label(self.columns, index)}: {notation}")
             found[index] = notation

@@ -115,7 +115,7 @@ def note_kinds(examples: Sequence[Examples], line: int, cells: Sequence[str]) ->
             column[found.lastgroup] = (line, cell)
 
 
-def notation_of(examples: Sequence[Examples], index: int) -> Notation | str:
+def notation_of(examples: Sequence[Examples], index: int, separator: str | None) -> Notation | str:
     """Return the notation of a column, or the reason why its numbers can be read in two ways.
 
     Parameters
@@ -124,6 +124,8 @@ def notation_of(examples: Sequence[Examples], index: int) -> Notation | str:
         Of all columns: one column may tell the decimal sign of the file.
     index : int
         The column.
+    separator : str or None
+        Between the file's cells: commas and white space go with decimal points.
     """
     column = examples[index]
     grouping = {kind.split("_")[1] for kind in column if kind.startswith("grouped")}
@@ -145,7 +147,7 @@ def notation_of(examples: Sequence[Examples], index: int) -> Notation | str:
     mark = marks.pop()
     if decimal or "long" in column:
         return Notation(MARKS[mark])
-    return _one_group_or_decimals(column, mark, elsewhere)
+    return _one_group_or_decimals(column, mark, elsewhere, separator)
 
 
 def may_be_grouped(values: FloatArray, *, whole: bool) -> bool:
@@ -155,7 +157,7 @@ def may_be_grouped(values: FloatArray, *, whole: bool) -> bool:
     ----------
     values : ndarray of shape (N,)
     whole : bool
-        Whether whole numbers alone are doubtful too: in a file of decimal commas 2 may be written ``2,000``.
+        Whether whole numbers alone are doubtful too: the only grouped one may be ``2,000``, read as 2.
     """
     doubtful = whole
     for start in range(0, values.size, AT_ONCE):
@@ -170,7 +172,9 @@ def may_be_grouped(values: FloatArray, *, whole: bool) -> bool:
     return doubtful
 
 
-def _one_group_or_decimals(column: Examples, mark: str, elsewhere: Mapping[str, tuple[int, str]]) -> Notation | str:
+def _one_group_or_decimals(
+    column: Examples, mark: str, elsewhere: Mapping[str, tuple[int, str]], separator: str | None
+) -> Notation | str:
     """Decide over a column in which every marked number is like ``1,025``.
 
     Whole numbers of three digits beside them speak for thousands: with decimals these would be written too.
@@ -178,7 +182,8 @@ def _one_group_or_decimals(column: Examples, mark: str, elsewhere: Mapping[str, 
     cell_line, cell = column.get(f"either_{mark}") or column[f"round_{mark}"]
     whole = column.get("hundreds") or column.get("short")
     grouped = "hundreds" in column or (bool(whole) and f"round_{mark}" in column and mark not in elsewhere)
-    if not grouped and (mark in elsewhere or (mark == "dot" and not elsewhere)):
+    is_usual = mark == "dot" and not elsewhere and (whole is None or separator in (",", None))
+    if not grouped and (mark in elsewhere or is_usual):
         return Notation(MARKS[mark])
     text = (
         f'line {cell_line}: "{cell}" may be {_as_whole(cell)} with digits grouped by thousands, or '
