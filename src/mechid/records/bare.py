@@ -21,6 +21,7 @@ from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
 from mechid.records.table import Clock, Table, column_label
+from mechid.records.time_unit import time_unit
 from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
 from mechid.units import SI_UNIT, si_unit, to_si_factor
@@ -149,7 +150,9 @@ def _columns(table: Table, hints: Hints) -> list[int]:
 def _is_clock(table: Table, index: int) -> bool:
     """Tell whether a column has to be the time: the first of an ordered file that has no other clock."""
     clocked = any(is_time(column) or column.clock for column in table.columns)
-    return table.is_ordered and index == 0 and not clocked and not is_row_number(table.columns)
+    stated = table.columns[index].stated_unit
+    may_be_time = not is_row_number(table.columns) and (stated is None or _measures(stated, "time"))
+    return table.is_ordered and index == 0 and not clocked and may_be_time
 
 
 def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
@@ -160,7 +163,7 @@ def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
     if beside or hints.sample_rate_hz is not None:
         return beside
     if index > 0 and _is_clock(table, 0) and _rises(table, 0):
-        return ChosenColumn(index=0, quantity="time", scale=1.0)
+        return _in_si(table, 0, "time", "time", table.columns[0].stated_unit)
     raise table.error("no time column; give --sample-rate-hz")
 
 
@@ -278,7 +281,7 @@ def _finite_span(table: Table, group: _Group, hints: Hints) -> tuple[float, floa
     if ends[0] == 0 and ends[1] == arrays[0].size - 1:
         return None
     if layout.time:
-        times = arrays[0][ends] * layout.time.scale
+        times = time_unit(table, layout.time, RecordSpec(name="", path=""), arrays[0]).seconds(arrays[0][ends])
     else:
         clock = layout.clock or Clock(0.0, hints.sample_rate_hz or 1.0)
         times = clock.start_s + ends / clock.rate_hz

@@ -14,6 +14,8 @@ JITTER = 1e-3
 """How far a time stamp may be off the regular clock, in sample intervals."""
 JITTER_OF_ROUNDED = 0.25
 """The same where the stamps were printed with too few digits for `JITTER`."""
+MOST_ROUNDED = 0.2
+"""Part of a digit that floating point may take before the digit cannot be told."""
 WHOLE_RATE = 1e-6
 """Relative distance at which a rate is taken for a whole number of hertz."""
 SHORTEST_S, LONGEST_S = 1e-12, 1e12
@@ -32,7 +34,9 @@ def refuse_no_clock(table: Table, clock: Clock) -> None:
         )
 
 
-def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: int = 0) -> Clock:
+def read_clock(
+    table: Table, time: Series, rate_hz: float | None = None, first: int = 0, *, rounding_s: float = 0.0
+) -> Clock:
     """Return the clock that the time stamps follow.
 
     Parameters
@@ -45,6 +49,8 @@ def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: 
         Rate that the campaign states; the stamps have to agree with it to half an interval.
     first : int
         Row of the file that the first stamp stands in, for messages.
+    rounding_s : float
+        How far stamps that were converted from another unit may be off by their digits there.
 
     Raises
     ------
@@ -56,16 +62,16 @@ def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: 
     _refuse_back(table, time, first)
     if rate_hz is not None:
         refuse_no_clock(table, Clock(0.0, rate_hz))
-        _refuse_contradiction(table, time, rate_hz, first)
+        _refuse_contradiction(table, time, rate_hz, first, rounding_s)
         return Clock(sample_at(time, 0), rate_hz)
     _refuse_repeated(table, time, first)
     interval = _span(time) / (time.size - 1)
     if not SHORTEST_S <= interval <= LONGEST_S:
         raise table.error(f"its time stamps lie {interval:.3g} s apart on the average; is their unit right?")
-    unresolved = max(_printed_rounding(time, interval), _binary_rounding(time))
+    unresolved = max(_printed_rounding(time, interval), _binary_rounding(time), rounding_s)
     allowed = max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
     _refuse_jitter(table, time, interval, allowed, first)
-    return Clock(sample_at(time, 0), _mean_rate(time, allowed))
+    return Clock(sample_at(time, 0), _mean_rate(time, allowed, rounding_s))
 
 
 def refuse_row_numbers(table: Table, time: Series, label: str) -> None:
@@ -94,10 +100,10 @@ def refuse_not_increasing(table: Table, time: Series, first: int = 0) -> None:
     _refuse_repeated(table, time, first)
 
 
-def _mean_rate(time: Series, allowed: float) -> float:
+def _mean_rate(time: Series, allowed: float, rounding_s: float) -> float:
     """Return the mean rate, or the whole number of hertz that is all but the same."""
     span = _span(time)
-    near = max(min(WHOLE_RATE, allowed / span), _binary_rounding(time) / span)
+    near = max(min(WHOLE_RATE, allowed / span), _binary_rounding(time) / span, 2.0 * rounding_s / span)
     return whole_rate((time.size - 1) / span, near)
 
 
@@ -147,9 +153,9 @@ def _refuse_jitter(table: Table, time: Series, interval: float, allowed: float, 
     )
 
 
-def _refuse_contradiction(table: Table, time: Series, rate_hz: float, first: int) -> None:
+def _refuse_contradiction(table: Table, time: Series, rate_hz: float, first: int, rounding_s: float) -> None:
     interval = 1.0 / rate_hz
-    allowed = max(0.5 * interval, _printed_rounding(time, interval))
+    allowed = max(0.5 * interval, _printed_rounding(time, interval), rounding_s)
     row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
     if row is not None:
         raise table.error(
@@ -175,17 +181,21 @@ def _printed_rounding(time: Series, interval: float) -> float:
 
     None where the interval is a multiple of the last digit, from the first stamp to the last.
     """
-    digit = _last_digit(time)
+    digit = last_digit(time)
     multiple = interval / digit if digit else 0.0
     return 0.0 if abs(multiple - round(multiple)) * time.size < 1e-3 else 1.001 * digit
 
 
-def _last_digit(time: Series) -> float:
-    """Return the power of ten in s that the stamps are multiples of, 0 where it is below 1 ns."""
-    some = np.concatenate((time[:1000], time[max(time.size - 1000, 0) :])) - sample_at(time, 0)
-    for digits in range(10):
-        scaled = some * 10.0**digits
-        if np.all(np.abs(scaled - np.rint(scaled)) < 1e-3):
+def last_digit(numbers: Series, most: int = 9) -> float:
+    """Return the power of ten that numbers are multiples of, 0 where it is below 10**-most or not to be told."""
+    some = np.concatenate((numbers[:1000], numbers[max(numbers.size - 1000, 0) :]))
+    spacing = 2.0 * float(np.spacing(np.abs(some).max()))
+    for digits in range(most + 1):
+        scaled = (some - some[0]) * 10.0**digits
+        near = max(1e-3, spacing * 10.0**digits)  # a date leaves few digits of a floating-point number to its time
+        if near > MOST_ROUNDED:
+            break
+        if np.all(np.abs(scaled - np.rint(scaled)) < near):
             return float(10.0**-digits)
     return 0.0
 

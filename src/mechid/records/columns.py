@@ -312,6 +312,12 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
             f'{label}: "{word}" in its name may be its unit, and stands where none is read; write its unit in '
             f'the campaign file (unit = "{si_unit(quantity)}" if that is it), or in brackets at the end of its name'
         )
+    doubt = None if channel.unit or in_file else column.unit_doubts.get(quantity)
+    if doubt:
+        raise table.error(
+            f"{label}: states no unit, but {doubt}; write its unit in brackets at the end of its name, or in the "
+            f'campaign file (unit = "{si_unit(quantity)}" if that is it)'
+        )
     twice = [_factor_or_none(unit, quantity) for unit in (in_file, in_name) if unit]
     if None not in twice and len(set(twice)) > 1:
         raise table.error(f'{label}: the file states two units, "{in_file}" and "{in_name}"; correct it')

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
@@ -19,17 +20,33 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.errors import RecordError
-from mechid.records.csv_dialect import Dialect, from_utf8, sniff
+from mechid.records.csv_dialect import Dialect, from_utf8, sniff, split_cells
+from mechid.records.csv_numbers import (
+    NUMBER,
+    REMEDY,
+    Examples,
+    Notation,
+    has_unusual_marks,
+    may_be_grouped,
+    notation_of,
+    note_kinds,
+)
 from mechid.records.memory import refuse_no_room
 from mechid.records.table import ALL, Column, Metadata, column_label
 
 Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[np.void]]
+Notations: TypeAlias = Mapping[int, Notation]
+"""How the numbers of columns are written, by index."""
 LONG_CELL = 20
 """Characters of a cell, its separator included, that is written with more digits than most."""
 WHOLE_BYTES = 1 << 26
 """Size of a file up to which it is parsed at once."""
 AT_ONCE = 1 << 17
 """Lines of a longer one that are parsed together."""
+LOCAL_SEPARATORS = (";", "\t")
+"""Beside these a number may be grouped by a point or a comma without quotes."""
+PIECE = 1 << 18
+"""Letters that are searched together."""
 TAIL = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""
 CLOCK_TIME = re.compile(r"\d:\d\d|\d{4}-\d\d-\d\d|\d\d?[./]\d\d?[./]\d{2,4}")
@@ -74,11 +91,15 @@ class CsvTable:
 
     def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
         """Return `rows` of the `wanted` columns, each a strided view; the whole file is read for it."""
+        notations = self._unusual(wanted)
         try:
-            parsed = self._parse(wanted)
+            parsed = self._parse(wanted, notations)
         except ValueError as error:
-            raise self._fault(wanted) or self.error(str(error)[:120]) from None
-        return [parsed[f"c{index}"][rows] for index in wanted]
+            raise self._fault(wanted, notations) or self.error(str(error)[:120]) from None
+        found = [parsed[f"c{index}"] for index in wanted]
+        if any(may_be_grouped(values, whole=self.dialect.separator in LOCAL_SEPARATORS) for values in found):
+            self._notations(wanted)
+        return [values[rows] for values in found]
 
     def blocks(self, wanted: Sequence[int], rows: slice = ALL) -> Iterator[list[FloatArray]]:
         """Yield the same block after block, a file that is no longer than one at once."""
@@ -87,46 +108,113 @@ class CsvTable:
             return
         start, stop, _ = rows.indices(sys.maxsize)
         first = 0
+        doubtful = [True] * len(wanted)
         for parsed in self._parsed_blocks(wanted):
+            found = [parsed[f"c{index}"] for index in wanted]
+            doubtful = [
+                doubt and may_be_grouped(values, whole=self.dialect.separator in LOCAL_SEPARATORS)
+                for doubt, values in zip(doubtful, found, strict=True)
+            ]
             inside = slice(max(start - first, 0), max(stop - first, 0))
-            yield [parsed[f"c{index}"][inside] for index in wanted]
+            yield [values[inside] for values in found]
             first += parsed.size
             if first >= stop:
                 return
+        if any(doubtful):
+            self._notations(wanted)
 
     def error(self, message: str, row: int | None = None) -> RecordError:
         """Make the error that says file, line of sample `row` and `message`."""
         place = "" if row is None else f" line {next(islice(self._lines(), row, None))[0]}:"
         return RecordError(f"{self.label}:{place} {message}")
 
-    def _parse(self, wanted: Sequence[int]) -> Rows:
-        """Return all rows."""
+    def _unusual(self, wanted: Sequence[int]) -> Notations | None:
+        """Return the notations of columns where cells have to be rewritten for NumPy; None where lines suffice."""
+        if not self._has_unusual_marks:
+            return None
+        notations = self._notations(wanted)
+        by_cell = any(n.group or (n.decimal == "," and not self.dialect.decimal_comma) for n in notations.values())
+        return notations if by_cell else None
+
+    @cached_property
+    def _has_unusual_marks(self) -> bool:
+        """Whether the samples hold marks that plain numbers of this dialect do not."""
         with self.path.open(encoding=self.dialect.encoding) as file:
-            lines = (line.replace(",", ".") for line in file) if self.dialect.decimal_comma else self.path
-            return self._parsed(lines, wanted, self.dialect.head_lines)
+            for _ in range(self.dialect.head_lines):
+                file.readline()
+            pieces = iter(lambda: file.read(PIECE), "")
+            return has_unusual_marks(pieces, self.dialect.separator, decimal_comma=self.dialect.decimal_comma)
+
+    @cached_property
+    def _examples(self) -> tuple[Examples, ...]:
+        """The ways in which the numbers of each column are written."""
+        examples: tuple[Examples, ...] = tuple({} for _ in self.columns)
+        for number, line in self._lines():
+            note_kinds(examples, number, split_cells(line, self.dialect.separator))
+        return examples
+
+    def _notations(self, wanted: Sequence[int]) -> Notations:
+        """Return how the numbers of columns are written.
+
+        Raises
+        ------
+        RecordError
+            They can be read in two ways.
+        """
+        found = {}
+        for index in wanted:
+            notation = notation_of(self._examples, index, self.dialect.separator)
+            if isinstance(notation, str):
+                raise self.error(f"{column_label(self.columns, index)}: {notation}")
+            found[index] = notation
+        return found
+
+    def _parse(self, wanted: Sequence[int], notations: Notations | None) -> Rows:
+        """Return all rows."""
+        if notations is None and not self.dialect.decimal_comma:
+            return self._parsed(self.path, wanted, self.dialect.separator, self.dialect.head_lines)
+        with self.path.open(encoding=self.dialect.encoding) as file:
+            return self._parsed_lines(islice(file, self.dialect.head_lines, None), wanted, notations)
 
     def _parsed_blocks(self, wanted: Sequence[int]) -> Iterator[Rows]:
         """Yield all rows, so many lines together."""
+        notations = self._unusual(wanted)
         with self.path.open(encoding=self.dialect.encoding) as file:
             rest = islice(file, self.dialect.head_lines, None)
             while lines := list(islice(rest, AT_ONCE)):
-                if self.dialect.decimal_comma:
-                    lines = [line.replace(",", ".") for line in lines]
                 if all(map(self.dialect.is_blank, lines)):
                     continue
                 try:
-                    yield self._parsed(lines, wanted, 0)
+                    yield self._parsed_lines(lines, wanted, notations)
                 except ValueError as error:
-                    raise self._fault(wanted) or self.error(str(error)[:120]) from None
+                    raise self._fault(wanted, notations) or self.error(str(error)[:120]) from None
 
-    def _parsed(self, lines: Path | Iterable[str], wanted: Sequence[int], head_lines: int) -> Rows:
+    def _parsed_lines(self, lines: Iterable[str], wanted: Sequence[int], notations: Notations | None) -> Rows:
+        """Return the rows of lines as the file has them."""
+        if notations is not None:
+            rows = (self._cells(line, notations) for line in lines if not self.dialect.is_blank(line))
+            return self._parsed(map("\t".join, rows), wanted, "\t", 0)
+        if self.dialect.decimal_comma:
+            lines = (line.replace(",", ".") for line in lines)
+        return self._parsed(lines, wanted, self.dialect.separator, 0)
+
+    def _cells(self, line: str, notations: Notations | None) -> list[str]:
+        """Return a line's cells as NumPy parses them."""
+        if notations is None:
+            return self.dialect.cells(line)
+        cells = split_cells(line, self.dialect.separator)
+        return [notations[k].plain(cell) if k in notations else "-" for k, cell in enumerate(cells)]
+
+    def _parsed(
+        self, lines: Path | Iterable[str], wanted: Sequence[int], separator: str | None, head_lines: int
+    ) -> Rows:
         """Return the rows of lines; of a column that is not wanted only the first letter is kept."""
         fields = [(f"c{i}", "f8" if i in wanted else "U1") for i in range(len(self.columns))]
         return np.loadtxt(
             lines,
             dtype=np.dtype(fields),
             encoding=self.dialect.encoding,
-            delimiter=self.dialect.separator,
+            delimiter=separator,
             skiprows=head_lines,
             comments=None,
             quotechar='"',
@@ -140,10 +228,10 @@ class CsvTable:
                 if number > self.dialect.head_lines and not self.dialect.is_blank(line):
                     yield number, line
 
-    def _fault(self, wanted: Sequence[int]) -> RecordError | None:
+    def _fault(self, wanted: Sequence[int], notations: Notations | None) -> RecordError | None:
         """Return the error of the first line that is no row of numbers."""
         for number, line in self._lines():
-            problem = self._problem(self.dialect.cells(line), wanted)
+            problem = self._problem(self._cells(line, notations), wanted)
             if problem:
                 return RecordError(f"{self.label}: line {number}: {problem}")
         return None
@@ -164,6 +252,8 @@ class CsvTable:
         said = f'"{text.strip()[:40]}" is not a number'
         if CLOCK_TIME.search(text):
             return f"{said} but a time of day; export the seconds since the first sample instead"
+        if NUMBER.fullmatch(text.strip()):
+            return f'"{text.strip()[:40]}" is written with grouped digits; {REMEDY}'
         if not text.isascii():
             return f'{said} in plain letters; export the file with the digits 0 to 9, ".", "-" and no other signs'
         return said

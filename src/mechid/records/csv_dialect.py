@@ -5,13 +5,26 @@ from __future__ import annotations
 import codecs
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice, pairwise
 from pathlib import Path
 
 from mechid.errors import RecordError
+from mechid.records.csv_numbers import is_number
+from mechid.records.csv_units import (
+    COMMENT,
+    Splitter,
+    StatedUnit,
+    bare_unit,
+    is_comment,
+    is_line_of_units,
+    speaks_of,
+    stated_units,
+    unit_behind_in,
+)
 from mechid.records.table import Column
-from mechid.units import is_unit
 
 BYTE_ORDER_MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -69,8 +82,7 @@ class Dialect:
 def sniff(path: Path, label: str) -> Dialect:
     """Find out how the file at `path` is written.
 
-    The header is the line before the first sample, or the second before where a line of units stands
-    between.
+    The header is the last line before the first sample that is no line of units and no comment on another one.
 
     Raises
     ------
@@ -79,35 +91,76 @@ def sniff(path: Path, label: str) -> Dialect:
     """
     encoding = _encoding(path)
     lines = _first_lines(path, label, encoding)
-    place = _first_sample(lines, comma=_has_comma(path))
+    place = _first_sample(lines)
     (number, row), before = lines[place], lines[:place]
     separator = _separator(row, before[-1][1] if before else row)
     decimal_comma = separator in (";", "\t") and _has_comma(path)
     cells = split_cells(row, separator)
-    if place == 0 and not all(_is_number(cell, decimal_comma) for cell in cells):
+    if place == 0 and not all(map(is_number, cells)):
         raise RecordError(f"{label}: line {number}: a header, but no samples after it")
-    units, before = _units(before, separator, encoding, len(cells))
-    headers = _headers(before[-1][1], separator, encoding) if before else ("",) * len(cells)
-    if len(headers) == len(cells) + 1 and headers[-1].strip().lower() == UNUSED:
-        headers = headers[:-1]
+    split = partial(_headers, separator=separator)
+    before = [(at, from_utf8(line) if encoding == "latin-1" else line) for at, line in before]
+    place = _names_place([line for _, line in before], split, len(cells))
+    headers = _uncommented(split(before[place][1])) if before else ("",) * len(cells)
     _refuse_other_width(label, headers, cells)
+    others = [line for k, line in enumerate(before) if k != place]
+    stated = stated_units(headers, others, split, before[place][0] if before else 0)
     return Dialect(
         encoding=encoding,
         separator=separator,
         decimal_comma=decimal_comma,
-        columns=tuple(Column(name=name, unit=unit) for name, unit in zip(headers, units, strict=True)),
+        columns=_columns(headers, stated),
         head_lines=number - 1,
-        preamble=tuple((line_number, line.strip()) for line_number, line in before[:-1]),
+        preamble=tuple((at, line.strip()) for at, line in others),
     )
 
 
-def _first_sample(lines: list[tuple[int, str]], *, comma: bool) -> int:
+def _columns(names: Sequence[str], stated: Sequence[StatedUnit]) -> tuple[Column, ...]:
+    """Return the columns: a header may consist of units alone, or end in them as ``Zeit in ms``."""
+    if any(names) and is_line_of_units(names):
+        units: Sequence[str | None] = [bare_unit(name) for name in names]
+    else:
+        units = [one.unit or unit_behind_in(name) for name, one in zip(names, stated, strict=True)]
+    return tuple(
+        Column(name=name, unit=unit, unit_doubts=one.doubts)
+        for name, unit, one in zip(names, units, stated, strict=True)
+    )
+
+
+def _names_place(before: Sequence[str], split: Splitter, columns: int) -> int:
+    """Return which of the lines before the samples names the columns: the last that is no line of units or comment.
+
+    A comment names them where no line as wide stands above it that it speaks of.
+    """
+    units = len(before) - 1
+    for place in reversed(range(len(before))):
+        cells = _uncommented(split(before[place]))
+        is_wide = len(cells) == columns
+        if is_wide and is_line_of_units(cells, whole=False):
+            units = place
+        elif is_comment(before[place]):
+            wide = [line for line in map(split, before[:place]) if len(line) == columns]
+            if is_wide and not (wide and speaks_of(wide[-1], before[place])):
+                return place
+        else:
+            return place if is_wide else units
+    return units
+
+
+def _uncommented(cells: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of columns without the mark of a comment before them and without LabVIEW's unused one."""
+    first = COMMENT.sub("", cells[0], count=1) or cells[0]
+    last = len(cells) - (len(cells) > 1 and cells[-1].strip().lower() == UNUSED)
+    return (first, *cells[1:last])
+
+
+def _first_sample(lines: list[tuple[int, str]]) -> int:
     """Return the place of the first sample among the first lines that are not blank.
 
     It is the first line that begins with a number; where none does, the first of two with a number in some
     cell and as many cells.
     """
-    numbers = [_numbers(line, comma=comma) for _, line in lines]
+    numbers = [list(map(is_number, split_cells(line, _separator(line, line)))) for _, line in lines]
     for place, found in enumerate(numbers):
         if found[:1] == [True]:
             return place
@@ -115,25 +168,6 @@ def _first_sample(lines: list[tuple[int, str]], *, comma: bool) -> int:
         if any(found) and any(following) and len(found) == len(following):
             return place
     return min(1, len(lines) - 1)
-
-
-def _numbers(line: str, *, comma: bool) -> list[bool]:
-    """Return which cells of a line are numbers."""
-    separator = _separator(line, line)
-    decimal_comma = separator in (";", "\t") and comma
-    return [_is_number(cell, decimal_comma) for cell in split_cells(line, separator)]
-
-
-def _units(
-    before: list[tuple[int, str]], separator: str | None, encoding: str, columns: int
-) -> tuple[tuple[str | None, ...], list[tuple[int, str]]]:
-    """Return the units that the last line before the samples states for all columns, and the lines before it."""
-    if len(before) > 1:
-        cells = [cell.strip().strip("[]()") for cell in _headers(before[-1][1], separator, encoding)]
-        stated = [cell for cell in cells if cell not in ("", "-")]
-        if len(cells) == columns and stated and all(map(is_unit, stated)):
-            return tuple(cell if cell in stated else None for cell in cells), before[:-1]
-    return (None,) * columns, before
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
@@ -173,18 +207,8 @@ def _has_comma(path: Path) -> bool:
         return any(b"," in chunk for chunk in iter(lambda: file.read(1 << 20), b""))
 
 
-def _is_number(cell: str, decimal_comma: bool) -> bool:
-    try:
-        float(cell.replace(",", ".") if decimal_comma else cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _headers(line: str, separator: str | None, encoding: str) -> tuple[str, ...]:
+def _headers(line: str, separator: str | None) -> tuple[str, ...]:
     """Return the header's cells; without a separator a unit in brackets stays with its name."""
-    if encoding == "latin-1":
-        line = from_utf8(line)
     if separator is None:
         return tuple(_OUTSIDE_BRACKETS.split(line.strip()))
     return tuple(split_cells(line, separator))

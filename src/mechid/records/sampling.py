@@ -17,6 +17,7 @@ from mechid.records.memory import refuse_no_room
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, Table, column_label
+from mechid.records.time_unit import TimeUnit, time_unit
 from mechid.signal.series import Series
 from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long, pieces_of, room_of, stretch_in_place
 
@@ -35,10 +36,12 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
         The clock is no regular one, samples are missing, or a conditioning cannot be done.
     """
     how = spec.conditioning
-    rows = _rows(table, layout, spec)
+    rows, unit = _rows(table, layout, spec)
     arrays = read_columns(table, [column.index for column in layout.chosen], rows)
-    if rows == ALL and layout.time and how.needed_s:  # a text file, which is read whole
-        rows = _inside(arrays[0], layout.time.scale, how.needed_s)
+    if layout.time and unit is None:
+        unit = time_unit(table, layout.time, spec, arrays[0])
+    if rows == ALL and unit and how.needed_s:  # a text file, which is read whole
+        rows = _inside(arrays[0], unit, how.needed_s)
         arrays = [stretch_in_place(values, rows.start, rows.stop) for values in arrays]
     first = rows.start or 0
     _refuse_empty(table, arrays[0])
@@ -48,7 +51,11 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
         for column, values in zip(layout.channels, channels, strict=True)
     ]
     treatments = limited(layout, how, data)
-    samples = _clocked(table, layout, spec, arrays, data, first)
+    if unit:
+        if unit.treatment:
+            treatments = [unit.treatment, *treatments]
+        _into_seconds(table, layout.chosen[0], arrays[0], unit, first)
+    samples = _clocked(table, layout, spec, unit, arrays, data, first)
     refuse_no_clock(table, samples.clock)
     samples = replace(samples, treatments=(*treatments, *samples.treatments))
     return condition(table, layout, how, samples)
@@ -123,9 +130,11 @@ def _clocked_by_itself(table: Table, index: int) -> Sampling:
 def _stamped(table: Table, time: ChosenColumn) -> Sampling:
     samples, rate_hz = table.columns[time.index].samples, None
     try:
-        stamps = _scaled(table, time, read_columns(table, [time.index])[0], 0, finite=True)
+        stamps = read_columns(table, [time.index])[0]
+        unit = time_unit(table, time, RecordSpec(name="", path=""), stamps)
+        _into_seconds(table, time, stamps, unit)
         samples, rate_hz = stamps.size, _median_rate(stamps)
-        return Sampling(read_clock(table, stamps), samples)
+        return Sampling(read_clock(table, stamps, rounding_s=unit.rounding_s), samples)
     except RecordError as error:
         return Sampling(None, samples, rate_hz, str(error))
 
@@ -156,25 +165,27 @@ def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
         )
 
 
-def _rows(table: Table, layout: Layout, spec: RecordSpec) -> slice:
-    """Return the rows that a window needs, where the file can be read in part and they can be told."""
+def _rows(table: Table, layout: Layout, spec: RecordSpec) -> tuple[slice, TimeUnit | None]:
+    """Return the rows that a window needs, where the file can be read in part, and the time's unit if it was met."""
     needed, samples = spec.conditioning.needed_s, table.columns[layout.channels[0].index].samples
     if needed is None or samples is None:
-        return ALL
+        return ALL, None
     clock = layout.clock or (Clock(0.0, spec.sample_rate_hz) if spec.sample_rate_hz and not layout.time else None)
     if clock is not None:
         rows = Samples(clock, ()).times(*needed)
-        return slice(rows.start, min(rows.stop, samples))
+        return slice(rows.start, min(rows.stop, samples)), None
     if layout.time is None:
-        return ALL
-    return _inside(read_columns(table, [layout.time.index])[0], layout.time.scale, needed)
+        return ALL, None
+    stamps = read_columns(table, [layout.time.index])[0]
+    unit = time_unit(table, layout.time, spec, stamps)
+    return _inside(stamps, unit, needed), unit
 
 
-def _inside(time: Series, scale: float, needed_s: tuple[float, float]) -> slice:
-    """Return the rows from the first to the last stamp that is needed; `scale` makes them seconds."""
+def _inside(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slice:
+    """Return the rows from the first to the last stamp that is needed."""
     ends: list[int] = []
     for part in pieces_of(time):
-        seconds = time[part] * scale
+        seconds = unit.seconds(time[part])
         inside = np.flatnonzero((seconds >= needed_s[0]) & (seconds <= needed_s[1]))
         ends += [part.start + int(inside[0]), part.start + int(inside[-1]) + 1] if inside.size else []
     return slice(ends[0], ends[-1]) if ends else slice(0, 0)
@@ -189,18 +200,31 @@ def _scaled(table: Table, column: ChosenColumn, data: Room, first: int, *, finit
     return data
 
 
+def _into_seconds(table: Table, column: ChosenColumn, stamps: Room, unit: TimeUnit, first: int = 0) -> None:
+    """Convert a time column in place."""
+    refuse_not_finite(table, stamps, column_label(table.columns, column.index), first)
+    if unit.scale != 1.0 or unit.origin:
+        change_in_place(stamps, lambda values, part: unit.seconds(values))
+
+
 def _clocked(
-    table: Table, layout: Layout, spec: RecordSpec, arrays: list[Room], data: list[Room], first: int
+    table: Table,
+    layout: Layout,
+    spec: RecordSpec,
+    unit: TimeUnit | None,
+    arrays: list[Room],
+    data: list[Room],
+    first: int,
 ) -> Samples:
     """Put the samples on a regular clock."""
     rate_hz, stamps = spec.sample_rate_hz, spec.conditioning.time_stamps
-    if layout.time is None:
+    if layout.time is None or unit is None:
         return Samples(_known_clock(table, layout, rate_hz, first), tuple(data))
-    time = _scaled(table, layout.time, arrays[0], first, finite=True)
+    time = arrays[0]
     if rate_hz is None and table.columns[layout.time.index].stated_unit is None and not (spec.time and spec.time.unit):
         refuse_row_numbers(table, time, column_label(table.columns, layout.time.index))
     if stamps is TimeStamps.STRICT:
-        return Samples(read_clock(table, time, rate_hz, first), tuple(data))
+        return Samples(read_clock(table, time, rate_hz, first, rounding_s=unit.rounding_s), tuple(data))
     refuse_not_increasing(table, time, first)
     if rate_hz is not None:
         refuse_no_clock(table, Clock(0.0, rate_hz))

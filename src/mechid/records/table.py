@@ -36,6 +36,8 @@ class Column:
         What it is called among all columns, as ``"group/channel"``; the name where left out.
     unit : str or None
         The unit that the file states apart from the name.
+    unit_doubts : Mapping of str to str
+        By quantity, words elsewhere in the file that may be the unit of a column that states none.
     samples : int or None
         Their number; None where only reading tells.
     clock : Clock or None
@@ -53,6 +55,7 @@ class Column:
     name: str = ""
     path: str = ""
     unit: str | None = None
+    unit_doubts: Mapping[str, str] = field(default_factory=dict)
     samples: int | None = None
     clock: Clock | None = None
     start_time: str | None = None

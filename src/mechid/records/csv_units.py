@@ -1,0 +1,267 @@
+"""Units that a text file states above its samples: in a line of units, behind a label, or in a sentence.
+
+Where a line is in doubt its words are kept with the columns, and a column whose unit nobody states is refused with
+them (`mechid.records.columns`): a unit that somebody wrote is never passed over.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from mechid.errors import RecordError
+from mechid.units import SI_UNIT, is_unit, split_header, to_si_factor, unit_within
+
+Line = tuple[int, str]
+"""Number from 1, and text."""
+Splitter = Callable[[str], Sequence[str]]
+COMMENT = re.compile(r"\A\s*(?:#+|%+|//+|!+|\*+|rem\b)[\s:]*", re.IGNORECASE)
+"""What begins a comment."""
+LABEL = re.compile(
+    r"[\s\"\[(]*(?:(?:channel|column|y|x|signal|kanal)s?[ _-]?)?"
+    r"(?:units?|einheit(?:en)?|unités?|unit[àa]|unidad(?:es)?)(?:[ _-]?labels?)?[\s\"\])]*(?:[:=;,\t|]|$|\s)",
+    re.IGNORECASE,
+)
+"""What begins a line of units in instruments' files."""
+NO_UNIT = ("", "-", "--", "none", "n/a", "1")
+OTHER_UNITS = re.compile(
+    r"°c|degc|k|%|[mhk]?bar|[hkm]?pa|psi|k?g|mv/v|k?hz|ohm|w|db|[uµ]m/m|m/s(?:²|\^?2)|1/s|counts?|digits?|lsb",
+    re.IGNORECASE,
+)
+"""Units of what no channel measures: beside them a line of units is one."""
+LONGEST_UNIT = 16
+LONGEST_UNKNOWN = 8
+"""Letters of a unit and of one that nobody knows: longer ones are words."""
+LONGEST_PARTICLE = 3
+"""Letters of a word that may be a unit to Pint by chance."""
+ALIASES = (
+    re.compile(r"t|tout|time|zeit|temps|tempo", re.IGNORECASE),
+    re.compile(r"\w* ?torque|\w*moment|couple|coppia|m[xyz]?", re.IGNORECASE),
+)
+"""Names of one quantity in the languages of instruments: a comment may use another than the header."""
+_JOIN = (
+    r"(?:\s*(?:columns?|channels?|values?|data|axis|base|stamps?|units?|einheit(?:en)?"
+    r"|is|are|was|recorded|measured|given|stated|gemessen|wird|ist))*"
+)
+_TOKEN = r"(?P<unit>[^\s\[\](),;:=|]+(?: [^\s\[\](),;:=|\d]+)?)"
+_BRACKETS = r"\[(?P<square>[^\]]+)\]|\((?P<round>[^)]+)\)"
+_STATEMENT = _JOIN + rf"\s*(?:{_BRACKETS}|(?:\bin\b|\ben\b|[:=/])\s*{_TOKEN})"
+_LABELLED = _JOIN + rf"\s*(?:{_BRACKETS}|(?:\bin\b|[:=/;,|])?\s*{_TOKEN})"
+"""The same in a line that speaks of units: ``Time unit;ms``, ``units: time ms, torque mNm``."""
+_SPEAKS_OF_UNITS = re.compile(r"\b(?:[hvxy]?_?units?|einheit(?:en)?)\b", re.IGNORECASE)
+_VALUE = re.compile(r"[\])]?[\s:=;,|]*[+-]?\d[\d.]*(?:[eE][+-]?\d+)?\s*(?:$|[;,|\t])")
+"""A number behind a unit, which is then that of a setting."""
+_ANYWHERE = re.compile(rf"{_BRACKETS}|(?:\bin\b|\ben\b|[:=])\s*{_TOKEN}|(?P<word>[^\s,;:=()\[\]]+)")
+
+
+@dataclass
+class StatedUnit:
+    """The unit of one column as the lines above the samples state it.
+
+    Parameters
+    ----------
+    unit : str or None
+    doubts : mapping of str to str
+        By quantity, the words that may mean its unit.
+    """
+
+    unit: str | None = None
+    doubts: dict[str, str] = field(default_factory=dict)
+
+
+def is_line_of_units(cells: Sequence[str], *, whole: bool = True) -> bool:
+    """Tell whether cells are units, or where not `whole` at least half of them with a unit of time.
+
+    Examples
+    --------
+    >>> is_line_of_units(["s", "[N m]", "°C", "-"]), is_line_of_units(["time", "torque"])
+    (True, False)
+    """
+    stated = [cell for cell in map(bare_unit, cells) if cell.lower() not in NO_UNIT]
+    if not all(map(_is_short, stated)) or not any(map(_is_listed, stated)):
+        return False
+    measured = [cell for cell in stated if is_unit(cell)]
+    unknown = [cell for cell in stated if cell not in measured and OTHER_UNITS.fullmatch(cell) is None]
+    if not unknown:
+        return bool(measured)
+    if whole or 2 * len(unknown) > len(stated) or max(map(len, unknown)) > LONGEST_UNKNOWN:
+        return False
+    return any(_measures(cell, "time") for cell in measured)
+
+
+def bare_unit(cell: str) -> str:
+    """Return a unit without brackets, quotes and the mark of a comment."""
+    return (COMMENT.sub("", cell, count=1) or cell).strip().strip("[]()\"' ")
+
+
+def is_comment(line: str) -> bool:
+    """Tell whether a line begins with the mark of a comment."""
+    return COMMENT.match(line) is not None
+
+
+def stated_units(names: Sequence[str], lines: Sequence[Line], split: Splitter, header: int) -> list[StatedUnit]:
+    """Return what lines above or below the names of columns state about their units.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The header's cells.
+    lines : sequence of Line
+        The other lines before the samples.
+    split : callable
+        Splits a line as the file's samples are split.
+    header : int
+        Number of the header's line: beside it a line of units may hold some that nobody knows.
+    """
+    found = [StatedUnit() for _ in names]
+    for number, text in lines:
+        left = _add_by_name(found, names, (number, text))
+        cells = _cells_of_units(text, len(names), split, beside=abs(number - header) == 1) if left == text else None
+        if cells:
+            for column, cell in zip(found, cells, strict=True):
+                _add(column, bare_unit(cell), number)
+        else:
+            _doubt(found, (number, left))
+    return found
+
+
+def speaks_of(names: Sequence[str], text: str) -> bool:
+    """Tell whether a line states units of columns by their names."""
+    return _add_by_name([StatedUnit() for _ in names], names, (0, text)) != text
+
+
+def _is_short(cell: str) -> bool:
+    return len(cell) <= LONGEST_UNIT and not re.fullmatch(r"[+-]?[\d.,]+", cell)
+
+
+def _cells_of_units(text: str, columns: int, split: Splitter, *, beside: bool) -> Sequence[str] | None:
+    """Return the units of all columns where a line is one of units, labelled or not."""
+    body = COMMENT.sub("", text.strip("\r\n"), count=1)
+    label = LABEL.match(body)
+    rest = body[label.end() :] if label else body
+    splitters: tuple[Splitter, ...] = (split, _by_marks, _by_brackets, str.split)
+    for splitter in splitters:
+        cells = list(splitter(rest))
+        while label and len(cells) > 1 and not cells[-1].strip() and (len(cells) > columns or label[0][:1] in "yY"):
+            cells.pop()
+        if label and len(cells) == columns - 1 and splitter is split:
+            cells = ["", *cells]  # the label stands in the column of the time, as in LabVIEW's files
+        if len(cells) == columns and is_line_of_units(cells, whole=not (label or beside)):
+            return cells
+    return None
+
+
+def _by_marks(text: str) -> list[str]:
+    return re.split(r"[,;\t|]", text)
+
+
+def _by_brackets(text: str) -> list[str]:
+    return re.findall(r"\[[^\]]*\]", text)
+
+
+def _add(column: StatedUnit, unit: str, line: int) -> None:
+    """Add a unit to a column; two that differ are a doubt about whatever it measures."""
+    if unit.lower() in NO_UNIT:
+        return
+    if column.unit is not None and column.unit != unit:
+        column.doubts = dict.fromkeys(SI_UNIT, f'line {line} says "{unit}", and another line "{column.unit}"')
+    column.unit = unit if not column.doubts else None
+
+
+def _add_by_name(found: Sequence[StatedUnit], names: Sequence[str], line: Line) -> str:
+    """Add the units that a line states of columns by their names, as ``torque in mNm``; return the rest of the line."""
+    number, text = line
+    left = text
+    statement = _LABELLED if _SPEAKS_OF_UNITS.search(text) else _STATEMENT
+    for column, name in zip(found, names, strict=True):
+        bare, in_name = split_header(name)
+        for called in _names_for(bare, names):
+            for match in re.finditer(rf"(?<![\w-])(?:{called})(?![\w-]){statement}", text, re.IGNORECASE):
+                unit = _unit_of(match)
+                if unit is None or _VALUE.match(text, match.end()):
+                    continue
+                left = left.replace(match[0], "", 1)
+                if in_name is None:
+                    _add(column, unit, number)
+    return left
+
+
+def _names_for(name: str, names: Sequence[str]) -> list[str]:
+    """Return patterns of what a column may be called: its name, and its quantity's where no other column has it."""
+    patterns = [re.escape(name.strip())] if name.strip() else []
+    for alias in ALIASES:
+        if alias.fullmatch(name.strip()) and sum(bool(alias.fullmatch(split_header(n)[0].strip())) for n in names) == 1:
+            patterns.append(alias.pattern)
+    return patterns
+
+
+def _unit_of(match: re.Match[str]) -> str | None:
+    """Return the unit that a match of a statement holds: of two words the first where both together are none."""
+    text = (match["square"] or match["round"] or match["unit"] or "").strip().strip("\"'").rstrip(".")
+    for candidate in (text, text.partition(" ")[0]):
+        if candidate and _is_short(candidate) and (match["square"] or _is_no_word(candidate)) and is_unit(candidate):
+            return candidate
+    return None
+
+
+def _is_listed(text: str) -> bool:
+    """Tell whether a text is one of the units that instruments write most: without Pint, which takes long to load."""
+    joined = re.sub(r"[\s·*.-]", "", text)
+    listed = any(name == "x" and unit for name, unit in (split_header(f"x_{word}") for word in (text, joined)))
+    return listed or joined.lower().startswith("sec") or any(unit_within(joined, quantity) for quantity in SI_UNIT)
+
+
+def _is_no_word(text: str) -> bool:
+    """Tell whether a unit may stand in a sentence without brackets: ``a`` and ``das`` are units of time to Pint."""
+    return _is_listed(text) or len(text) > LONGEST_PARTICLE or not text.isalpha()
+
+
+def _doubt(found: Sequence[StatedUnit], line: Line) -> None:
+    """Keep the units of a line that may be those of any column: other than SI, or of what a column does not measure."""
+    number, text = line
+    channels = _cells_that_are_units(text) if _SPEAKS_OF_UNITS.search(text) else []
+    for unit in (*_units_in_words(text), *channels):
+        is_of_channel = unit in channels and not _measures(unit, "time")
+        for quantity in SI_UNIT:
+            is_si = _measures(unit, quantity) and to_si_factor(unit, quantity) == 1.0
+            if not is_si and (_measures(unit, quantity) or (is_of_channel and quantity != "time")):
+                for column in found:
+                    column.doubts.setdefault(quantity, f'line {number} says "{unit}"')
+
+
+def _cells_that_are_units(text: str) -> list[str]:
+    return [cell.strip() for cell in _by_marks(text) if _is_listed(cell.strip()) and is_unit(cell.strip())]
+
+
+def _units_in_words(text: str) -> list[str]:
+    """Return the units of a line that are not those of a number, as in ``range 200 mNm`` or ``Duration [min]: 5``."""
+    alone = bare_unit(text)
+    found = [alone] if _is_short(alone) and _is_listed(alone) else []
+    for match in _ANYWHERE.finditer(text):
+        is_value = match["word"] and re.search(r"\d\s*$", text[: match.start()])
+        if not is_value and not _VALUE.match(text, match.end()):
+            unit = unit_within(match["word"], "torque") if match["word"] else _unit_of(match)
+            found += [unit] if unit else []
+    return found
+
+
+def unit_behind_in(name: str) -> str | None:
+    """Return the unit that a name ends in behind a word, as in ``Zeit in ms``; None where brackets state one.
+
+    Examples
+    --------
+    >>> unit_behind_in("Zeit in ms"), unit_behind_in("torque in mNm filtered"), unit_behind_in("plug in")
+    ('ms', None, None)
+    """
+    found = re.fullmatch(r".*\S\s+(?:in|en)\s+(\S+(?: \S+)?)\s*", name)
+    unit = found[1] if found and split_header(name)[1] is None else None
+    return unit if unit and _is_listed(unit) and is_unit(unit) else None
+
+
+def _measures(unit: str, quantity: str) -> bool:
+    try:
+        to_si_factor(unit, quantity)
+    except RecordError:
+        return False
+    return True

@@ -1,0 +1,157 @@
+"""Unit of a time column that states none: seconds, unless its numbers can only be dates.
+
+A spreadsheet writes dates as days, so that a record at 100 Hz seems to be one at 8.6 MHz; other programs write
+milliseconds or nanoseconds since 1970. Where the numbers leave no doubt the column is converted and a treatment of
+the record says so; where they only exclude seconds it is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.records.clock import MOST_STAMPS, last_digit, sample_at
+from mechid.records.columns import ChosenColumn
+from mechid.records.spec import RecordSpec
+from mechid.records.table import Table, column_label
+from mechid.signal.series import Series
+
+DAY_S = 86400.0
+FASTEST_HZ = 1e6
+"""Rate above which numbers without a unit are not taken for seconds: torque is recorded at kilohertz."""
+FASTEST_FROM_DATE_HZ = 1e5
+"""The same where the first number may be a date in days."""
+ROUND = 1e-4
+"""Relative distance from a whole rate in Hz, or a whole interval in s, at which a clock is one that people set."""
+MOST_DIGITS = 12
+FAST_FOR_DAYS_HZ = 1e3
+"""Rate in seconds above which days are looked for: 1 kHz would be one stamp in 86 s."""
+
+
+@dataclass(frozen=True)
+class Calendar:
+    """A way to write a date as a number: the range of numbers from about 1980 to 2080, and the unit in s."""
+
+    name: str
+    first: float
+    last: float
+    unit: str
+    unit_s: float
+
+    def explains(self, usual: float, mean: float) -> bool:
+        """Tell whether usual and mean distance of numbers from this range can only be dates.
+
+        A count of seconds may begin where days do, but not at a rate above a kilohertz that is round in days.
+        """
+        if self.unit_s < 1.0:
+            return True
+        return mean * FAST_FOR_DAYS_HZ < 1.0 and (_is_round(usual * self.unit_s) or _is_round(mean * self.unit_s))
+
+
+CALENDARS = (
+    Calendar("a spreadsheet's serial dates or modified Julian dates", 28000.0, 80000.0, "days", DAY_S),
+    Calendar("MATLAB's datenum", 723000.0, 760000.0, "days", DAY_S),
+    Calendar("Julian dates", 2444000.0, 2481000.0, "days", DAY_S),
+    Calendar("time since 1970", 1e12, 3.5e12, "milliseconds", 1e-3),
+    Calendar("time since 1970", 1e15, 3.5e15, "microseconds", 1e-6),
+    Calendar("Windows' FILETIME", 1.2e17, 1.6e17, "units of 100 ns", 1e-7),
+    Calendar(".NET's ticks", 6.2e17, 6.6e17, "units of 100 ns", 1e-7),
+    Calendar("time since 1970", 1e18, 3.5e18, "nanoseconds", 1e-9),
+)
+
+
+@dataclass(frozen=True)
+class TimeUnit:
+    """How the numbers of a time column become record time: (number - origin) * scale.
+
+    Parameters
+    ----------
+    scale : float
+        Seconds in the column's unit.
+    origin : float
+        The number at record time 0.
+    rounding_s : float
+        How far times may be off because numbers were rounded in the column's unit.
+    treatment : Mapping or None
+        What was done where the column does not state it.
+    """
+
+    scale: float
+    origin: float = 0.0
+    rounding_s: float = 0.0
+    treatment: Mapping[str, Any] | None = None
+
+    def seconds(self, numbers: FloatArray) -> FloatArray:
+        """Return record times in s, (N,)."""
+        return (numbers - self.origin) * self.scale if self.origin else numbers * self.scale
+
+
+def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series) -> TimeUnit:
+    """Return the unit of a time column; `stamps` are its numbers from the first row on, in whatever unit.
+
+    Raises
+    ------
+    RecordError
+        The column states no unit, and its numbers are no seconds and no dates for certain; or it states seconds,
+        and they are dates.
+    """
+    stated = table.columns[time.index].stated_unit
+    as_stated = TimeUnit(time.scale, rounding_s=_rounding(stamps, time.scale))
+    if stamps.size < 2 or time.scale != 1.0 or (spec.time is not None and spec.time.unit):
+        return as_stated  # by a unit other than seconds, or by the campaign
+    start = sample_at(stamps, 0)
+    usual = float(np.median(np.diff(stamps[:MOST_STAMPS])))
+    mean = (sample_at(stamps, stamps.size - 1) - start) / (stamps.size - 1)
+    if not (mean > 0.0 and np.isfinite(start)):
+        return as_stated  # reading the clock tells what is wrong with it
+    label = column_label(table.columns, time.index)
+    calendar = next((one for one in CALENDARS if one.first <= start <= one.last), None)
+    if calendar is None or not calendar.explains(usual, mean):
+        if stated is None:
+            _refuse_fast(table, label, mean, calendar)
+        return as_stated
+    if stated is not None:
+        raise table.error(
+            f'{label}: says "{stated}", but {start:.12g} and the next numbers are {calendar.unit} ({calendar.name}); '
+            "correct the header"
+        )
+    text = (
+        f"{label}: read as {calendar.unit} ({calendar.name}) from its numbers, since it states no unit; record time 0 "
+        f"is its first number, {start:.14g}"
+    )
+    treatment = {"step": "time_unit", "text": text, "unit_s": calendar.unit_s, "origin": start}
+    return TimeUnit(calendar.unit_s, start, _rounding(stamps, calendar.unit_s), treatment)
+
+
+def _rounding(stamps: Series, unit_s: float) -> float:
+    """Return how far in s rounding moves stamps of a unit; `read_clock` finds decimal digits of a second itself."""
+    if unit_s == 1.0 or not stamps.size:
+        return 0.0
+    spacing = float(np.spacing(np.abs([sample_at(stamps, 0), sample_at(stamps, stamps.size - 1)]).max()))
+    power = float(np.log10(unit_s))
+    digit = 0.0 if abs(power - round(power)) < 1e-9 else last_digit(stamps, MOST_DIGITS)
+    return unit_s * max(digit, 2.0 * spacing)
+
+
+def _refuse_fast(table: Table, label: str, interval_s: float, calendar: Calendar | None) -> None:
+    """Refuse numbers without a unit that are too fast for seconds; those that begin as a date earlier than others."""
+    if interval_s * (FASTEST_FROM_DATE_HZ if calendar else FASTEST_HZ) >= 1.0 - ROUND:
+        return
+    example = "d" if calendar else "ms"
+    perhaps = f"; are they {calendar.unit} ({calendar.name})?" if calendar else ";"
+    raise table.error(
+        f"{label}: as seconds its numbers are {1.0 / interval_s:.4g} Hz, faster than torque is recorded{perhaps} state "
+        f'its unit, in the header as in "time [{example}]" or as time = {{ column = ..., unit = "{example}" }}'
+    )
+
+
+def _is_round(interval_s: float) -> bool:
+    """Tell whether a sample interval, or its rate, is a whole number."""
+    if interval_s <= 0.0:
+        return False
+    number = max(interval_s, 1.0 / interval_s)
+    return abs(number / round(number) - 1.0) < ROUND
