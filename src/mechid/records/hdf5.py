@@ -11,7 +11,7 @@ import numpy as np
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
 from mechid.records.foreign import library, parsing
 from mechid.records.hdf5_links import Links, Within
-from mechid.records.scaling import unapplied_scaling
+from mechid.records.scaling import plain_unit, unapplied_scaling
 from mechid.records.table import Column, Fact
 
 KIND = "an HDF5 file"
@@ -78,7 +78,7 @@ def _dataset(h5py: Any, dataset: Any, key: str, metadata: dict[str, Fact]) -> It
     if str(fact(stated.get("NAME", ""))).startswith(NO_VARIABLE):
         return
     attributes = facts(stated)
-    unit = next((str(attributes.pop(name)) for name in UNIT_ATTRIBUTES if name in attributes), None)
+    unit = next((plain_unit(str(attributes.pop(name))) for name in UNIT_ATTRIBUTES if name in attributes), None)
     names = dataset.dtype.names
     if names is None or names in COMPLEX:
         dtype = np.dtype(complex) if names else dataset.dtype

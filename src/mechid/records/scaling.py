@@ -33,6 +33,7 @@ INSTRUMENT = ("sensitivity", "resolution", "lsb", "bitresolution")
 NUMBER = re.compile(r"\s*[x×]?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s*(?![\d.:,-]).*)?", re.DOTALL)
 """A number, perhaps with its unit behind it, and no date."""
 NAMES = (*GAINS, *OFFSETS, *POLYNOMIALS, *INSTRUMENT)
+SINCE = re.compile(r"\s+since\s+\d.*", re.DOTALL)
 UNLIMITED = (-np.inf, np.inf)
 
 Attributes = Mapping[str, Any]
@@ -125,7 +126,7 @@ def unapplied_scaling(attributes: Attributes, *, has_unit: bool, is_whole: bool,
     found = [
         f"{name} = {_words(value)}"
         for name, value in attributes.items()
-        if (is_beside or not _is_applied(name, value))
+        if (is_beside or not is_applied(name, value))
         and _is_scaling(name, value)
         and not (plain_name(name) in INSTRUMENT and has_unit and not is_whole)
     ]
@@ -137,7 +138,7 @@ def is_scaling_name(name: str) -> bool:
     return name in CF or plain_name(name) in NAMES
 
 
-def _is_applied(name: str, value: Any) -> bool:
+def is_applied(name: str, value: Any) -> bool:
     """Whether `read_packing` applies an attribute: a factor has to be one number, and not 0."""
     if name in (SCALE, OFFSET):
         numbers = _numbers(value)
@@ -155,6 +156,17 @@ def _is_scaling(name: str, value: Any) -> bool:
     if plain in OFFSETS:
         return any(number != 0.0 for number in numbers)
     return plain in POLYNOMIALS or name in CF
+
+
+def plain_unit(unit: str) -> str:
+    """Return a unit without the date that the conventions count from.
+
+    Examples
+    --------
+    >>> plain_unit("seconds since 2024-05-06 07:08:09"), plain_unit("mN*m")
+    ('seconds', 'mN*m')
+    """
+    return SINCE.sub("", unit)
 
 
 def plain_name(name: str) -> str:
