@@ -1,4 +1,4 @@
-"""Channels whose segments differ. Truth: what was written into each segment, and the TDMS rule that the last value holds."""
+"""Channels whose segments differ. Truth: what was written into each segment; by TDMS's rule a correction holds."""
 
 import numpy as np
 import pytest
