@@ -107,7 +107,7 @@ def read_bare(path: Path, hints: Hints | None = None) -> tuple[Record, ...]:
     table = open_table(path, path.name)
     refused: list[str] = []
     with readable(path.name):
-        groups = _groups(table, hints)
+        groups = _groups(table, hints, refused)
         records = [record for group in groups for record in _read(path, table, group, hints, refused)]
     refused += _left_out(table, hints)
     if not records:
@@ -140,16 +140,21 @@ def _doubts(table: Table, groups: Sequence[_Group], hints: Hints) -> list[str]:
     return [str(table.error(doubt)) for doubt in found if doubt]
 
 
-def _groups(table: Table, hints: Hints) -> tuple[_Group, ...]:
-    """Return the columns to look at, those of one clock together."""
+def _groups(table: Table, hints: Hints, refused: list[str]) -> tuple[_Group, ...]:
+    """Return the columns to look at, those of one clock together; why others have none is added to `refused`."""
     indices = _columns(table, hints)
     found: dict[object, list[tuple[ChosenColumn, str]]] = {}
     clocks: dict[object, tuple[ChosenColumn | None, Clock | None]] = {}
     for index in indices:
-        column, time = table.columns[index], _time(table, index, hints)
+        try:
+            column, time = table.columns[index], _time(table, index, hints)
+        except RecordError as error:
+            refused.append(str(error))
+            continue
         key = (time.index if time else None, column.clock, column.samples, column.start_time)
         clocks[key] = (time, column.clock)
         found.setdefault(key, []).append(_channel_of(table, index, hints))
+    refused[:] = dict.fromkeys(refused)  # many columns may lack a clock for one reason
     return tuple(
         _Group(
             layout=Layout(time=clocks[key][0], channels=tuple(c for c, _ in chosen), clock=clocks[key][1]),
