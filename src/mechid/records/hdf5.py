@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
 from mechid.records.foreign import library, parsing
 from mechid.records.hdf5_links import Links, Within
@@ -18,6 +19,8 @@ KIND = "an HDF5 file"
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
 NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 """Begins the attribute NAME of a dataset that stands for a length alone."""
+CLASSIC = b"CDF"
+"""Begins a NetCDF file of the classic format."""
 COMPLEX = (("real", "imag"), ("r", "i"))
 
 
@@ -31,11 +34,21 @@ def open_hdf5(path: Path, label: str, external_files: Collection[str] = ()) -> A
     """
     h5py = library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
+    _refuse_classic(path, label)
     with parsing(label, KIND), h5py.File(path, "r") as file:
         metadata |= facts(file.attrs)
         links = Links(h5py, label, external_files)
         items = list(_items(links, file, "", frozenset(), metadata))
     return array_table(label, KIND, items, metadata, is_sliced=True, warnings=links.warnings)
+
+
+def _refuse_classic(path: Path, label: str) -> None:
+    """Refuse NetCDF before version 4, which is no HDF5."""
+    with path.open("rb") as file:
+        if file.read(len(CLASSIC)) == CLASSIC:
+            raise RecordError(
+                f"{label}: is NetCDF of the classic format; convert it to NetCDF-4, as nccopy -k nc4 old.nc new.nc"
+            )
 
 
 def facts(attributes: Any) -> dict[str, Fact]:
