@@ -74,6 +74,7 @@ MISSING = {
     "a least number": (packed({**SCALE, "valid_min": np.int16(-8000)}, with_gap(-30000)), 1e-4 * COUNTS),
     "a largest number": (packed({**SCALE, "valid_max": np.int16(8000)}, with_gap(30000)), 1e-4 * COUNTS),
     "a range of the values": (packed({**SCALE, "valid_range": np.array([-0.8, 0.8])}, with_gap(30000)), 1e-4 * COUNTS),
+    "a range as text": (packed({**SCALE, "valid_range": "-8000, 8000"}, with_gap(30000)), 1e-4 * COUNTS),
     "a range of floats": (packed({"valid_range": np.array([-8e3, 8e3])}, with_gap(3e4, float)), COUNTS),
     "an unsigned fill value": (
         packed(
@@ -120,6 +121,7 @@ NOT_APPLIED = {
     "a polynomial": ({"coefficients": np.array([0.1, 2.0])}, "coefficients = 0.1, 2"),
     "a scale of each series": ({"scale_factor": np.array([1e-4, 2e-4])}, "scale_factor = 0.0001, 0.0002"),
     "a scale in words": ({"scale_factor": "see manual"}, 'scale_factor = "see manual"'),
+    "a range without an end": ({"valid_range": np.array([1.0])}, "valid_range = 1"),
     "a scale of nothing": ({"scale_factor": 0.0}, "scale_factor = 0"),
     "one of the conventions and another": ({"scale_factor": 1e-4, "gain": 4.0}, "gain = 4"),
 }

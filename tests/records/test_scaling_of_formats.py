@@ -126,6 +126,22 @@ def test_a_data_set_in_memory_obeys_the_same_rules():
         in_memory(xarray_of({"gain": 4.0}))
 
 
+def test_attributes_of_a_data_frame_obey_the_same_rules():
+    import pandas as pd
+
+    series = pd.Series(COUNTS, index=TIME, name="torque")
+    series.attrs = {"units": "mN m", "scale_factor": 0.1}
+    alone = series.to_frame()
+    alone.attrs = dict(series.attrs)
+    several = pd.DataFrame({"torque": COUNTS, "angle": TIME}, index=TIME)
+    several.attrs = {"torque": dict(series.attrs), "gain": 7.0}
+    for samples in (series, alone, several):
+        np.testing.assert_allclose(in_memory(samples).channel("torque").data, 1e-4 * COUNTS)
+    series.attrs["gain"] = 7.0
+    with pytest.raises(RecordError, match="the file states gain = 7"):
+        in_memory(series)
+
+
 def test_a_time_coordinate_has_its_unit():
     for samples in (
         xarray_of({}, 1e3 * TIME, units="ms"),

@@ -76,10 +76,10 @@ def columns_of(samples: object, label: str) -> SampleColumns:
         return _of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
     if hasattr(samples, "columns") and hasattr(samples, "index"):
         named = {str(name): _array(samples[name]) for name in samples.columns}  # type: ignore[index]
-        return SampleColumns(arrays=_time_of_index(samples.index) | named)
+        return _described(_time_of_index(samples.index) | named, _attributes_of_columns(samples, tuple(named)))
     if hasattr(samples, "index") and hasattr(samples, "name") and not callable(samples.index):
         name = str(samples.name or TORQUE)
-        return SampleColumns(arrays=_time_of_index(samples.index) | {name: _array(samples)})
+        return _described(_time_of_index(samples.index) | {name: _array(samples)}, {name: _attributes(samples)})
     if isinstance(samples, Mapping):
         return SampleColumns(arrays={str(name): _array(array) for name, array in samples.items()})
     array = _array(samples)
@@ -150,35 +150,50 @@ def _of_dataset(samples: Any, label: str) -> SampleColumns:
     if len(samples.sizes) != 1:
         raise RecordError(f"{label}: found the dimensions {', '.join(map(str, samples.sizes))}; give one, the time")
     (dimension,) = samples.sizes
-    arrays = {str(name): _unpacked(one) for name, one in samples.data_vars.items()}
-    units = {str(name): str(one.attrs["units"]) for name, one in samples.data_vars.items() if "units" in one.attrs}
-    others = {str(name): _not_applied(one.attrs) for name, one in samples.data_vars.items()}
+    arrays = {str(name): np.asarray(one) for name, one in samples.data_vars.items()}
+    attributes = {str(name): _attributes(one) for name, one in samples.data_vars.items()}
     if dimension in samples.coords:
         arrays = {TIME: _coordinate(samples.coords[dimension], label)} | arrays
-        others[TIME] = _not_applied(samples.coords[dimension].attrs)
-    return SampleColumns(arrays=arrays, units=units, attributes=others)
+    return _described(arrays, attributes)
 
 
-def _unpacked(variable: Any) -> NDArray[Any]:
-    """Return the values of an xarray object; it keeps the attributes of what it has decoded itself apart."""
-    array = np.asarray(variable)
-    packing = read_packing(variable.attrs, array.dtype)
-    return packing.unpack(array) if packing else array
+def _attributes(samples: Any) -> Attributes:
+    """Return the attributes of a Series or a DataArray; xarray keeps those of what it has decoded itself apart."""
+    return dict(getattr(samples, "attrs", {}))
 
 
-def _not_applied(attributes: Attributes) -> Attributes:
-    return {name: value for name, value in attributes.items() if not is_applied(name, value)}
+def _attributes_of_columns(frame: Any, names: tuple[str, ...]) -> dict[str, Attributes]:
+    """Return the attributes of a DataFrame's columns: those under a column's name, all where it has one column."""
+    stated = _attributes(frame)
+    if len(names) == 1 and not isinstance(stated.get(names[0]), Mapping):
+        return {names[0]: stated}
+    return {name: dict(stated[name]) for name in names if isinstance(stated.get(name), Mapping)}
+
+
+def _described(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Attributes]) -> SampleColumns:
+    """Return columns with their units, unpacked as their attributes say; the scaling that is left is not applied."""
+    units, unpacked, others = {}, dict(arrays), {}
+    for name, stated in attributes.items():
+        packing = read_packing(stated, arrays[name].dtype)
+        if packing:
+            unpacked[name] = packing.unpack(arrays[name])
+        if "units" in stated:
+            units[name] = str(stated["units"])
+        others[name] = {key: value for key, value in stated.items() if not is_applied(key, value)}
+    return SampleColumns(arrays=unpacked, units=units, attributes=others)
 
 
 def _coordinate(time: Any, label: str) -> NDArray[Any]:
     """Return a time coordinate in s."""
-    seconds = _seconds(np.asarray(time))
-    if np.asarray(time).dtype.kind in "mM" or "units" not in time.attrs:
-        return seconds
+    array = np.asarray(time)
+    stated = _attributes(time)
+    if array.dtype.kind in "mM" or "units" not in stated:
+        return _seconds(array)
     try:
-        return _unpacked(time) * to_si_factor(plain_unit(str(time.attrs["units"])), "time")
+        factor = to_si_factor(plain_unit(str(stated["units"])), "time")
     except RecordError as error:
         raise RecordError(f"{label}: time: {error}") from None
+    return _described({TIME: array}, {TIME: stated}).arrays[TIME] * factor
 
 
 def _time_of_index(index: Any) -> dict[str, NDArray[Any]]:

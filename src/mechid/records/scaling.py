@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,9 +72,11 @@ class Packing:
         """Return where stored numbers, (N,), stand for missing samples."""
         numbers = self._signed(stored)
         found = ~_inside(numbers, self.numbers) | ~_inside(numbers * self.scale + self.offset, self.values)
-        for fill in self.fills:  # rounded as the numbers are: a fill of -999.9 is not that in 32 bits
-            found |= numbers == (np.float64(stored.dtype.type(fill)) if stored.dtype.kind == "f" else fill)
-        return np.asarray(found)
+        fills = np.array(self.fills)
+        if stored.dtype.kind == "f":  # rounded as the numbers are: -999.9 of 32 bits is not that of 64
+            with np.errstate(over="ignore"):
+                fills = fills.astype(stored.dtype).astype(np.float64)
+        return np.asarray(found | np.isin(numbers, fills))
 
     def unpack(self, stored: NDArray[Any]) -> FloatArray:
         """Return the measured values of stored numbers, (N,); NaN where they stand for missing samples."""
@@ -139,11 +142,11 @@ def is_scaling_name(name: str) -> bool:
 
 
 def is_applied(name: str, value: Any) -> bool:
-    """Whether `read_packing` applies an attribute: a factor has to be one number, and not 0."""
+    """Whether `read_packing` applies an attribute: a factor has to be one number, and not 0; a range two."""
+    numbers = _numbers(value)
     if name in (SCALE, OFFSET):
-        numbers = _numbers(value)
         return len(numbers) == 1 and np.isfinite(numbers[0]) and not (name == SCALE and numbers[0] == 0.0)
-    return name in CF
+    return name in CF and (name != RANGE or len(numbers) == 2)
 
 
 def _is_scaling(name: str, value: Any) -> bool:
@@ -188,13 +191,15 @@ def _one(value: Any, neutral: float) -> float:
 
 
 def _numbers(value: Any) -> list[float]:
-    """Return the numbers of an attribute: an array, one number, or a text that begins with one; else none."""
+    """Return the numbers of an attribute: an array, a number, a text of numbers or one that begins with one."""
     text = _text(value)
-    if text is not None:
-        matched = NUMBER.fullmatch(text)
-        return [float(matched[1])] if matched else []
-    array = np.asarray(value)
-    return [float(number) for number in array.ravel()] if array.dtype.kind in "iuf" else []
+    if text is None:
+        array = np.asarray(value)
+        return [float(number) for number in array.ravel()] if array.dtype.kind in "iuf" else []
+    with suppress(ValueError):
+        return [float(part) for part in re.split(r"[\s,;()\[\]]+", text) if part]
+    matched = NUMBER.fullmatch(text)
+    return [float(matched[1])] if matched else []
 
 
 def _text(value: Any) -> str | None:
