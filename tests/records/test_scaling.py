@@ -74,6 +74,10 @@ MISSING = {
     "a least number": (packed({**SCALE, "valid_min": np.int16(-8000)}, with_gap(-30000)), 1e-4 * COUNTS),
     "a largest number": (packed({**SCALE, "valid_max": np.int16(8000)}, with_gap(30000)), 1e-4 * COUNTS),
     "a range of the values": (packed({**SCALE, "valid_range": np.array([-0.8, 0.8])}, with_gap(30000)), 1e-4 * COUNTS),
+    "a range of the numbers, as floats": (
+        packed({**SCALE, "valid_range": np.array([-8e3, 8e3])}, with_gap(30000)),
+        1e-4 * COUNTS,
+    ),
     "a range as text": (packed({**SCALE, "valid_range": "-8000, 8000"}, with_gap(30000)), 1e-4 * COUNTS),
     "a range of floats": (packed({"valid_range": np.array([-8e3, 8e3])}, with_gap(3e4, float)), COUNTS),
     "an unsigned fill value": (

@@ -97,9 +97,7 @@ def read_packing(attributes: Attributes, dtype: np.dtype[Any]) -> Packing | None
     scale, offset = _one(attributes.get(SCALE), 1.0), _one(attributes.get(OFFSET), 0.0)
     is_unsigned = dtype.kind == "i" and str(_text(attributes.get(UNSIGNED))).lower() == "true"
     least, most = _limits(attributes)
-    # Limits of another type than that of the stored integers are limits of the values (NetCDF user's guide).
-    stated = [np.asarray(attributes[name]) for name in (RANGE, LEAST, MOST) if name in attributes]
-    are_values = (scale, offset) != (1.0, 0.0) and dtype.kind in "iu" and any(one.dtype.kind == "f" for one in stated)
+    are_values = _are_of_values(attributes, dtype, (least, most), scale, offset)
     fills = [fill for name in FILLS for fill in _numbers(attributes.get(name))]
     modulus = 2.0 ** (8 * dtype.itemsize) if is_unsigned else 0.0
     if is_unsigned and not are_values:
@@ -182,6 +180,19 @@ def _limits(attributes: Attributes) -> Limits:
     span = _numbers(attributes.get(RANGE))
     least, most = span if len(span) == 2 else UNLIMITED
     return max(_numbers(attributes.get(LEAST)), default=least), min(_numbers(attributes.get(MOST)), default=most)
+
+
+def _are_of_values(attributes: Attributes, dtype: np.dtype[Any], limits: Limits, scale: float, offset: float) -> bool:
+    """Whether limits are those of the values and not of the stored numbers.
+
+    By the NetCDF user's guide they are where they have another type than stored integers. Some programs write all
+    attributes as floats: limits that no stored number could reach as a value are those of the numbers all the same.
+    """
+    stated = [np.asarray(attributes[name]) for name in (RANGE, LEAST, MOST) if name in attributes]
+    if dtype.kind not in "iu" or (scale, offset) == (1.0, 0.0) or not any(one.dtype.kind == "f" for one in stated):
+        return False
+    reached = sorted(float(end) * scale + offset for end in (np.iinfo(dtype).min, np.iinfo(dtype).max))
+    return limits[0] > reached[0] or limits[1] < reached[1]
 
 
 def _one(value: Any, neutral: float) -> float:
