@@ -138,3 +138,13 @@ def test_one_channel_may_differ_and_the_other_is_read(tmp_path):
     assert record.channel("current").data.size == TORQUE.size
     (looked_at,) = read_bare(path)
     assert 'column "run/torque": its segments differ' in looked_at.warnings[0]
+
+
+@pytest.mark.parametrize("level", [GroupObject("run", {}), RootObject({})], ids=["the group's", "the file's"])
+def test_a_scaling_of_an_unknown_kind_is_refused_wherever_it_stands(level, tmp_path):
+    """Truth: npTDMS takes a scaling from the group, else from the file, and leaves out one that it does not know."""
+    path = tmp_path / "run.tdms"
+    level.properties = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Reciprocal"}
+    write(path, [level, ChannelObject("run", "Mz", TORQUE, ONE)])
+    with pytest.raises(RecordError, match='its scaling "Reciprocal" is unknown'):
+        read(path)

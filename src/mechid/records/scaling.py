@@ -35,6 +35,8 @@ NUMBER = re.compile(r"\s*[x×]?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:
 """A number, perhaps with its unit behind it, and no date."""
 NAMES = (*GAINS, *OFFSETS, *POLYNOMIALS, *INSTRUMENT)
 SINCE = re.compile(r"\s+since\s+\d.*", re.DOTALL)
+MOST_LETTERS = 60
+"""Of a text, in a message."""
 UNLIMITED = (-np.inf, np.inf)
 
 Attributes = Mapping[str, Any]
@@ -71,7 +73,7 @@ class Packing:
     def missing(self, stored: NDArray[Any]) -> BoolArray:
         """Return where stored numbers, (N,), stand for missing samples."""
         numbers = self._signed(stored)
-        found = ~_inside(numbers, self.numbers) | ~_inside(numbers * self.scale + self.offset, self.values)
+        found = ~_inside(numbers, self.numbers) | ~_inside(self._values(numbers), self.values)
         fills = np.array(self.fills)
         if stored.dtype.kind == "f":  # rounded as the numbers are: -999.9 of 32 bits is not that of 64
             with np.errstate(over="ignore"):
@@ -80,9 +82,13 @@ class Packing:
 
     def unpack(self, stored: NDArray[Any]) -> FloatArray:
         """Return the measured values of stored numbers, (N,); NaN where they stand for missing samples."""
-        values = self._signed(stored) * self.scale + self.offset
+        values = self._values(self._signed(stored))
         values[self.missing(stored)] = np.nan
         return values
+
+    def _values(self, numbers: FloatArray) -> FloatArray:
+        with np.errstate(over="ignore", invalid="ignore"):  # a scale of 1e308: what is not finite is refused later
+            return np.asarray(numbers * self.scale + self.offset)
 
     def _signed(self, stored: NDArray[Any]) -> FloatArray:
         if self.is_unsigned and stored.dtype.kind == "i":
@@ -224,7 +230,11 @@ def _text(value: Any) -> str | None:
 def _words(value: Any) -> str:
     """Return a value as it stands in a message."""
     text = _text(value)
-    return f'"{text}"' if text is not None else ", ".join(f"{number:.9g}" for number in _numbers(value))
+    return (
+        f'"{" ".join(text.split())[:MOST_LETTERS]}"'
+        if text is not None
+        else ", ".join(f"{number:.9g}" for number in _numbers(value)) or "..."
+    )
 
 
 def _inside(values: FloatArray, limits: Limits) -> BoolArray:

@@ -51,7 +51,10 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
         _refuse_cut(file, path, label)
         opened.seek(0)
         parts = read_parts(opened, label) if len(file._reader._segments) > 1 else {}
-        items = [_item(nptdms, path, c, parts.get(c.path, ())) for group in file.groups() for c in group.channels()]
+        items = []
+        for group in file.groups():
+            levels = (group.properties, file.properties)
+            items += [_item(nptdms, path, c, levels, parts.get(c.path, ())) for c in group.channels()]
         metadata = _facts(file.properties)
         for group in file.groups():
             metadata |= {f"{group.name}/{key}": value for key, value in _facts(group.properties).items()}
@@ -66,7 +69,8 @@ def _refuse_cut(file: Any, path: Path, label: str) -> None:
         raise RecordError(f"{label}: its last segment is not whole: the recording was cut off; write or copy it anew")
 
 
-def _item(nptdms: Any, path: Path, channel: Any, parts: Sequence[Part]) -> Item:
+def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, Any]], parts: Sequence[Part]) -> Item:
+    """Return a channel; `levels` are the properties of its group and of the file."""
     properties, group, name = first_start(parts, channel.properties), channel.group_name, channel.name
     attributes = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
     unit = attributes.pop("unit_string", None)
@@ -76,7 +80,7 @@ def _item(nptdms: Any, path: Path, channel: Any, parts: Sequence[Part]) -> Item:
         unit=str(unit) if unit else None,
         clock=_clock(properties),
         start_time=_start_time(properties),
-        fault=_fault(properties) or parts_fault(parts),
+        fault=_fault((properties, *levels)) or parts_fault(parts),
         metadata=attributes,
     )
 
@@ -102,7 +106,9 @@ def _start_time(properties: Mapping[str, Any]) -> str | None:
     return str(start) if isinstance(start, np.datetime64) and start >= NO_DATE else None
 
 
-def _fault(properties: Mapping[str, Any]) -> str | None:
+def _fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
+    """Return why a channel's scaling cannot be applied: that of the first level that states one, as npTDMS takes it."""
+    properties = next((level for level in levels if level.get("NI_Number_Of_Scales")), levels[0])
     if properties.get("NI_Scaling_Status") == "scaled":
         return None
     kinds = [str(value) for key, value in properties.items() if key.endswith("_Scale_Type")]

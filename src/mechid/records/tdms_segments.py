@@ -173,7 +173,8 @@ def _factors(unit: str) -> dict[str, float]:
 def _shown(value: Any) -> str:
     if value is None:
         return "not stated"
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    text = " ".join(str(value).split())
+    return f'"{text}"' if isinstance(value, str) else text
 
 
 def _start_words(start: np.datetime64 | None, offset: float) -> str:
