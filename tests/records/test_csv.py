@@ -217,7 +217,12 @@ REFUSED = {
         "run.csv: 2 columns in the header and 4 in the first sample; "
         "a decimal comma needs semicolons or tabs between columns",
     ),
-    "not a number": (rows((9, "0.009,nan")), {}, 'run.csv: line 11: column "torque_Nm": nan is not a finite number'),
+    "not a number": (
+        rows((9, "0.009,nan")),
+        {},
+        'run.csv: line 11: column "torque_Nm": nan is not a finite number; max_gap_s = ... allows to bridge missing '
+        "samples, window_s to leave them out",
+    ),
     "infinite": (rows((9, "0.009,-inf")), {}, 'run.csv: line 11: column "torque_Nm": -inf is not a finite number'),
     "too large": (rows((9, "0.009,1e999")), {}, 'run.csv: line 11: column "torque_Nm": inf is not a finite number'),
     "time is not a number": (rows((9, "nan,0.0")), {}, 'run.csv: line 11: column "time_s": nan is not a finite number'),

@@ -137,7 +137,7 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
         quantity=quantity,
         column=_column(required(table, "column", place, f"write {EXAMPLE}"), place.key("column")),
         unit=_unit(table, quantity, place.key("unit")),
-        gain=_gain(table.get("gain", 1.0), place.key("gain")),
+        gain=_gain(table["gain"], place.key("gain")) if "gain" in table else None,
         role=role,
         held=one_of(table.get("between", "linear"), BETWEEN, place.key("between")) == "held",
     )

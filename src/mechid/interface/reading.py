@@ -46,7 +46,7 @@ def load_record(
     Parameters
     ----------
     path : Path
-        Text, .mat, .h5, .tdms, .uff, .parquet, .npy or .npz; docs/records.md.
+        Text, .mat, .h5, .nc, .tdms, .uff, .parquet, .npy or .npz; docs/records.md.
     sample_rate_hz : float or None
         Of a file without a time column or clock.
     columns : tuple of str

@@ -1,4 +1,4 @@
-"""Files that hold arrays: each one-dimensional series in them is a column, read when it is wanted."""
+"""Tables of files that hold arrays: each one-dimensional series is a column, read when it is wanted."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from mechid.arrays import FloatArray
 from mechid.errors import RecordError
 from mechid.records.foreign import parsing
+from mechid.records.scaling import Attributes, read_packing, unapplied_scaling
+from mechid.records.scaling_beside import add_scaling_beside
 from mechid.records.table import ALL, Column, Metadata, column_label
 from mechid.signal.series import blocks
 
@@ -20,6 +22,8 @@ Load = Callable[[Index], Any]
 MOST_SERIES = 256
 """So many series may stand side by side in one array; more is a matrix and no record."""
 LARGEST_EXACT = 2**53
+UNEVEN = ("Y", "M", "generic")
+"""Units of NumPy's dates and durations that are no number of seconds."""
 AT_ONCE = 2**20
 """Samples of a column that are read together: what writers of Parquet make a row group, as a rule."""
 
@@ -38,12 +42,15 @@ class Item:
         Of its numbers.
     load : callable
         Returns the part of the array at an index, as ``array[index]`` would.
+    attributes : Mapping
+        All that the file states of the array, by name: some of it may be its scaling.
     """
 
     column: Column
     shape: tuple[int, ...] = ()
     dtype: np.dtype[Any] = field(default_factory=lambda: np.dtype(float))
     load: Load = np.empty(0).__getitem__
+    attributes: Attributes = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,15 +97,19 @@ class ArrayTable:
         return self._numbers(part, index)
 
     def _numbers(self, part: NDArray[Any], index: int) -> FloatArray:
-        """Return the samples as float64; dates as seconds since the column's first."""
+        """Return the samples as float64: durations in s, dates in s since the first, packed numbers unpacked."""
         if part.dtype.kind == "M":
             load, _, first = self.series[index]
-            return np.asarray((part - np.asarray(load(first))) / np.timedelta64(1, "ns") * 1e-9, dtype=np.float64)
-        long = part.dtype.kind in "iu" and part.dtype.itemsize == 8 and part.size
-        if long and max(abs(int(part.min())), abs(int(part.max()))) > LARGEST_EXACT:
-            label = column_label(self.columns, index)
-            raise self.error(f"{label}: whole numbers beyond 2^53, which have no exact float64")
-        return part.astype(np.float64, copy=False)
+            part = part - np.asarray(load(first))
+        if part.dtype.kind == "m":
+            return np.asarray(part / np.timedelta64(1, "ns") * 1e-9, dtype=np.float64)
+        packing = self.columns[index].packing
+        if part.dtype.kind in "iu" and part.dtype.itemsize == 8:
+            measured = part[~packing.missing(part)] if packing else part
+            if measured.size and max(abs(int(measured.min())), abs(int(measured.max()))) > LARGEST_EXACT:
+                label = column_label(self.columns, index)
+                raise self.error(f"{label}: whole numbers beyond 2^53, which have no exact float64")
+        return packing.unpack(part) if packing else part.astype(np.float64, copy=False)
 
 
 def array_table(
@@ -125,7 +136,7 @@ def array_table(
     return ArrayTable(
         label=label,
         kind=kind,
-        columns=columns,
+        columns=add_scaling_beside(columns, metadata),
         series=series,
         metadata=metadata,
         is_ordered=is_ordered,
@@ -141,7 +152,7 @@ def _columns(item: Item) -> Iterator[tuple[Column, tuple[Load, int, Index]]]:
         yield replace(item.column, fault=fault), (item.load, 0, ())
         return
     axis = int(np.argmax(item.shape))
-    column = replace(item.column, samples=item.shape[axis], whole=item.dtype.kind in "iub")
+    column = replace(_measured(item), samples=item.shape[axis])
     others = [k for k, size in enumerate(item.shape) if k != axis and size > 1]
     for place in range(item.shape[others[0]] if others else 1):
         first: Index = tuple(place if [k] == others else 0 for k in range(len(item.shape)))
@@ -149,12 +160,25 @@ def _columns(item: Item) -> Iterator[tuple[Column, tuple[Load, int, Index]]]:
         yield replace(column, path=path), (item.load, axis, first)
 
 
+def _measured(item: Item) -> Column:
+    """Return the column of an array with all that makes its numbers measured values."""
+    column, kind = item.column, item.dtype.kind
+    if kind in "mM":  # has its unit in itself, so one in its name is that of something else
+        return replace(column, name=column.bare_name, path=column.key, unit="s")
+    packing = read_packing(item.attributes, item.dtype)
+    is_whole = kind in "iub" and not (packing and packing.is_scaled)
+    unapplied = unapplied_scaling(item.attributes, has_unit=column.stated_unit is not None, is_whole=is_whole)
+    return replace(column, whole=is_whole, packing=packing, unapplied=unapplied or column.unapplied)
+
+
 def _fault(dtype: np.dtype[Any], shape: tuple[int, ...]) -> str | None:
     long = sorted(size for size in shape if size > 1)
     if dtype.kind == "c":
         return "complex numbers; a record needs real ones"
-    if dtype.kind not in "fiubM":
+    if dtype.kind not in "fiubmM":
         return f"no numbers ({dtype})"
+    if dtype.kind in "mM" and np.datetime_data(dtype)[0] in UNEVEN:
+        return f"times in units that have no length in seconds ({dtype})"
     if not shape or 0 in shape:
         return "it is empty"
     sizes = " x ".join(map(str, shape))

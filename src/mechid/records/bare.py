@@ -6,7 +6,7 @@ What it is follows from its unit. A column without one keeps its own numbers, an
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from mechid.errors import RecordError, UsageError, did_you_mean
 from mechid.records.column_names import is_row_number, is_time
 from mechid.records.columns import ChosenColumn, Layout, find_column, time_beside
 from mechid.records.conditioning import Samples
+from mechid.records.doubts import raw_counts, unapplied_fault
 from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
@@ -38,6 +39,8 @@ KINDS: Mapping[str, str] = {
 }
 """What a unit tells, and a quantity of that unit."""
 LARGEST = 1e100
+MOST_LEFT_OUT = 8
+OVERRIDE = "give --column and --unit, that of the numbers as they are stored; in a campaign, unit and gain"
 COUNTS = "counts"
 """Unit of whole numbers without one."""
 
@@ -105,24 +108,54 @@ def read_bare(path: Path, hints: Hints | None = None) -> tuple[Record, ...]:
     table = open_table(path, path.name)
     refused: list[str] = []
     with readable(path.name):
-        groups = _groups(table, hints)
+        groups = _groups(table, hints, refused)
         records = [record for group in groups for record in _read(path, table, group, hints, refused)]
+    refused += _left_out(table, hints)
     if not records:
         raise RecordError(refused[0] if refused else str(table.error("no column that can be a channel")))
-    warnings = (*table.warnings, *refused, *records[0].warnings)
+    warnings = (*table.warnings, *refused, *_doubts(table, groups, hints), *records[0].warnings)
     return (replace(records[0], warnings=warnings), *records[1:])
 
 
-def _groups(table: Table, hints: Hints) -> tuple[_Group, ...]:
-    """Return the columns to look at, those of one clock together."""
+def _left_out(table: Table, hints: Hints) -> list[str]:
+    """Return one line that names the columns that are not looked at; none where all are, or some are asked for."""
+    named = [] if hints.columns else [k for k in range(len(table.columns)) if _fault(table, k, hints)]
+    said = [f"{column_label(table.columns, k)}: {_fault(table, k, hints)}" for k in named[:MOST_LEFT_OUT]]
+    more = [f"{len(named) - MOST_LEFT_OUT} more"] if len(named) > MOST_LEFT_OUT else []
+    return [str(table.error("; ".join([*said, *more])))] if named else []
+
+
+def _fault(table: Table, index: int, hints: Hints) -> str | None:
+    """Return why a column is not looked at."""
+    column = table.columns[index]
+    if column.fault or hints.unit is not None:
+        return column.fault
+    return unapplied_fault(table, index, OVERRIDE)
+
+
+def _doubts(table: Table, groups: Sequence[_Group], hints: Hints) -> list[str]:
+    """Return the warnings of integers that are read in a unit of the file and may be raw counts."""
+    read = [chosen for group in groups for chosen in group.layout.channels if table.columns[chosen.index].stated_unit]
+    specs = (ChannelSpec(quantity=chosen.quantity, column=chosen.index, unit=hints.unit) for chosen in read)
+    found = (raw_counts(table, spec, chosen.index) for spec, chosen in zip(specs, read, strict=True))
+    return [str(table.error(doubt)) for doubt in found if doubt]
+
+
+def _groups(table: Table, hints: Hints, refused: list[str]) -> tuple[_Group, ...]:
+    """Return the columns to look at, those of one clock together; why others have none is added to `refused`."""
     indices = _columns(table, hints)
     found: dict[object, list[tuple[ChosenColumn, str]]] = {}
     clocks: dict[object, tuple[ChosenColumn | None, Clock | None]] = {}
     for index in indices:
-        column, time = table.columns[index], _time(table, index, hints)
+        try:
+            column, time = table.columns[index], _time(table, index, hints)
+        except RecordError as error:
+            refused.append(str(error))
+            continue
         key = (time.index if time else None, column.clock, column.samples, column.start_time)
         clocks[key] = (time, column.clock)
         found.setdefault(key, []).append(_channel_of(table, index, hints))
+    refused[:] = dict.fromkeys(refused)  # many columns may lack a clock for one reason
     return tuple(
         _Group(
             layout=Layout(time=clocks[key][0], channels=tuple(c for c, _ in chosen), clock=clocks[key][1]),
@@ -135,8 +168,12 @@ def _groups(table: Table, hints: Hints) -> tuple[_Group, ...]:
 def _columns(table: Table, hints: Hints) -> list[int]:
     if hints.columns:
         asked = [int(name) if name.isdigit() else name for name in hints.columns]
-        return [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
-    indices = [k for k, column in enumerate(table.columns) if column.fault is None and not is_time(column)]
+        found = [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
+        for index in found:
+            if fault := _fault(table, index, hints):
+                raise table.error(f"{column_label(table.columns, index)}: {fault}")
+        return found
+    indices = [k for k, column in enumerate(table.columns) if not _fault(table, k, hints) and not is_time(column)]
     if table.is_ordered and len(indices) > 1 and indices[0] == 0 and is_row_number(table.columns):
         indices = indices[1:]
     if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]) and _rises(table, indices[0]):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.column_names import is_row_number, is_time, is_torque
+from mechid.records.doubts import raw_counts, refuse_unapplied_scaling
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
@@ -67,9 +68,11 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
     or the only one.
     """
     if not table.is_ordered:
-        usable = [index for index, column in enumerate(table.columns) if column.fault is None]
-        called = [index for index in usable if table.columns[index].bare_name.lower() == "torque"]
-        chosen = called or usable
+        columns = table.columns
+        usable = [index for index, column in enumerate(columns) if column.fault is None]
+        called = [index for index, column in enumerate(columns) if column.bare_name.lower() == "torque"]
+        called = [index for index in called if index in usable] or called
+        chosen = called or usable or [*range(len(columns))]  # of one that has a fault, that is said
         if len(chosen) == 1:
             return ChannelSpec(quantity="torque", column=chosen[0])
         raise table.error(f"torque: which column is it? name it in channels; the file has {_listed(table.columns)}")
@@ -230,13 +233,14 @@ def _clock_words(column: Column) -> str:
 
 def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
     _refuse_without_unit(table, channel, index)
+    refuse_unapplied_scaling(table, channel, index)
     factor, warning = _factor(table, channel, index)
     return ChosenColumn(
         index=index,
         quantity=channel.quantity,
-        scale=factor * channel.gain,
+        scale=factor * (1.0 if channel.gain is None else channel.gain),
         role=channel.role,
-        warning=warning or _raw_counts(table, channel, index),
+        warning=warning or raw_counts(table, channel, index),
     )
 
 
@@ -335,15 +339,6 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
     if column.unit or column.name.endswith(("]", ")")):
         return factor, f'{label}: read in "{channel.unit}", as the campaign says, not in "{in_file}"'
     return factor, None
-
-
-def _raw_counts(table: Table, channel: ChannelSpec, index: int) -> str | None:
-    """Return a warning where integers are about to be taken for SI, which nobody has said."""
-    column = table.columns[index]
-    if not column.whole or channel.unit or column.stated_unit or channel.gain != 1.0 or channel.quantity == "time":
-        return None
-    label, unit = column_label(table.columns, index), si_unit(channel.quantity)
-    return f"{label}: integers without a unit, read in {unit}; are they raw counts? then give unit and gain"
 
 
 def _factor_or_none(unit: str, quantity: str) -> float | None:

@@ -41,7 +41,7 @@ MINIMUM_SAMPLES = 16
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".dcexp")
 GUARDED: Mapping[str, Reader] = {
     ".mat": open_matlab,
-    **dict.fromkeys((".h5", ".hdf5", ".hdf"), open_hdf5),
+    **dict.fromkeys((".h5", ".hdf5", ".hdf", ".nc"), open_hdf5),
     ".tdms": open_tdms,
     **dict.fromkeys((".uff", ".unv", ".u58"), open_uff),
     **dict.fromkeys((".parquet", ".pq"), open_parquet),

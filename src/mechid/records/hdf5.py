@@ -1,4 +1,4 @@
-"""The reader of HDF5 files, by h5py: each dataset, under its path, is read when it is wanted."""
+"""Reader of HDF5 files, by h5py: each dataset, under its path, is read when it is wanted."""
 
 from __future__ import annotations
 
@@ -8,13 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
 from mechid.records.foreign import library, parsing
 from mechid.records.hdf5_links import Links, Within
+from mechid.records.scaling import plain_unit, unapplied_scaling
 from mechid.records.table import Column, Fact
 
 KIND = "an HDF5 file"
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
+NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
+"""Begins the attribute NAME of a dataset that stands for a length alone."""
+CLASSIC = b"CDF"
+"""Begins a NetCDF file of the classic format."""
 COMPLEX = (("real", "imag"), ("r", "i"))
 
 
@@ -22,16 +28,27 @@ def open_hdf5(path: Path, label: str, external_files: Collection[str] = ()) -> A
     """Read the head of the HDF5 file at `path`.
 
     A dataset of records has a column for each field. The unit is the dataset's attribute ``unit`` or
-    ``units``. Attributes of the file, and datasets of one number or text, are metadata. Links are followed as `Links`
-    says, with the numbers of `external_files` where the file names them.
+    ``units``; of its scaling and fill values `mechid.records.scaling` says what is applied. Attributes of the file,
+    and datasets of one number or text, are metadata. Links are followed as `Links` says, with the numbers of
+    `external_files` where the file names them.
     """
     h5py = library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
+    _refuse_classic(path, label)
     with parsing(label, KIND), h5py.File(path, "r") as file:
         metadata |= facts(file.attrs)
         links = Links(h5py, label, external_files)
         items = list(_items(links, file, "", frozenset(), metadata))
     return array_table(label, KIND, items, metadata, is_sliced=True, warnings=links.warnings)
+
+
+def _refuse_classic(path: Path, label: str) -> None:
+    """Refuse NetCDF before version 4, which is no HDF5."""
+    with path.open("rb") as file:
+        if file.read(len(CLASSIC)) == CLASSIC:
+            raise RecordError(
+                f"{label}: is NetCDF of the classic format; convert it to NetCDF-4, as nccopy -k nc4 old.nc new.nc"
+            )
 
 
 def facts(attributes: Any) -> dict[str, Fact]:
@@ -70,15 +87,21 @@ def _dataset(h5py: Any, dataset: Any, key: str, metadata: dict[str, Fact]) -> It
     if single is not None:
         metadata[key] = single
         return
-    attributes = facts(dataset.attrs)
-    unit = next((str(attributes.pop(name)) for name in UNIT_ATTRIBUTES if name in attributes), None)
+    stated = {str(name): dataset.attrs[name] for name in dataset.attrs}
+    if str(fact(stated.get("NAME", ""))).startswith(NO_VARIABLE):
+        return
+    attributes = facts(stated)
+    unit = next((plain_unit(str(attributes.pop(name))) for name in UNIT_ATTRIBUTES if name in attributes), None)
     names = dataset.dtype.names
     if names is None or names in COMPLEX:
         dtype = np.dtype(complex) if names else dataset.dtype
         column = Column(name=key.rpartition("/")[2], path=key, unit=unit, metadata=attributes)
-        yield Item(column=column, shape=dataset.shape or (), dtype=dtype, load=loader(h5py, dataset))
+        load = loader(h5py, dataset)
+        yield Item(column=column, shape=dataset.shape or (), dtype=dtype, load=load, attributes=stated)
         return
+    # Of several fields nobody knows which a scaling is meant for: all of them, with the time, or one.
+    unapplied = unapplied_scaling(stated, has_unit=unit is not None, is_whole=False, is_beside=True)
     for name in names:
-        column = Column(name=name, path=f"{key}/{name}", unit=unit, metadata=attributes)
+        column = Column(name=name, path=f"{key}/{name}", unit=unit, unapplied=unapplied, metadata=attributes)
         load = loader(h5py, dataset, name)
         yield Item(column=column, shape=dataset.shape, dtype=dataset.dtype[name], load=load)

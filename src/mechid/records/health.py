@@ -19,13 +19,15 @@ CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
 
 
-def refuse_not_finite(table: Table, data: Series, label: str, first: int = 0) -> None:
+def refuse_not_finite(table: Table, data: Series, label: str, first: int = 0, if_missing: str = "") -> None:
     """Raise RecordError at the first NaN or infinity of a series whose first row in the file is `first`."""
     for part in pieces_of(data):
         values = data[part]
         rows = np.flatnonzero(~np.isfinite(values))
         if rows.size:
-            raise table.error(f"{label}: {values[rows[0]]} is not a finite number", first + part.start + int(rows[0]))
+            odd = values[rows[0]]
+            message = f"{label}: {odd} is not a finite number{if_missing if np.isnan(odd) else ''}"
+            raise table.error(message, first + part.start + int(rows[0]))
 
 
 def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -> list[str]:

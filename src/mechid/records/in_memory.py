@@ -1,4 +1,4 @@
-"""Samples that are in memory as the columns of a record: arrays, data frames and data sets, as if a file held them.
+"""Columns of a record from samples in memory: arrays, data frames and data sets, as if a file held them.
 
 Pandas and xarray are not imported: what they hold is asked of the objects themselves.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,10 @@ from mechid.records.arrays import ArrayTable, Item, array_table
 from mechid.records.column_names import is_time
 from mechid.records.formats import record_from
 from mechid.records.record import Record
+from mechid.records.scaling import Attributes, is_applied, plain_unit, read_packing
 from mechid.records.spec import RecordSpec
 from mechid.records.table import Clock, Column
+from mechid.units import to_si_factor
 
 KIND = "samples in memory"
 MEMORY = Path("memory:")
@@ -39,10 +41,13 @@ class SampleColumns:
         By column name, which may end in a unit as a file's header may; `TIME` is the time in s.
     units : mapping of str to str
         Units stated apart from the names.
+    attributes : mapping of str to mapping
+        What else is stated of columns, as an xarray object's attributes: perhaps a scaling that is not applied.
     """
 
     arrays: Mapping[str, NDArray[Any]]
-    units: Mapping[str, str]
+    units: Mapping[str, str] = field(default_factory=dict)
+    attributes: Mapping[str, Attributes] = field(default_factory=dict)
 
     @property
     def digest(self) -> str:
@@ -71,17 +76,17 @@ def columns_of(samples: object, label: str) -> SampleColumns:
         return _of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
     if hasattr(samples, "columns") and hasattr(samples, "index"):
         named = {str(name): _array(samples[name]) for name in samples.columns}  # type: ignore[index]
-        return SampleColumns(arrays=_time_of_index(samples.index) | named, units={})
+        return _described(_time_of_index(samples.index) | named, _attributes_of_columns(samples, tuple(named)))
     if hasattr(samples, "index") and hasattr(samples, "name") and not callable(samples.index):
         name = str(samples.name or TORQUE)
-        return SampleColumns(arrays=_time_of_index(samples.index) | {name: _array(samples)}, units={})
+        return _described(_time_of_index(samples.index) | {name: _array(samples)}, {name: _attributes(samples)})
     if isinstance(samples, Mapping):
-        return SampleColumns(arrays={str(name): _array(array) for name, array in samples.items()}, units={})
+        return SampleColumns(arrays={str(name): _array(array) for name, array in samples.items()})
     array = _array(samples)
     if array.ndim != 1:
         sizes = " x ".join(map(str, array.shape)) or "one value"
         raise RecordError(f"{label}: found {sizes}; give the torque as one series, or a mapping of series by name")
-    return SampleColumns(arrays={TORQUE: array}, units={})
+    return SampleColumns(arrays={TORQUE: array})
 
 
 def record_of(columns: SampleColumns, spec: RecordSpec) -> Record:
@@ -124,6 +129,7 @@ def _table(columns: SampleColumns, label: str, clock: Clock | None = None) -> Ar
             shape=array.shape,
             dtype=array.dtype,
             load=array.__getitem__,
+            attributes=columns.attributes.get(name, {}),
         )
         for name, array in columns.arrays.items()
         if not (clock and name == TIME)
@@ -145,9 +151,49 @@ def _of_dataset(samples: Any, label: str) -> SampleColumns:
         raise RecordError(f"{label}: found the dimensions {', '.join(map(str, samples.sizes))}; give one, the time")
     (dimension,) = samples.sizes
     arrays = {str(name): np.asarray(one) for name, one in samples.data_vars.items()}
-    units = {str(name): str(one.attrs["units"]) for name, one in samples.data_vars.items() if "units" in one.attrs}
-    time = {TIME: _seconds(np.asarray(samples.coords[dimension]))} if dimension in samples.coords else {}
-    return SampleColumns(arrays=time | arrays, units=units)
+    attributes = {str(name): _attributes(one) for name, one in samples.data_vars.items()}
+    if dimension in samples.coords:
+        arrays = {TIME: _coordinate(samples.coords[dimension], label)} | arrays
+    return _described(arrays, attributes)
+
+
+def _attributes(samples: Any) -> Attributes:
+    """Return the attributes of a Series or a DataArray; xarray keeps those of what it has decoded itself apart."""
+    return dict(getattr(samples, "attrs", {}))
+
+
+def _attributes_of_columns(frame: Any, names: tuple[str, ...]) -> dict[str, Attributes]:
+    """Return the attributes of a DataFrame's columns: those under a column's name, all where it has one column."""
+    stated = _attributes(frame)
+    if len(names) == 1 and not isinstance(stated.get(names[0]), Mapping):
+        return {names[0]: stated}
+    return {name: dict(stated[name]) for name in names if isinstance(stated.get(name), Mapping)}
+
+
+def _described(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Attributes]) -> SampleColumns:
+    """Return columns with their units, unpacked as their attributes say; the scaling that is left is not applied."""
+    units, unpacked, others = {}, dict(arrays), {}
+    for name, stated in attributes.items():
+        packing = read_packing(stated, arrays[name].dtype)
+        if packing:
+            unpacked[name] = packing.unpack(arrays[name])
+        if "units" in stated:
+            units[name] = str(stated["units"])
+        others[name] = {key: value for key, value in stated.items() if not is_applied(key, value)}
+    return SampleColumns(arrays=unpacked, units=units, attributes=others)
+
+
+def _coordinate(time: Any, label: str) -> NDArray[Any]:
+    """Return a time coordinate in s."""
+    array = np.asarray(time)
+    stated = _attributes(time)
+    if array.dtype.kind in "mM" or "units" not in stated:
+        return _seconds(array)
+    try:
+        factor = to_si_factor(plain_unit(str(stated["units"])), "time")
+    except RecordError as error:
+        raise RecordError(f"{label}: time: {error}") from None
+    return _described({TIME: array}, {TIME: stated}).arrays[TIME] * factor
 
 
 def _time_of_index(index: Any) -> dict[str, NDArray[Any]]:

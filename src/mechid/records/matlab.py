@@ -39,7 +39,7 @@ def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) ->
     refuse_larger_than_memory(path, label, KIND)
     metadata: dict[str, Fact] = {}
     with parsing(label, KIND):
-        content: dict[str, Any] = loadmat(path)
+        content: dict[str, Any] = loadmat(path, mat_dtype=True)  # whole doubles are stored as integers
     header = fact(content.get("__header__"))
     if header is not None:
         metadata["header"] = header
@@ -74,7 +74,7 @@ class _Objects(Heap):
         cells: list[Any] = []
         with suppress(ValueError, IndexError, KeyError):
             _, inner = varmats_from_mat(BytesIO(head + workspace.tobytes()[8:]))[0]
-            cells = [*loadmat(inner)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
+            cells = [*loadmat(inner, mat_dtype=True)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
         super().__init__(cells, lambda cell: bytes(cell.tobytes()))
 
     def variables(self) -> Iterator[tuple[str, Any]]:

@@ -25,6 +25,8 @@ PRIVATE = "#"
 """What MATLAB keeps for itself begins so."""
 NUMBERS = ("double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 
+OF_STREAMS = ("/Values/CompressedTime", "/SignalAttributes/")
+"""In the paths of arrays that describe the streams of logged signals."""
 OBJECTS = "#subsystem#/MCOS"
 """Where the cells of all objects are."""
 
@@ -52,7 +54,10 @@ def open_matlab73(path: Path, label: str, external_files: Collection[str] = ()) 
 
 def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
     """Yield what a file holds; where Simulink has logged signals, the objects that name them say nothing more."""
-    yield from (item for item in items if not (logged and item.column.fault and "MATLAB class" in item.column.fault))
+    for item in items:
+        fault, key = item.column.fault or "", item.column.key
+        if not logged or not ("MATLAB class" in fault or any(part in key for part in OF_STREAMS)):
+            yield item
     yield from logged
 
 

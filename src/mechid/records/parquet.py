@@ -12,7 +12,8 @@ from mechid.records.foreign import library, parsing
 from mechid.records.table import Column, Fact
 
 KIND = "a Parquet file"
-UNIT_KEYS = (b"unit", b"units")
+UNIT_KEYS = ("unit", "units")
+FIELD_ID = b"PARQUET:field_id"
 NOT_FOR_USERS = (b"pandas", b"ARROW:schema")
 DATE = "timestamp["
 BUFFER = 2**20
@@ -37,15 +38,16 @@ def _is_told(key: bytes) -> bool:
 
 
 def _item(pq: Any, path: Path, field: Any, samples: int) -> Item:
-    attributes = field.metadata or {}
-    unit = next((fact(attributes[key]) for key in UNIT_KEYS if key in attributes), None)
-    column = Column(name=field.name, unit=str(unit) if unit else None)
+    attributes = {key.decode(): fact(value) for key, value in (field.metadata or {}).items() if key != FIELD_ID}
+    told = {key: value for key, value in attributes.items() if value is not None}
+    unit = next((told.pop(key) for key in UNIT_KEYS if key in told), None)
+    column = Column(name=field.name, unit=str(unit) if unit else None, metadata=told)
 
     def load(index: Index) -> Any:
         (rows,) = index
         return _read(pq, path, field.name, rows)
 
-    return Item(column=column, shape=(samples,), dtype=_dtype(field.type), load=load)
+    return Item(column=column, shape=(samples,), dtype=_dtype(field.type), load=load, attributes=told)
 
 
 def _dtype(kind: Any) -> np.dtype[Any]:

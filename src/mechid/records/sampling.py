@@ -23,6 +23,7 @@ from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long,
 
 COPIES = 2
 """Times that a column is in memory while it is read."""
+IF_MISSING = "; max_gap_s = ... allows to bridge missing samples, window_s to leave them out"
 LEAST_RESAMPLED = 4
 """Samples through which there is one cubic spline."""
 
@@ -194,7 +195,8 @@ def _inside(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slic
 def _scaled(table: Table, column: ChosenColumn, data: Room, first: int, *, finite: bool) -> Room:
     """Return the column's samples in SI, changed in place."""
     if finite:
-        refuse_not_finite(table, data, column_label(table.columns, column.index), first)
+        if_missing = "" if column.quantity == "time" else IF_MISSING
+        refuse_not_finite(table, data, column_label(table.columns, column.index), first, if_missing)
     if column.scale != 1.0:
         change_in_place(data, lambda values, part: values * column.scale)
     return data

@@ -2,111 +2,226 @@
 
 Simulink keeps the samples apart from the objects, in numbered streams under ``#sigstream#``: ``#data#`` (bytes, or
 numbers), ``#length#`` samples of ``#sampleSize#`` bytes. An element of a Dataset is a struct under ``#refs#`` with its
-``Name`` and ``Values``, whose entries that end in ``R2`` are numbers of streams, and whose ``CompressedTime`` is start,
-step and count of an even time. Read from files as several programs of others read theirs; MathWorks publishes nothing.
+``Name`` and ``Values``, a time series or for a bus a struct of them. Of a time series ``DataR2`` and ``TimeR2`` are
+numbers of streams, empty where there is none; ``CompressedTime`` is start, step and count of an even time;
+``SignalAttributes/ClassName`` is the type of a sample. Read from files of others as several programs of others read
+theirs; MathWorks publishes nothing.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mechid.arrays import FloatArray
+from mechid.errors import RecordError
 from mechid.records.arrays import Index, Item
+from mechid.records.hdf5 import loader
 from mechid.records.hdf5_links import Links
 from mechid.records.table import Clock, Column
+from mechid.units import to_si_factor
 
 STREAMS, REFERENCES = "#sigstream#", "#refs#"
-STREAM = "R2"
-"""Ending of an entry that is the number of a stream."""
-DOUBLE = 8
-"""Bytes of a sample whose kind is known: nothing in a stream tells a single number from a whole one."""
+DATA, TIME, VARIABLE_SIZE = "DataR2", "TimeR2", "VarDimsR2"
+"""Entries of a time series that are the number of a stream."""
+DEEPEST = 8
+"""Buses in buses."""
+UNTOLD = "double"
+"""Class of samples of 8 bytes where nothing tells it: what Simulink computes in unless told otherwise."""
+TYPES: Mapping[str, np.dtype[Any]] = {
+    "double": np.dtype("<f8"),
+    "single": np.dtype("<f4"),
+    "half": np.dtype("<f2"),
+    **dict.fromkeys(("logical", "boolean"), np.dtype("u1")),
+    **{f"{name}{8 * size}": np.dtype(f"<{name[0]}{size}") for name in ("int", "uint") for size in (1, 2, 4, 8)},
+}
+"""Type of a sample by the name that MATLAB has for its class."""
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A time series: an element of a Dataset, or a signal of a bus.
+
+    Attributes
+    ----------
+    path : str
+        Names of the element and of the buses.
+    node : h5py.Group
+    """
+
+    path: str
+    node: Any
 
 
 def logged_signals(links: Links, file: Any) -> Iterator[Item]:
-    """Yield the signals of the Datasets in an open file, and the streams that no element names."""
+    """Yield the signals of the Datasets in an open file, and the streams that none of them names."""
     if links.at(file, STREAMS) is None:
         return
-    references = links.at(file, REFERENCES)
-    entries = [] if references is None else links.entries(references, frozenset())
-    elements = [(key, node) for key, node, _ in entries if _is_element(links, node)]
-    names = Counter(_text(links.at(node, "Name")) for _, node in elements)
-    named: set[int] = set()
-    for key, node in elements:
-        name = _text(links.at(node, "Name")) or key
-        yield from _signal(links, node, name if names[name] < 2 else f"{name}/{key}", named)
+    leaves = list(_leaves(links, file))
+    named = {
+        number
+        for leaf in leaves
+        for entry in (DATA, TIME)
+        if (number := _stream_of(links, leaf.node, entry)) is not None
+    }
+    for leaf in leaves:
+        yield from _signal(links, leaf)
     for number in links.at(file, STREAMS):
         if number.isdigit() and int(number) not in named:
             column = Column(name=f"stream_{number}", path=f"{STREAMS}/{number}")
-            yield _stream(links, file, int(number), column)
+            yield _stream(links, file, int(number), column, None)
 
 
-def _is_element(links: Links, node: Any) -> bool:
-    if not isinstance(node, links.h5py.Group) or links.at(node, "Name") is None:
-        return False
-    values = links.at(node, "Values")
-    return isinstance(values, links.h5py.Group) and any(key.endswith(STREAM) for key in values)
+def _leaves(links: Links, file: Any) -> Iterator[Leaf]:
+    """Yield the time series of all elements once; of elements of one name, their paths have the key of their struct."""
+    references = links.at(file, REFERENCES)
+    entries = [] if references is None else links.entries(references, frozenset())
+    elements = [(key, node) for key, node, _ in entries if isinstance(node, links.h5py.Group)]
+    found: dict[tuple[str, int | None], list[tuple[str, Leaf]]] = {}
+    for key, node in elements:
+        name, values = links.at(node, "Name"), links.at(node, "Values")
+        if name is None or not isinstance(values, links.h5py.Group):
+            continue
+        for leaf in _series_in(links, values, _text(name) or _words(links, node, "PropagatedName") or key, 0):
+            # A run that was saved as output and as variable has two elements for one stream.
+            found.setdefault((leaf.path, _stream_of(links, leaf.node, DATA)), []).append((key, leaf))
+    alone = Counter(path for path, _ in found)
+    for (path, _), [(key, leaf), *_] in found.items():
+        yield leaf if alone[path] == 1 else replace(leaf, path=f"{path}/{key}")
 
 
-def _signal(links: Links, node: Any, where: str, named: set[int]) -> Iterator[Item]:
-    """Yield the data of an element under its name, with its clock or its time."""
-    values, name = links.at(node, "Values"), where.partition("/")[0]
-    streams = {key.removesuffix(STREAM): _whole(links.at(values, key)) for key in values if key.endswith(STREAM)}
-    named |= set(streams.values())
-    clock = _clock(links.at(values, "CompressedTime"))
-    for entry, number in streams.items():
-        is_data = entry == "Data"
-        path_of = where if is_data and len(streams) == 1 else f"{where}/{entry}"
-        column = Column(
-            name=name if is_data else entry,
-            path=path_of,
-            clock=clock if is_data else None,
-            unit="s" if entry == "Time" else None,
-        )
-        yield _stream(links, node.file, number, column)
+def _series_in(links: Links, node: Any, path: str, level: int) -> Iterator[Leaf]:
+    """Yield the time series in the values of an element."""
+    if DATA in node:
+        yield Leaf(path, node)
+    elif level < DEEPEST:
+        for name, entry, _ in links.entries(node, frozenset()):
+            if isinstance(entry, links.h5py.Group):
+                yield from _series_in(links, entry, f"{path}/{name}", level + 1)
 
 
-def _clock(node: Any) -> Clock | None:
-    if node is None:
+def _signal(links: Links, leaf: Leaf) -> Iterator[Item]:
+    """Yield the data of a time series under its name, with its clock or its time."""
+    node, file = leaf.node, leaf.node.file
+    data, time = (_stream_of(links, node, entry) for entry in (DATA, TIME))
+    if data is None:  # a signal of which nothing was logged
+        return
+    has_time = time is not None or _filled(links, node, "Time") is not None
+    name, unit = leaf.path.rpartition("/")[2], _words(links, node, "DataUnits/Value") or None
+    column = Column(name=name, path=f"{leaf.path}/Data" if has_time else leaf.path, unit=unit)
+    item = _stream(links, file, data, column, _class_of(links, node))
+    yield item if has_time else _with_clock(links, node, item)
+    if has_time:
+        seconds = _words(links, node, "TimeUnits/Value") or "s"
+        stamps = Column(name="Time", path=f"{leaf.path}/Time", unit=seconds)
+        if time is not None:
+            yield _stream(links, file, time, stamps, UNTOLD)
+        else:
+            held = links.at(node, "Time")
+            yield Item(column=stamps, shape=held.shape, dtype=held.dtype, load=loader(links.h5py, held))
+
+
+def _with_clock(links: Links, node: Any, item: Item) -> Item:
+    """Return a signal with the even time that stands in ``CompressedTime``."""
+    held = _filled(links, node, "CompressedTime")
+    numbers = [] if held is None else np.asarray(held[()], dtype=float).ravel().tolist()
+    if len(numbers) != 3 or numbers[1] <= 0.0 or item.column.fault:
+        return item
+    if numbers[2] != item.shape[0]:
+        return _faulty(item.column, f"its time has {numbers[2]:.9g} samples, its data {item.shape[0]}")
+    try:
+        second = to_si_factor(_words(links, node, "TimeUnits/Value") or "s", "time")
+    except RecordError as error:
+        return _faulty(item.column, f"its time: {error}")
+    return replace(item, column=replace(item.column, clock=Clock(numbers[0] * second, 1.0 / (numbers[1] * second))))
+
+
+def _class_of(links: Links, node: Any) -> str | None:
+    """Return the class of a signal's samples, with what else keeps it from being a channel; None where untold."""
+    attributes = links.at(node, "SignalAttributes")
+    if attributes is None:
         return None
-    numbers = np.asarray(node[()], dtype=float).ravel()
-    return Clock(float(numbers[0]), 1.0 / float(numbers[1])) if numbers.size == 3 and numbers[1] > 0.0 else None
+    told = [_words(links, attributes, name) for name in ("ClassName", "ResolvedClassName")]
+    kind = next((name for name in told if name in TYPES), told[0])  # an enumeration resolves to integers
+    complexity = _filled(links, attributes, "Complexity")
+    if complexity is not None and _whole(complexity):
+        return f"complex {kind}"
+    return "signal of variable size" if _stream_of(links, node, VARIABLE_SIZE) is not None else kind
 
 
-def _stream(links: Links, file: Any, number: int, column: Column) -> Item:
+def _stream(links: Links, file: Any, number: int, column: Column, kind: str | None) -> Item:
+    """Return the samples of a stream, several side by side where its samples are vectors."""
     stream = links.at(file, f"{STREAMS}/{number}")
-    data, length = links.at(stream, "#data#"), _whole(links.at(stream, "#length#"))
+    if stream is None:
+        return _faulty(column, f"its stream {number} is not in the file")
+    data, length, size = links.at(stream, "#data#"), _whole(links.at(stream, "#length#")), 1
     if data.dtype.kind == "f":
-        return Item(column=column, shape=(length,), load=_loader(links.h5py, data, length, 1))
+        return Item(column=column, shape=(length,), load=_loader(links.h5py, data, length, 1, data.dtype))
     size = _whole(links.at(stream, "#sampleSize#"))
-    if size != DOUBLE or data.size < size * length:
-        fault = f"{length} samples of {size} bytes each, whose kind the file does not tell; log it as double"
-        return Item(column=Column(name=column.name, path=column.path, fault=fault))
-    return Item(column=column, shape=(length,), load=_loader(links.h5py, data, length, size))
+    if kind is None and size == TYPES[UNTOLD].itemsize:
+        kind = UNTOLD
+    if kind is None:
+        return _faulty(
+            column, f"{length} samples of {size} bytes each, whose class the file does not tell; log it as double"
+        )
+    if kind not in TYPES:
+        return _faulty(column, f'its samples are of the class "{kind}"; log it as double')
+    dtype = TYPES[kind]
+    if size % dtype.itemsize or data.size < size * length:
+        return _faulty(column, f"{data.size} bytes for {length} samples of {size} bytes of the class {kind}")
+    side = size // dtype.itemsize
+    shape = (length,) if side == 1 else (length, side)
+    return Item(column=column, shape=shape, dtype=dtype, load=_loader(links.h5py, data, length, size, dtype))
+
+
+def _faulty(column: Column, fault: str) -> Item:
+    return Item(column=Column(name=column.name, path=column.path, fault=fault))
+
+
+def _loader(h5py: Any, data: Any, length: int, size: int, dtype: np.dtype[Any]) -> Any:
+    """Return what loads a part of a stream of `length` samples, of `size` places in the file each."""
+    path, name = data.file.filename, data.name
+
+    def load(index: Index) -> NDArray[Any]:
+        rows, *beside = index or (slice(None),)
+        start, stop, step = (rows if isinstance(rows, slice) else slice(rows, rows + 1)).indices(length)
+        with h5py.File(path, "r") as file:
+            data = file[name]
+            axis = int(np.argmax(data.shape))
+            place = tuple(slice(size * start, size * stop) if k == axis else 0 for k in range(data.ndim))
+            part = np.asarray(data[place])
+        numbers = part if part.dtype.kind == "f" else np.frombuffer(part.tobytes(), dtype=dtype)
+        numbers = numbers.reshape(stop - start, -1)[::step]
+        found = numbers[:, beside[0]] if beside else numbers.squeeze(axis=1) if numbers.shape[1] == 1 else numbers
+        return found if isinstance(rows, slice) else found[0]
+
+    return load
+
+
+def _filled(links: Links, node: Any, path: str) -> Any:
+    """Return the dataset at a path, None where there is none or it is empty: MATLAB then stores its dimensions."""
+    found = links.at(node, path)
+    is_filled = isinstance(found, links.h5py.Dataset) and "MATLAB_empty" not in found.attrs and found.size
+    return found if is_filled else None
+
+
+def _stream_of(links: Links, node: Any, entry: str) -> int | None:
+    found = _filled(links, node, entry)
+    return None if found is None else _whole(found)
 
 
 def _whole(node: Any) -> int:
     return int(node[()].flat[0])
 
 
-def _loader(h5py: Any, data: Any, length: int, size: int) -> Any:
-    """Return what loads a part of a stream of `length` samples, of `size` places in the file each."""
-    path, name = data.file.filename, data.name
-
-    def load(index: Index) -> FloatArray:
-        start, stop, step = (index[0] if index else slice(None)).indices(length)  # type: ignore[union-attr]
-        with h5py.File(path, "r") as file:
-            data = file[name]
-            axis = int(np.argmax(data.shape))
-            place = tuple(slice(size * start, size * stop) if k == axis else 0 for k in range(data.ndim))
-            part = np.asarray(data[place])
-        numbers = part if size == 1 else np.frombuffer(part.tobytes(), dtype="<f8")
-        return np.asarray(numbers[::step], dtype=np.float64)
-
-    return load
+def _words(links: Links, node: Any, path: str) -> str:
+    """Return the text at a path, empty where there is none."""
+    found = _filled(links, node, path)
+    return _text(found) if found is not None and found.dtype.kind == "u" else ""
 
 
 def _text(node: Any) -> str:

@@ -41,8 +41,8 @@ class ChannelSpec:
         The column's name, with or without its unit, its path, or its index from 0.
     unit : str or None
         Unit of the file's numbers; None leaves it to the file, and to SI where that has none.
-    gain : float
-        Multiplies the converted values: polarity, or a calibration.
+    gain : float or None
+        Multiplies the converted values: polarity, or a calibration. None is 1, and says that nobody stated it.
     role : Role
         Output by default.
     held : bool
@@ -52,7 +52,7 @@ class ChannelSpec:
     quantity: str
     column: str | int
     unit: str | None = None
-    gain: float = 1.0
+    gain: float | None = None
     role: Role = Role.OUTPUT
     held: bool = False
 

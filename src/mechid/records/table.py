@@ -8,6 +8,7 @@ from typing import Protocol
 
 from mechid.arrays import FloatArray
 from mechid.errors import RecordError
+from mechid.records.scaling import Packing
 from mechid.units import split_header
 
 Fact = str | int | float
@@ -48,6 +49,10 @@ class Column:
         Whether the numbers are stored as integers: perhaps raw counts.
     fault : str or None
         Why it cannot be a channel, as ``"complex numbers"``.
+    packing : Packing or None
+        How the stored numbers become measured values, where the file states it by the CF conventions.
+    unapplied : str or None
+        Scaling that the file states and that is not applied, as ``"gain = 0.5"``.
     metadata : Mapping
         What else the file says of it.
     """
@@ -61,6 +66,8 @@ class Column:
     start_time: str | None = None
     whole: bool = False
     fault: str | None = None
+    packing: Packing | None = None
+    unapplied: str | None = None
     metadata: Metadata = field(default_factory=dict)
 
     @property

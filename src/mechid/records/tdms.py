@@ -1,8 +1,8 @@
-"""The reader of National Instruments' TDMS files, by npTDMS: metadata first, a channel when it is wanted."""
+"""Reader of National Instruments' TDMS files, by npTDMS: metadata first, a channel when it is wanted."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
 from mechid.records.clock import whole_rate
 from mechid.records.foreign import library, parsing
 from mechid.records.table import Clock, Column, Fact
+from mechid.records.tdms_segments import Part, first_start, parts_fault, read_parts
 
 KIND = "a TDMS file"
 SCALES_KNOWN = (
@@ -37,7 +38,8 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
     """Read the head of the TDMS file at `path`; a channel's path is ``group/channel``.
 
     The clock is that of the waveform's properties, the unit ``unit_string``; all other properties are
-    metadata. Scalings are applied.
+    metadata. Scalings are applied. A channel whose segments differ in unit, rate or scaling, or lie apart in time,
+    has a fault that names both values.
 
     Raises
     ------
@@ -47,7 +49,12 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
     nptdms = library("nptdms", "npTDMS", label)
     with parsing(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
         _refuse_cut(file, path, label)
-        items = [_item(nptdms, path, channel) for group in file.groups() for channel in group.channels()]
+        opened.seek(0)
+        parts = read_parts(opened, label) if len(file._reader._segments) > 1 else {}
+        items = []
+        for group in file.groups():
+            levels = (group.properties, file.properties)
+            items += [_item(nptdms, path, c, levels, parts.get(c.path, ())) for c in group.channels()]
         metadata = _facts(file.properties)
         for group in file.groups():
             metadata |= {f"{group.name}/{key}": value for key, value in _facts(group.properties).items()}
@@ -62,8 +69,9 @@ def _refuse_cut(file: Any, path: Path, label: str) -> None:
         raise RecordError(f"{label}: its last segment is not whole: the recording was cut off; write or copy it anew")
 
 
-def _item(nptdms: Any, path: Path, channel: Any) -> Item:
-    properties, group, name = channel.properties, channel.group_name, channel.name
+def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, Any]], parts: Sequence[Part]) -> Item:
+    """Return a channel; `levels` are the properties of its group and of the file."""
+    properties, group, name = first_start(parts, channel.properties), channel.group_name, channel.name
     attributes = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
     unit = attributes.pop("unit_string", None)
     column = Column(
@@ -72,7 +80,7 @@ def _item(nptdms: Any, path: Path, channel: Any) -> Item:
         unit=str(unit) if unit else None,
         clock=_clock(properties),
         start_time=_start_time(properties),
-        fault=_fault(properties),
+        fault=_fault((properties, *levels)) or parts_fault(parts),
         metadata=attributes,
     )
 
@@ -81,7 +89,8 @@ def _item(nptdms: Any, path: Path, channel: Any) -> Item:
         with path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
             return file[group][name][rows]
 
-    return Item(column=column, shape=(len(channel),), dtype=np.dtype(channel.dtype), load=load)
+    shape, dtype = (len(channel),), np.dtype(channel.dtype)
+    return Item(column=column, shape=shape, dtype=dtype, load=load, attributes=attributes)
 
 
 def _clock(properties: Mapping[str, Any]) -> Clock | None:
@@ -97,7 +106,9 @@ def _start_time(properties: Mapping[str, Any]) -> str | None:
     return str(start) if isinstance(start, np.datetime64) and start >= NO_DATE else None
 
 
-def _fault(properties: Mapping[str, Any]) -> str | None:
+def _fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
+    """Return why a channel's scaling cannot be applied: that of the first level that states one, as npTDMS takes it."""
+    properties = next((level for level in levels if level.get("NI_Number_Of_Scales")), levels[0])
     if properties.get("NI_Scaling_Status") == "scaled":
         return None
     kinds = [str(value) for key, value in properties.items() if key.endswith("_Scale_Type")]

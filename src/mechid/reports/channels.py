@@ -74,12 +74,14 @@ def file_data(path: Path) -> dict[str, Any]:
     sampled = samplings(table)
     faults = dict.fromkeys(one.fault for one in sampled if one.fault)
     rows = [_column_row(*one) for one in zip(count(), table.columns, sampled)]
+    scaled = [column for column in table.columns if column.unapplied]
+    unapplied = [str(table.error(f'column "{column.key}": {column.unapplied} is not applied')) for column in scaled]
     return {
         "file": str(path),
         "columns": [row for row in rows if not row["fault"]],
         "no_channels": [row for row in rows if row["fault"]],
         "metadata": dict(table.metadata),
-        "warnings": [*table.warnings, *faults],
+        "warnings": [*table.warnings, *unapplied, *faults],
     }
 
 

@@ -1,0 +1,181 @@
+"""Properties of TDMS channels, segment by segment.
+
+Each segment of a TDMS file may state the properties of its channels anew. npTDMS merges them, so that the last value
+holds for all samples. That is right for a correction that is appended without samples, and wrong where samples with
+another unit, rate, scaling or start follow.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from mechid.errors import RecordError
+from mechid.records.foreign import library
+from mechid.records.scaling import is_scaling_name
+from mechid.units import SI_UNIT, to_si_factor
+
+ROOT = "/"
+UNIT, INCREMENT, START, OFFSET = "unit_string", "wf_increment", "wf_start_time", "wf_start_offset"
+SCALING = re.compile(r"NI_(Scal|Number_Of_Scales)")
+"""Begins the properties that say how npTDMS is to scale raw numbers."""
+SAME_INCREMENT = 1e-9
+"""Relative difference of two intervals that is rounding."""
+STAMP_S = 2e-6
+"""Rounding of two stamps, which are read in microseconds."""
+SPLIT = "save each part as a file of its own"
+
+Properties = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Consecutive samples of a channel that share their properties.
+
+    Attributes
+    ----------
+    first : int
+        Number of the channel's samples before the part.
+    properties : Mapping
+        Unit, clock and scaling, as they are in effect for these samples.
+    """
+
+    first: int
+    properties: Properties
+
+
+def read_parts(file: BinaryIO, label: str) -> Mapping[str, Sequence[Part]]:
+    """Return the parts of each channel of an open TDMS file, by the channel's path in the file; samples are not read.
+
+    Raises
+    ------
+    RecordError
+        npTDMS reads segments in a way that cannot be followed.
+    """
+    nptdms = library("nptdms.reader", "npTDMS", label)
+    object_path = library("nptdms.common", "npTDMS", label).ObjectPath
+
+    class Reader(nptdms.TdmsReader):  # type: ignore[name-defined]
+        """Reader that looks at the properties after each segment, before the next one replaces them."""
+
+        def __init__(self) -> None:
+            super().__init__(file)
+            self.segments_seen = 0
+            self.parts: dict[str, list[Part]] = {}
+            self.counted: dict[str, int] = {}
+
+        def _update_object_properties(self, stated: Any) -> None:
+            super()._update_object_properties(stated)
+            self.segments_seen += 1
+            for path, found in self.object_metadata.items():
+                before = self.counted.get(path, 0)
+                if found.num_values > before:
+                    self.counted[path] = found.num_values
+                    if stated or before == 0:
+                        self._add(path, before)
+
+        def _add(self, path: str, before: int) -> None:
+            levels = (ROOT, object_path.from_string(path).group_path(), path)  # each may state a scaling
+            stated = (self.object_metadata[level].properties for level in levels if level in self.object_metadata)
+            properties = {key: _plain(value) for level in stated for key, value in level.items() if _counts(key)}
+            parts = self.parts.setdefault(path, [])
+            if not parts or parts[-1].properties != properties:
+                parts.append(Part(before, properties))
+
+    reader = Reader()
+    reader.read_metadata()
+    if reader.segments_seen != len(reader._segments):  # both are private to npTDMS and may change with its version
+        raise RecordError(f"{label}: this version of npTDMS does not show the properties of each segment; install 1.13")
+    return reader.parts
+
+
+def first_start(parts: Sequence[Part], properties: Properties) -> Properties:
+    """Return a channel's properties with the start of its first part, unless a correction followed the last one."""
+    starts = [{key: part.properties[key] for key in (START, OFFSET) if key in part.properties} for part in parts]
+    is_corrected = not starts or any(properties.get(key) != starts[-1].get(key) for key in (START, OFFSET))
+    return properties if is_corrected else {**properties, **starts[0]}
+
+
+def parts_fault(parts: Sequence[Part]) -> str | None:
+    """Return why the parts of a channel are no one series, naming both values; None where they are one."""
+    for before, after in pairwise(parts):
+        one, other = before.properties, after.properties
+        for key in sorted(one.keys() | other.keys()):
+            if key in (START, OFFSET) or _is_same(key, one.get(key), other.get(key)):
+                continue
+            shown = [_shown(properties.get(key)) for properties in (one, other)]
+            return (
+                f"its segments differ: {key} is {shown[0]} before sample {after.first} and {shown[1]} from there on; "
+                f"{SPLIT}"
+            )
+        fault = _start_fault(before, after)
+        if fault:
+            return fault
+    return None
+
+
+def _start_fault(before: Part, after: Part) -> str | None:
+    """Return why a part does not follow the one before it without a pause; a start that is repeated states nothing."""
+    one, other = (_start(part.properties) for part in (before, after))
+    interval = float(before.properties.get(INCREMENT, 0.0))
+    if one == other or interval <= 0.0 or (one[0] is None) != (other[0] is None):
+        return None
+    elapsed = other[1] - one[1]
+    if one[0] is not None and other[0] is not None:
+        elapsed += float((other[0] - one[0]) / np.timedelta64(1, "us")) * 1e-6
+    expected = (after.first - before.first) * interval
+    if abs(elapsed - expected) <= interval + STAMP_S:
+        return None
+    return (
+        f"its segments do not follow each other: from sample {before.first} to sample {after.first} it is "
+        f"{expected:.9g} s by {INCREMENT} and {elapsed:.9g} s by {START} and {OFFSET} ({_start_words(*one)}; "
+        f"{_start_words(*other)}); {SPLIT}"
+    )
+
+
+def _start(properties: Properties) -> tuple[np.datetime64 | None, float]:
+    start = properties.get(START)
+    return start if isinstance(start, np.datetime64) else None, float(properties.get(OFFSET, 0.0))
+
+
+def _counts(key: str) -> bool:
+    return key in (UNIT, INCREMENT, START, OFFSET) or SCALING.match(key) is not None or is_scaling_name(key)
+
+
+def _plain(value: Any) -> Any:
+    """Return a property's value, a stamp of npTDMS as NumPy's."""
+    return value.as_datetime64("us") if hasattr(value, "as_datetime64") else value
+
+
+def _is_same(key: str, one: Any, other: Any) -> bool:
+    if one is None or other is None:
+        return one is other
+    if key == INCREMENT:
+        return bool(abs(float(other) - float(one)) <= SAME_INCREMENT * abs(float(one)))
+    return bool(one == other) or (key == UNIT and _factors(str(one)) == _factors(str(other)) != {})
+
+
+def _factors(unit: str) -> dict[str, float]:
+    """Return what a unit is in SI, for each quantity that it measures."""
+    found = {}
+    for quantity in SI_UNIT:
+        with suppress(RecordError):
+            found[quantity] = to_si_factor(unit, quantity)
+    return found
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "not stated"
+    text = " ".join(str(value).split())
+    return f'"{text}"' if isinstance(value, str) else text
+
+
+def _start_words(start: np.datetime64 | None, offset: float) -> str:
+    return f"{'no date' if start is None else start} and {offset:.9g} s"
