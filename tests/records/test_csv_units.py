@@ -7,6 +7,7 @@ from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
 from mechid.records.bare import read_bare
 from mechid.records.csv_units import bare_unit, is_line_of_units, stated_units
+from mechid.records.formats import open_table
 
 TIME = np.arange(40) / 2000.0
 TORQUE = np.sin(np.arange(40.0))
@@ -71,6 +72,12 @@ def test_units_that_are_stated_somewhere_are_read(name, tmp_path):
 def test_a_line_of_units_may_hold_those_of_other_columns(tmp_path):
     for head in ("time;torque;T;x\nms;mNm;°C;-", "ms;mNm;°C;-\ntime;torque;T;x", "time;torque;T;x\nms;mNm;foo;"):
         np.testing.assert_allclose(read(file(tmp_path, head, ";", ";20;1")).channels[0].data, TORQUE, atol=1e-12)
+
+
+def test_ounce_inches_above_the_names_are_the_torque_s(tmp_path):
+    """Their factor to N m is of `mechid.units`."""
+    table = open_table(file(tmp_path, "sec,oz-in\nTime,Torque"), "run.csv")
+    assert [(column.name, column.unit) for column in table.columns] == [("Time", "sec"), ("Torque", "oz-in")]
 
 
 def test_labview_states_units_of_its_channels_behind_a_label(tmp_path):
