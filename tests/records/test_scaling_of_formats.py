@@ -168,6 +168,17 @@ def test_doubles_that_matlab_stores_as_integers_are_no_counts(tmp_path):
     assert read(path, torque("torque")).warnings == ()
 
 
+def test_classes_of_fields_and_cells_are_told_and_imaginary_parts_kept(tmp_path):
+    """Truth: integers that are integers stay so, beside complex numbers, in structs and cells."""
+    path = tmp_path / "run.mat"
+    cells = np.empty(2, dtype=object)
+    cells[:] = [COUNTS, 1.0 * COUNTS]
+    scipy.io.savemat(path, {"run": {"a": COUNTS, "b": cells, "z": COUNTS + 0.5j}, "whole": COUNTS})
+    columns = {column.key: column for column in open_table(path, path.name).columns}
+    assert {key for key, column in columns.items() if column.whole} == {"run/a", "run/b/0", "whole"}
+    assert columns["run/z"].fault == "complex numbers; a record needs real ones"
+
+
 def test_netcdf_is_read(tmp_path):
     """Truth: NetCDF-4 is HDF5 whose dimensions may be datasets of no numbers; its classic format is another one."""
     import h5py

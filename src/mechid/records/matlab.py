@@ -39,7 +39,12 @@ def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) ->
     refuse_larger_than_memory(path, label, KIND)
     metadata: dict[str, Fact] = {}
     with parsing(label, KIND):
-        content: dict[str, Any] = loadmat(path, mat_dtype=True)  # whole doubles are stored as integers
+        content: dict[str, Any] = loadmat(path)
+        if any(_has_integers(value) for value in content.values()):
+            # MATLAB stores doubles that are whole as integers. SciPy tells their class alone at the price of the
+            # imaginary parts of others, so only those integers are taken from its second reading.
+            typed = loadmat(path, mat_dtype=True)
+            content = {name: _with_class(value, typed[name]) for name, value in content.items()}
     header = fact(content.get("__header__"))
     if header is not None:
         metadata["header"] = header
@@ -55,6 +60,30 @@ def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) ->
         else:
             metadata[item.column.key] = single
     return array_table(label, KIND, kept, metadata)
+
+
+def _has_integers(value: Any) -> bool:
+    """Whether an entry is, or holds, an array of integers."""
+    if not isinstance(value, np.ndarray):
+        return False
+    if value.dtype.names and not _is_object(value):
+        return any(_has_integers(value[field]) for field in value.dtype.names)
+    return any(map(_has_integers, value.ravel())) if value.dtype == object else value.dtype.kind in "iu"
+
+
+def _with_class(value: Any, typed: Any) -> Any:
+    """Return an entry whose integers are floats where `typed`, the same entry by MATLAB's classes, has floats."""
+    if not isinstance(value, np.ndarray) or (value.dtype.names and _is_object(value)):
+        return value
+    if value.dtype.names:
+        for field in value.dtype.names:
+            value[field] = _with_class(value[field], typed[field])
+    elif value.dtype == object:
+        for place, (one, other) in enumerate(zip(value.flat, typed.flat, strict=True)):
+            value.flat[place] = _with_class(one, other)
+    elif value.dtype.kind in "iu" and typed.dtype.kind == "f":
+        return typed
+    return value
 
 
 def _is_single(item: Item) -> bool:
@@ -74,7 +103,7 @@ class _Objects(Heap):
         cells: list[Any] = []
         with suppress(ValueError, IndexError, KeyError):
             _, inner = varmats_from_mat(BytesIO(head + workspace.tobytes()[8:]))[0]
-            cells = [*loadmat(inner, mat_dtype=True)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
+            cells = [*loadmat(inner)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
         super().__init__(cells, lambda cell: bytes(cell.tobytes()))
 
     def variables(self) -> Iterator[tuple[str, Any]]:
