@@ -60,11 +60,18 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
 
 def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
     """Return what is legal and yet looks like a slip, one line each."""
-    return tuple(
+    hertz = (
         f"{label}: {name} = {q.value:.9g}: is this in Hz? it is read in rad/s"
         for name, q in mechanism.parameters.items()
         if 0.0 < q.value < q.declaration.hertz_below
     )
+    percent = (
+        f"{label}: {name} = {q.value:.9g}: is this in percent? it is read as a share of critical damping; "
+        f"write {0.01 * q.value:.9g} for {q.value:.9g} %"
+        for name, q in mechanism.parameters.items()
+        if q.value > q.declaration.percent_above
+    )
+    return (*hertz, *percent)
 
 
 def _parameter(
