@@ -133,7 +133,7 @@ def _turned(plant: Plant, p: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def _compared(plant: Plant) -> Function:
-    """Compile all that decides a motion and its torque: rates, margins, entry rules, the filters' inputs, the torque."""
+    """Compile all that decides a motion and its torque: rates, margins, entry rules, filter inputs, the torque."""
     margins = [g.margin for s in plant.switches for guards in s.guards.values() for g in guards]
     entries = [e for s in plant.switches for e, _ in s.entry]
     modes = tuple(m for s in plant.switches for m in next(iter(s.modes.values())))
