@@ -112,6 +112,15 @@ class Declaration:
     supply_power: int = 0
     role: Role | None = None
 
+    def doubt(self, value: float) -> str:
+        """Return the question whether a value is meant in another unit; empty where nothing suggests it."""
+        if 0.0 < value < self.hertz_below:
+            return "is this in Hz? it is read in rad/s"
+        if value > self.percent_above:
+            ratio = f"{0.01 * value:.9g}"
+            return f"is this in percent? it is read as a share of critical damping; write {ratio} for {value:.9g} %"
+        return ""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
