@@ -5,8 +5,9 @@ import pytest
 
 from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budgets.steady_state import enough_substeps, steady_state
-from mechid.designs.rate_map import LONGEST_S, _ends, _sweep, rate_map
+from mechid.designs.rate_map import LONGEST_S, SAMPLE_RATE_HZ, SETTLED_S, _ends, _sweep, rate_map
 from mechid.plant.flight import in_flight
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from paper import constant, mechanism, without_detent_phases
 
 
@@ -74,10 +75,26 @@ def test_the_torque_in_a_bin_is_that_of_the_largest_steady_motion_in_it(microste
 
 
 def test_slow_steppings_differ():
-    """Truth: at half a step a second every full step strikes alike, and microsteps strike softer."""
-    full, micro = (rate_map(mechanism(), [], constant(0.0, microsteps=n, start_angle_deg=0.0), 120.0) for n in (1, 16))
-    assert full.amplitude[:3] == pytest.approx(full.amplitude[0], rel=0.01)
-    assert np.all(micro.amplitude[:3] < 0.3 * full.amplitude[:3])
+    """Truth: at half a step a second every full step strikes alike, and smaller steps strike softer, from any start."""
+    full, half, micro = (
+        rate_map(mechanism(), [], constant(0.0, microsteps=n, start_angle_deg=0.0), 120.0).amplitude[:3]
+        for n in (1, 2, 16)
+    )
+    assert full == pytest.approx(np.full(3, full[0]), rel=0.01)
+    assert np.all(half < 0.7 * full)
+    assert np.all(micro < 0.6 * half)
+
+
+def test_what_the_start_leaves_swinging_is_no_torque_of_a_rate():
+    """Truth: the bench run at rates of the first bin for 24 s, all but the last third, two of its periods, left out."""
+    bench, command = mechanism(), constant(0.0, microsteps=16, start_angle_deg=0.0)
+    steady = []
+    for rate in (0.5, 0.6, 0.7, 0.8, 0.9, 1.0):
+        simulator = Simulator(bench.plant, constant(rate, microsteps=16, start_angle_deg=0.0), TimeBase(1e4, 240_000))
+        torque = simulate_run(simulator.run(bench.kernel_values())).torque
+        steady.append(0.5 * np.ptp(torque[160_000:]))
+        assert 0.5 * np.ptp(torque) > 1.3 * steady[-1]
+    assert rate_map(bench, [], command, 120.0).amplitude[0] < 1.2 * max(steady)
 
 
 @pytest.mark.parametrize(("highest", "steps"), [(120.0, 4), (12.0, 4), (0.3, 4), (120.0, 200), (20.0, 50)])
@@ -89,4 +106,6 @@ def test_every_bin_holds_a_whole_period(highest, steps):
     assert held.min() >= 4.0 * (1.0 - 1e-9)
     assert np.all((held >= steps * (1.0 - 1e-9)) | (seconds >= LONGEST_S * (1.0 - 1e-9)))
     assert sweep.times_s[-1] < 3600.0
-    assert sweep.bins(0, sweep.base.samples)[[0, -1]].tolist() == [0, middle.size - 1]
+    bins = sweep.bins(0, sweep.base.samples)
+    assert bins[[0, -1]].tolist() == [-1, middle.size - 1]
+    assert np.sum(bins < 0) / SAMPLE_RATE_HZ == pytest.approx(SETTLED_S)

@@ -22,6 +22,8 @@ SAMPLE_RATE_HZ = 10_000.0
 BINS, LEAST_BINS = 120, 10
 NARROWEST = 0.05
 """Width of a bin in full steps/s: a narrower one would take minutes of motion and show nothing else."""
+SETTLED_S = 1.0
+"""Before the sweep, at rest: what the start leaves swinging is no torque of any rate."""
 SHORTEST_S = 1.0
 """In each bin, for resonances to build up."""
 LONGEST_S = 20.0
@@ -72,7 +74,7 @@ class _Sweep:
     edges : (b + 1,)
         Of the bins, full steps/s.
     times_s : (b + 1,)
-        When the sweep passes them, in between the rate rises linearly.
+        When the sweep passes them; in between the rate rises linearly, before the first it is 0.
     """
 
     edges: FloatArray
@@ -89,9 +91,9 @@ class _Sweep:
         return TimeBase(SAMPLE_RATE_HZ, round(float(self.times_s[-1]) * SAMPLE_RATE_HZ))
 
     def bins(self, start: int, stop: int) -> IntArray:
-        """Return in which bin samples fall, (stop - start,)."""
+        """Return in which bin samples fall, (stop - start,); -1 before the sweep begins."""
         passed = np.searchsorted(self.times_s, np.arange(start, stop) / SAMPLE_RATE_HZ, side="right")
-        return np.clip(passed - 1, 0, self.edges.size - 2)
+        return np.asarray(np.minimum(passed - 1, self.edges.size - 2), dtype=np.int64)
 
 
 def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command, highest: float) -> RateMap:
@@ -119,7 +121,7 @@ def _sweep(highest: float, steps: int) -> _Sweep:
     edges = np.linspace(0.0, highest, bins + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
     each_s = np.maximum(np.minimum(steps / middle, LONGEST_S), np.maximum(ELECTRICAL / middle, SHORTEST_S))
-    return _Sweep(edges, np.concatenate([[0.0], np.cumsum(each_s)]))
+    return _Sweep(edges, SETTLED_S + np.concatenate([[0.0], np.cumsum(each_s)]))
 
 
 def _ends(each: FloatArray) -> FloatArray:
@@ -138,6 +140,7 @@ def _amplitudes(simulator: Simulator, sweep: _Sweep, mechanism: Mechanism) -> Fl
     low, high = np.full((2, sweep.edges.size - 1), [[np.inf], [-np.inf]])
     for block in simulator.run(mechanism.kernel_values()).blocks():
         at = sweep.bins(block.start, block.stop)
-        np.minimum.at(low, at, block.y[:, 0])
-        np.maximum.at(high, at, block.y[:, 0])
+        swept = at >= 0
+        np.minimum.at(low, at[swept], block.y[swept, 0])
+        np.maximum.at(high, at[swept], block.y[swept, 0])
     return np.asarray(0.5 * (high - low), dtype=np.float64)
