@@ -33,6 +33,16 @@ def test_a_level_above_zero_is_refused_where_the_header_says_so(tmp_path, name):
         read(tmp_path, **{name: 20.0 * np.log10(1e12 * np.abs(H)), "x_phase_deg": np.degrees(np.angle(H))})
 
 
+@pytest.mark.parametrize("reference", [1e-7, 1e-9, 1e-12])
+def test_a_level_above_zero_without_a_unit_is_told_by_its_phase(tmp_path, reference):
+    """Truth: the same phase and magnitude in a unit are read; no reference makes the level a magnitude."""
+    level, phase = 20.0 * np.log10(np.abs(H) / reference), np.degrees(np.angle(H))
+    level = level - min(level.min(), 0.0)
+    with pytest.raises(InputFileError, match=r"x_mag.*the response of a structure if it is a level in dB"):
+        read(tmp_path, x_mag=level, x_phase_deg=phase)
+    read(tmp_path, **{"x_mag [rad/(N m)]": level, "x_phase_deg": phase})  # a stated unit is believed
+
+
 @pytest.mark.parametrize(
     ("name", "phase"),
     [

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError
+from mechid.structure.checks import NOT_CAUSAL, energy_before
 
 LINEAR = "write it as 10^(dB/20), in a unit as rad/(N*m)"
 _DECIBEL = re.compile(r"(?<![A-Za-z])dB(?![A-Za-z])", re.IGNORECASE)
@@ -18,6 +19,10 @@ PEAK = 3.0
 """A magnitude that falls so far on either side of a maximum has a resonance: its phase turns by 90 deg or more."""
 HALF_TURN = 1e-3
 """How near to pi the largest phase is to be taken for half a turn."""
+CAUSAL = 0.01
+"""Share of the impulse response's energy before the impulse that a response on a fine grid stays below."""
+FEWEST, HIGHEST_DB = 16, 400.0
+"""Points of a response that tell whether it is causal; a larger number is no level."""
 LARGEST_RADIANS = 100.0
 """A phase of more turns than 16 would be that of more modes than a response shows."""
 
@@ -52,6 +57,27 @@ def refuse_levels(magnitude: FloatArray, unit: str | None, place: str) -> None:
         raise InputFileError(
             f"{place}: found {float(magnitude.min()):.6g}, and a magnitude is 0 or above; if it is a level in dB, "
             f"{LINEAR}"
+        )
+
+
+def refuse_hidden_levels(frequency_hz: FloatArray, magnitude: FloatArray, phase_rad: FloatArray, place: str) -> None:
+    """Refuse magnitudes without a unit that are levels in dB, all above 0.
+
+    Of a linear system the response begins with the impulse: as levels these do, as magnitudes they do not.
+
+    Raises
+    ------
+    InputFileError
+        They are.
+    """
+    if magnitude.size < FEWEST or not np.all(np.diff(frequency_hz) > 0.0) or magnitude.max() > HIGHEST_DB:
+        return
+    read = energy_before(frequency_hz, from_polar(magnitude, phase_rad))
+    meant = energy_before(frequency_hz, from_polar(10.0 ** (magnitude / 20.0), phase_rad))
+    if read > NOT_CAUSAL and meant < CAUSAL:
+        raise InputFileError(
+            f"{place}: with the phase beside it this is the response of a structure if it is a level in dB, and of "
+            f"none if it is a magnitude; {LINEAR}, or state the unit in brackets"
         )
 
 

@@ -19,7 +19,7 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
 from mechid.structure.csv_table import read_numbers, split_unit
 from mechid.structure.frequency import FREQUENCY, as_hertz
-from mechid.structure.polar import LINEAR, from_polar, is_decibel, phase_in_radians, refuse_levels
+from mechid.structure.polar import LINEAR, from_polar, is_decibel, phase_in_radians, refuse_hidden_levels, refuse_levels
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
 from mechid.structure.selection import ROTATIONS, Selection
 from mechid.structure.structure import Structure
@@ -145,7 +145,10 @@ def _pair(
     place = f'{label}: column "{name}{first}"'
     if first == "_mag":
         refuse_levels(a, unit, place)
-        values = from_polar(a, _phase(name + second, b, other, a, label))
+        phase_rad = _phase(name + second, b, other, a, label)
+        if unit is None:
+            refuse_hidden_levels(frequency_hz, a, phase_rad, place)
+        values = from_polar(a, phase_rad)
     elif other not in (unit, None):
         raise InputFileError(f'{label}: column "{name}{second}": unit "{other}" where {name}{first} has "{unit}"')
     else:
