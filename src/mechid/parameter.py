@@ -79,6 +79,8 @@ class Declaration:
         Parameter that it follows where the file does not name it.
     hertz_below : float
         A value in rad/s below this may be meant in hertz, and is asked about.
+    percent_above : float
+        A damping ratio above this may be meant in percent, and is asked about.
     even : bool
         It counts what comes in pairs.
     supply_power : int
@@ -105,9 +107,19 @@ class Declaration:
     part_of: str | None = None
     tied_to: str | None = None
     hertz_below: float = 0.0
+    percent_above: float = math.inf
     even: bool = False
     supply_power: int = 0
     role: Role | None = None
+
+    def doubt(self, value: float) -> str:
+        """Return the question whether a value is meant in another unit; empty where nothing suggests it."""
+        if 0.0 < value < self.hertz_below:
+            return "is this in Hz? it is read in rad/s"
+        if value > self.percent_above:
+            ratio = f"{0.01 * value:.9g}"
+            return f"is this in percent? it is read as a share of critical damping; write {ratio} for {value:.9g} %"
+        return ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,10 +1,14 @@
 """Budget files: what the example says, and every wrong entry answered with its place and the remedy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.example import BUDGET, STRUCTURE, write_example
+from mechid.budgets.findings import findings
+from mechid.budgets.flying_mechanism import read_flying
 from mechid.errors import InputFileError
 from paper_estimate import write_estimate_of_paper
 
@@ -42,6 +46,17 @@ def test_the_example_is_read_as_it_stands(folder):
     assert file.structure.model.frequency_hz[0] == 0.02  # the rigid body under attitude control
     exposure, pointing = file.requirements
     assert (exposure.index.kind, exposure.index.window_s, pointing.axis) == ("RPE", 0.1, "cone")
+
+
+def test_a_value_of_the_flight_that_looks_like_percent_is_asked_about(folder):
+    mode = "[[flight.load_mode]]\nfrequency_hz = 3.0\ndamping = 0.01\ninertia = 0.001\n\n[structure]"
+    file = read_budget_file(changed(folder, "[structure]", mode))
+    values = {**file.flight.values, "load.mode.0.damping": 0.5}
+    flight = replace(file.flight, values=values)
+    told = list(findings(replace(file, flight=flight), read_flying(file.estimate, flight), ()))
+    (asked,) = (line for line in told if "percent" in line)
+    assert asked.startswith("budget.toml: flight.values: load.mode.0.damping = 0.5: is this in percent?")
+    assert not any("percent" in line for line in findings(file, read_flying(file.estimate, file.flight), ()))
 
 
 def test_files_that_are_there_stay(folder):

@@ -126,3 +126,19 @@ def test_a_frequency_that_looks_like_hertz_is_asked_about(changed, mechanism):
     question = "mechanism.toml: housing.frequency = 888: is this in Hz? it is read in rad/s"
     assert mechanism_warnings(read_mechanism(path), path.name) == (question,)
     assert mechanism_warnings(mechanism, path.name) == ()
+
+
+@pytest.mark.parametrize("value", ["2.0", "48"])
+def test_a_damping_ratio_that_looks_like_percent_is_asked_about(changed, value):
+    path = changed("mechanism.toml", "damping = 0.05", f"damping = {value}")
+    (asked,) = mechanism_warnings(read_mechanism(path), path.name)
+    assert asked.startswith(f"mechanism.toml: housing.damping = {float(value):g}: is this in percent?")
+    assert asked.endswith(f"write {0.01 * float(value):g} for {float(value):g} %")
+
+
+def test_a_load_mode_is_asked_about_where_its_damping_is_that_of_no_structure(folder):
+    path = folder / "mechanism.toml"
+    mode = "\n[[load.mode]]\nfrequency = 30.0\ndamping = 0.5\ninertia = 0.01\n"
+    path.write_text(path.read_text(encoding="utf-8") + mode, encoding="utf-8")
+    (asked,) = mechanism_warnings(read_mechanism(path), path.name)
+    assert asked.startswith("mechanism.toml: load.mode.0.damping = 0.5: is this in percent?")

@@ -37,6 +37,12 @@ def test_it_writes_the_files_of_the_contract(run, fit, bench, tmp_path, target, 
     name = said["files"][0].removesuffix("_fmi2.fmu")
     assert set(said["files"]) == {file.format(name) for file in files}
     assert {path.name for path in out.iterdir()} == {*said["files"], "mechid_export.json"}
+    first = result.stdout.splitlines()[0]
+    assert (
+        first
+        == said["mechanism"]
+        == ("The mechanism as it flies, without [housing]; --option stand=yes hands on the bench.")
+    )
     assert said["format"] == "mechid-export/1"
     assert said["target"] == target
     assert (said["checked"] is not None) == (found_compiler() is not None)
@@ -47,6 +53,9 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     """Truth: usage is 2, a mechanism that a unit cannot express 3; nothing is left behind."""
     out = tmp_path / "out"
     assert "yes or no" in refused(2, *asked(fit, bench, out, "c", "--option", "sensitivities=1"))
+    for target in ("linear", "tables"):
+        line = refused(2, *asked(fit, bench, out, target, "--option", "stand=yes"))
+        assert "as it flies alone; write the bench with --to c or --to fmu" in line
     assert 'did you mean "stand"' in refused(2, *asked(fit, bench, out, "fmu", "--option", "stnad=yes"))
     table = {
         "assembly": "direct_torque_drive",

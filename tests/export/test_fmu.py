@@ -289,7 +289,7 @@ def test_the_bench_variant_has_the_housing(paper, tmp_path):
     """Truth: the kernel of the bench, housing and all; and what is said of it."""
     done = exported(paper, "fmu", tmp_path, Options(stand=True))
     assert done.written.checked.largest_error < 1e-9
-    assert "As on the bench" in done.written.words[0]
+    assert "as on the bench, with [housing]" in done.to_dict()["mechanism"]
     assert {path.name for path in tmp_path.iterdir()} == {*done.written.files, "mechid_export.json"}
     with zipfile.ZipFile(tmp_path / done.written.files[0]) as archive:
         names = archive.namelist()

@@ -62,3 +62,12 @@ def test_no_longer_than_asked():
     mechanism = in_flight(mechanism_of(changed(paper_table(), error(1))))
     assert repetition(mechanism, 199.0).steps == 0
     assert repetition(mechanism, 200.0).steps == 200
+
+
+@pytest.mark.parametrize(
+    ("changes", "steps"),
+    [({}, 2), (detent(7.2), 4), (error(2), 100), ({"anti_alias": {"frequency": 3000.0, "order": 4}}, 2)],
+)
+def test_a_mechanism_on_the_bench_repeats_as_the_one_in_flight(changes, steps):
+    """Truth: housing, transducer and filters are linear and behind the mechanism, so that they repeat with it."""
+    assert repetition(mechanism_of(changed(paper_table(), changes))).steps == steps

@@ -199,11 +199,11 @@ def test_a_mode_that_is_no_table_is_refused(tmp_path, mode):
         read_structure(path)
 
 
-@pytest.mark.parametrize("key", ["interface", "frequency_hz", "damping", "line_of_sight"])
+@pytest.mark.parametrize("key", ["interface", "frequency_hz", "damping_percent", "line_of_sight"])
 @pytest.mark.parametrize("value", ["1e308", "1.7e308"])
 def test_numbers_whose_response_is_none_are_refused(tmp_path, key, value):
     """Truth: the largest double is 1.8e308; products of these are none."""
-    numbers = {"frequency_hz": "20.0", "damping": "0.01", "interface": "0.1", "line_of_sight": "[0.2]"}
+    numbers = {"frequency_hz": "20.0", "damping_percent": "1.0", "interface": "0.1", "line_of_sight": "[0.2]"}
     numbers[key] = f"[{value}]" if key == "line_of_sight" else value
     lines = "\n".join(f"{name} = {number}" for name, number in numbers.items())
     with pytest.raises(InputFileError, match=r"modes\.toml: .*its response at .* Hz is no number a structure has"):

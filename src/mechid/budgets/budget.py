@@ -23,7 +23,7 @@ from mechid.budgets.line_of_sight import LineOfSight, Response, respond
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orders import Crossing, crossings, rates_to_avoid
-from mechid.budgets.over_rate import level_curve, rms_bands
+from mechid.budgets.over_rate import level_curve, rms_bands, total_bands
 from mechid.budgets.profile_run import run_profile
 from mechid.budgets.requirement import Requirement, Standing
 from mechid.budgets.side_response import SideResponse, side_response
@@ -187,17 +187,15 @@ class _Maker:
             mode,
             responses,
             states,
-            None,
-            worst,
-            rms_bands(responses, self.estimate, file.seed),
-            exerted,
-            two_way,
-            None,
-            gain,
-            levels,
-            self._two_way_levels(two_way),
-            (),
-            avoid,
+            worst=worst,
+            rms_band=rms_bands(responses, self.estimate, file.seed),
+            total_band=total_bands(responses, self.estimate, file.seed),
+            emissions=exerted,
+            two_way=two_way,
+            loop_gain=gain,
+            levels=levels,
+            two_way_levels=self._two_way_levels(two_way),
+            avoid=avoid,
         )
         return self._with_standings(made)
 

@@ -61,7 +61,7 @@ class Emission:
 def emission(response: Response, estimate: Estimate, highest_hz: float, seed: int) -> Emission:
     """Return the emission at the rate of a response, up to a frequency."""
     state, here = response.state, response.residual
-    modelled = torque_samples(response, estimate, seed)
+    modelled = torque_samples(response, estimate, seed, response.lacking_limits())
     more, drawn, scale = _beside(response, highest_hz, np.random.default_rng(seed))
     orders = np.concatenate([state.step_orders, more])
     frequency = np.concatenate([state.frequency_hz, abs(state.rate) * more])

@@ -115,14 +115,16 @@ def _number(value: float) -> str:
 
 
 def _line_of_sight(budget: Budget) -> Iterator[str]:
+    """Yield the RMS at each rate, each with its 95 % interval: of the model's lines, two-way, and of all that flies."""
     axes = budget.file.structure.line_of_sight
-    columns = [f"{part}_{axis}_rad" for part in ("rms", "low95", "high95", "two_way") for axis in axes]
-    yield "mode,rate_steps_per_s," + ",".join(columns) + "\n"
+    parts = ("rms", "low95", "high95", "two_way", "total", "total_low95", "total_high95")
+    yield "mode,rate_steps_per_s," + ",".join(f"{part}_{axis}_rad" for part in parts for axis in axes) + "\n"
     for made in budget.modes:
         for k, response in enumerate(made.responses):
             joined = made.two_way[k].rms() if made.two_way else np.full(len(axes), np.nan)
-            low, high = made.rms_band[k].T
-            numbers = ",".join(_number(v) for v in (*response.rms(), *low, *high, *joined))
+            (low, high), (least, most) = made.rms_band[k].T, made.total_band[k].T
+            every = (*response.rms(), *low, *high, *joined, *response.total_rms(), *least, *most)
+            numbers = ",".join(_number(v) for v in every)
             yield f"{made.mode.name},{response.state.rate:.9g},{numbers}\n"
 
 

@@ -25,6 +25,7 @@ def findings(
     yield from (f"{file.structure.name}: {line}" for line in file.structure.warnings)
     if estimate.outcome:
         yield f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more"
+    yield from _doubted_values(file, estimate)
     yield from _free_body(file)
     if estimate.residual is None:
         yield (
@@ -93,6 +94,14 @@ def _cut(mode: OperatingMode) -> Iterator[str]:
             f'mode "{mode.name}": lines above highest_hz = {mode.highest_hz:.6g} are not counted, among them '
             f"that of the microsteps, order {order}, which reaches {mode.microstep_hz:.6g} Hz"
         )
+
+
+def _doubted_values(file: BudgetFile, estimate: Estimate) -> Iterator[str]:
+    """Ask about values of the flight that may be meant in another unit."""
+    declared = estimate.mechanism.plant.declarations
+    for name, value in file.flight.values.items():
+        if name in declared and (doubt := declared[name].doubt(value)):
+            yield f"{file.flight.place}.values: {name} = {value:.9g}: {doubt}"
 
 
 def _free_body(file: BudgetFile) -> Iterator[str]:

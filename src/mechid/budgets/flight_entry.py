@@ -6,17 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from mechid.budgets.damping_entry import required_damping
 from mechid.campaign.place import (
     Place,
     above_zero,
     found,
-    not_below_zero,
     number,
     refuse_unknown_keys,
     required,
     tables,
 )
 from mechid.command.entry import is_table
+from mechid.structure.damping import KEYS as DAMPING_KEYS
 
 LOAD_INERTIA = "load.inertia"
 SHORT = {
@@ -25,7 +26,7 @@ SHORT = {
     "peak_current": "stepper.peak_current",
 }
 KEYS = (*SHORT, "values", "uncertain", "spread", "load_mode")
-LOAD_MODE_KEYS = ("frequency_hz", "damping", "inertia")
+LOAD_MODE_KEYS = ("frequency_hz", *DAMPING_KEYS, "inertia")
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,8 @@ def _deviations(entry: Any, place: Place) -> dict[str, float]:
 
 def _load_mode(entry: Mapping[str, Any], place: Place) -> LoadMode:
     refuse_unknown_keys(entry, LOAD_MODE_KEYS, place)
-    checks = ((above_zero, "Hz"), (not_below_zero, "1"), (above_zero, "kg m2"))
-    return LoadMode(
-        *(
-            check(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
-            for key, (check, unit) in zip(LOAD_MODE_KEYS, checks, strict=True)
-        )
+    frequency_hz, inertia = (
+        above_zero(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
+        for key, unit in (("frequency_hz", "Hz"), ("inertia", "kg m2"))
     )
+    return LoadMode(frequency_hz, required_damping(entry, place, "write damping = ..."), inertia)

@@ -24,6 +24,8 @@ LINE_SPACING = 0.5
 """Of the model's lines, as a multiple of the step rate: what of a density falls to each."""
 SLICES = 6000
 """Of a density over the frequency, in equal ratios: a resonance of 0.5 % damping is a dozen of them wide."""
+ABSOLUTE = Index("APE")
+"""All of an error counts: its mean square is the whole."""
 NOT_STEADY = 1e-3
 """Share of the RMS that does not repeat from which on it counts as a random part."""
 
@@ -112,6 +114,17 @@ class Response:
         """What the drive torque alone makes of the line of sight, (n, m) rad."""
         return self.transfer * self.state.lines[:, None]
 
+    @property
+    def randoms(self) -> tuple[Random | Incoherent, ...]:
+        """What is beside the lines: what does not repeat, what the model lacks, and components at other orders."""
+        alone = self.side.alone if self.side is not None else None
+        return tuple(part for part in (self.random, self.lacking, alone) if part is not None)
+
+    def total_square(self, index: Index) -> FloatArray:
+        """Return the mean square under an index of the lines and of all beside them, (m,) rad^2."""
+        lines = index.weight(self.state.frequency_hz) @ (0.5 * np.abs(self.phasors) ** 2)
+        return np.asarray(lines + sum(part.variance(index) for part in self.randoms), dtype=np.float64)
+
     def of_drive(self) -> Response:
         """Return what the drive torque alone makes of it; itself where nothing else flies."""
         return self if self.side is None else replace(self, phasors=self.drive, side=None)
@@ -122,13 +135,11 @@ class Response:
         size = np.asarray(np.abs(self.phasors).max(axis=1))
         loud = np.asarray(size > QUIET * size.max(initial=0.0))
         phasors, slopes, orders = self.phasors[loud], self.slopes[:, loud], self.state.orders[loud]
-        alone = self.side.alone if self.side is not None else None
-        randoms = tuple(part for part in (self.random, self.lacking, alone) if part is not None)
 
         def moved(by: FloatArray) -> PointingError:
             at = phasors + np.tensordot(by, slopes, axes=1) if by.any() else phasors
             lines = Source("mechanism", self.state.fundamental_hz, orders, at)
-            return PointingError(np.zeros(at.shape[1]), (lines,), randoms)
+            return PointingError(np.zeros(at.shape[1]), (lines,), self.randoms)
 
         return moved
 
@@ -158,8 +169,14 @@ class Response:
         """Return draws of what the model lacks at each of its lines, (count, n) N m."""
         if self.residual is None:
             return np.zeros((count, self.state.lines.size), dtype=np.complex128)
+        return self.residual.draws(self.lacking_limits(), count, rng)
+
+    def lacking_limits(self) -> FloatArray:
+        """Return how large what the model lacks at each of its lines may be, (n,) N m, with what noise may hide."""
         here = self.residual
-        return here.draws(here.at_orders(self.state.step_orders, LINE_SPACING, here.limit), count, rng)
+        if here is None:
+            return np.zeros(self.state.lines.size)
+        return here.at_orders(self.state.step_orders, LINE_SPACING, here.limit)
 
     def rms(self) -> FloatArray:
         """Return the RMS of the lines along each line of sight, (m,) rad."""
@@ -174,6 +191,10 @@ class Response:
             return self.rms()
         beside = [cumulative_rms(self.random.frequency_hz, column)[-1] for column in self.random.density.T]
         return np.hypot(self.rms(), np.array(beside, dtype=np.float64))
+
+    def total_rms(self) -> FloatArray:
+        """Return the RMS of the lines, of what does not repeat and of what the model lacks together, (m,) rad."""
+        return np.sqrt(self.total_square(ABSOLUTE))
 
     def lacking_rms(self) -> FloatArray:
         """Return the RMS of what the model lacks along each line of sight, (m,) rad."""

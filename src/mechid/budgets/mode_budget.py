@@ -32,7 +32,9 @@ class ModeBudget:
     worst : int
         Position of the rate with the largest RMS along any line of sight.
     rms_band : (r, m, 2)
-        95 % interval of the RMS at each rate, rad.
+        95 % interval of the RMS of the lines at each rate, rad.
+    total_band : (r, m, 2)
+        The same of all: the lines, what does not repeat and what the model lacks.
     emissions : tuple of Emission, (r,)
         The torque on the base at each rate, with its bound.
     two_way : tuple of Response, (r,) or none
@@ -58,6 +60,7 @@ class ModeBudget:
     course: ProfileResponse | None = None
     worst: int = 0
     rms_band: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    total_band: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
     emissions: tuple[Emission, ...] = ()
     two_way: tuple[Response, ...] = ()
     two_way_course: ProfileResponse | None = None

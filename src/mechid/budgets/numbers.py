@@ -201,6 +201,8 @@ def _over_rate(made: ModeBudget) -> dict[str, Any]:
         "torque_rms_Nm": [response.state.rms for response in made.responses],
         "rms_rad": [response.rms().tolist() for response in made.responses],
         "rms_ci95_rad": made.rms_band.tolist(),
+        "total_rms_rad": [response.total_rms().tolist() for response in made.responses],
+        "total_rms_ci95_rad": made.total_band.tolist(),
         "rms_lacking_rad": [response.lacking_rms().tolist() for response in made.responses],
         "rms_two_way_rad": two_way,
         "levels_rad": {name: curve.level.tolist() for name, curve in made.levels.items()},

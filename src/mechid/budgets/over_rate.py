@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
-from mechid.budgets.line_of_sight import Response
+from mechid.budgets.indices import Index
+from mechid.budgets.line_of_sight import ABSOLUTE, Response
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.requirement import Requirement
+from mechid.budgets.residual_source import ResidualHere
 from mechid.budgets.shares import deviations
-from mechid.budgets.standing import axis_of, nominal_level
+from mechid.budgets.standing import axis_of, nominal_level, others_square
 
 SAMPLES = 200
 """Parameter samples at each rate."""
@@ -39,18 +41,29 @@ class LevelCurve:
     at: tuple[Response, ...]
 
 
-def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> ComplexArray:
+def sampled_phasors(
+    response: Response, estimate: Estimate, seed: int, lacking: FloatArray | None = None
+) -> ComplexArray:
     """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad.
 
-    With what it lacks at each of its lines too, at phases of their own, and with what was measured beside the torque.
+    Parameters
+    ----------
+    response : Response
+        What was measured beside the torque is drawn with its errors.
+    estimate : Estimate
+    seed : int
+    lacking : (n,) or None
+        Amplitude of what the model lacks at each of its lines, N m, added at phases of their own. None leaves the
+        model's lines alone.
     """
     rng, alone = np.random.default_rng(seed), response.of_drive()
     by = deviations(estimate.covariance, SAMPLES, rng)
     moved = alone.phasors + np.tensordot(by, alone.slopes[: len(estimate.names)], axes=1)
     share = estimate.discrepancy.of_lines(response.state.step_orders)
     amplitude, phase = rng.normal(size=(2, SAMPLES, share.size)) * share
-    lacking = response.lacking_lines(SAMPLES, rng)[:, :, None] * response.transfer
-    drive = np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None] + lacking, dtype=np.complex128)
+    drive = np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None], dtype=np.complex128)
+    if lacking is not None and response.residual is not None:
+        drive = drive + response.residual.draws(lacking, SAMPLES, rng)[:, :, None] * response.transfer
     if response.side is None:
         return drive
     turned = phase + response.state.turned(by @ response.state.gradient[:, : len(estimate.names)].T)
@@ -58,7 +71,7 @@ def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> Comple
 
 
 def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> FloatArray:
-    """Return the 95 % interval of the RMS at each rate along each line of sight, (r, m, 2) rad."""
+    """Return the 95 % interval of the RMS of the lines at each rate along each line of sight, (r, m, 2) rad."""
     out = []
     for response in responses:
         square = 0.5 * np.sum(np.abs(sampled_phasors(response, estimate, seed)) ** 2, axis=1)
@@ -66,15 +79,75 @@ def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> F
     return np.array(out)
 
 
-def torque_samples(response: Response, estimate: Estimate, seed: int) -> ComplexArray:
+def total_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> FloatArray:
+    """Return the 95 % interval of `Response.total_rms` at each rate along each line of sight, (r, m, 2) rad."""
+    return np.array([np.sqrt(_total_limits(response, estimate, ABSOLUTE, seed)).T for response in responses])
+
+
+def _total_limits(
+    response: Response,
+    estimate: Estimate,
+    index: Index,
+    seed: int,
+    of_axes: Callable[[FloatArray], FloatArray] = np.asarray,
+) -> FloatArray:
+    """Return the 95 % limits of the mean square of `Response.total_square`, (2, ...) rad^2.
+
+    The upper one counts what noise may hide of the lines that the model lacks, too; that is no part of the value.
+
+    Parameters
+    ----------
+    response : Response
+    estimate : Estimate
+    index : Index
+    seed : int
+    of_axes : callable
+        From mean squares along each line of sight, (k, m), to what is wanted of them, (k, ...).
+    """
+    ends = []
+    for hidden, limit in zip((False, True), LIMITS95, strict=True):
+        squares = of_axes(_total_squares(response, estimate, index, seed, hidden=hidden))
+        ends.append(np.quantile(squares, limit, axis=0))
+    return np.array(ends)
+
+
+def _total_squares(response: Response, estimate: Estimate, index: Index, seed: int, *, hidden: bool) -> FloatArray:
+    """Return samples of `Response.total_square`, (k, m) rad^2.
+
+    What the model lacks adds to its lines at phases of their own; elsewhere its power alone is drawn, as that of a
+    level that few rates tell. What is `hidden` by noise may add to the lines too.
+    """
+    weight, here = index.weight(response.state.frequency_hz), response.residual
+    heard = np.zeros(weight.size) if here is None else _tracked(here, response, here.amplitude)
+    sizes = _tracked(here, response, here.limit) if here is not None and hidden else heard
+    lines = 0.5 * np.abs(sampled_phasors(response, estimate, seed, sizes)) ** 2
+    drawn = np.einsum("n,knm->km", weight, lines)
+    at_lines = weight @ (0.5 * heard[:, None] ** 2 * np.abs(response.transfer) ** 2)
+    beside = sum((part.variance(index) for part in response.randoms if part is not response.lacking), np.zeros(1))
+    if here is None or response.lacking is None:
+        return np.asarray(drawn + beside)
+    rest = np.maximum(response.lacking.variance(index) - at_lines, 0.0)
+    scale = here.rates / np.random.default_rng((seed, 1)).gamma(here.rates, size=(SAMPLES, 1))
+    return np.asarray(drawn + scale * rest + beside)
+
+
+def _tracked(here: ResidualHere, response: Response, sizes: FloatArray) -> FloatArray:
+    """Return what the model lacks at those of its lines that were tracked, (n,) N m; 0 at the others."""
+    own = dict(zip(here.orders.tolist(), sizes.tolist(), strict=True))
+    return np.array([own.get(order, 0.0) for order in response.state.step_orders.tolist()], dtype=np.float64)
+
+
+def torque_samples(
+    response: Response, estimate: Estimate, seed: int, lacking: FloatArray | None = None
+) -> ComplexArray:
     """Return samples of the torque's lines as `sampled_phasors`, (k, n) N m."""
     ones, lines = np.ones((response.state.lines.size, 1), dtype=np.complex128), response.state.lines[:, None]
     torque = Response(("torque",), response.state, ones, lines, 0.0, None, response.residual)
-    return sampled_phasors(torque, estimate, seed)[:, :, 0]
+    return sampled_phasors(torque, estimate, seed, lacking)[:, :, 0]
 
 
 def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> list[FloatArray]:
-    """Return the 95 % interval of each torque line's amplitude at each rate, (n, 2) N m each."""
+    """Return the 95 % interval of each of the model's torque lines at each rate, amplitudes, (n, 2) N m each."""
     return [np.quantile(np.abs(torque_samples(r, estimate, seed)), LIMITS95, axis=0).T for r in responses]
 
 
@@ -87,7 +160,8 @@ def level_curve(
 ) -> LevelCurve:
     """Return the level over the rate, of the worst of the steady states at each.
 
-    The band takes the level to be moved as the RMS under the index is by the same parameter samples.
+    The band takes the level to be moved as the RMS under the index is, what the model lacks and the other errors
+    included in both, by the same parameter samples.
     """
     levels, bands, worst = [], [], []
     for here in states:
@@ -95,16 +169,23 @@ def level_curve(
         at = int(np.argmax(of_each))
         levels.append(of_each[at])
         worst.append(here[at])
-        bands.append(_level_band(requirement, here[at], of_each[at], estimate, seed))
+        bands.append(_level_band(requirement, here[at], of_each[at], estimate, errors, seed))
     return LevelCurve(np.array(levels), np.array(bands), tuple(worst))
 
 
 def _level_band(
-    requirement: Requirement, response: Response, value: float, estimate: Estimate, seed: int
+    requirement: Requirement,
+    response: Response,
+    value: float,
+    estimate: Estimate,
+    errors: Sequence[OtherError],
+    seed: int,
 ) -> FloatArray:
-    axis, weight = axis_of(requirement, response), requirement.index.weight(response.state.frequency_hz)
+    index, axis = requirement.index, axis_of(requirement, response)
     axes = slice(None) if axis is None else slice(axis, axis + 1)
-    square = np.abs(sampled_phasors(response, estimate, seed)[:, :, axes]) ** 2
-    samples = np.sqrt(np.einsum("n,knm->k", weight, square))
-    here = float(np.sqrt(np.einsum("n,nm->", weight, np.abs(response.phasors[:, axes]) ** 2)))
-    return value * np.quantile(samples, LIMITS95) / here if here > 0.0 else np.full(2, value)
+    rest = others_square(requirement, response, errors)
+    here = float(response.total_square(index)[axes].sum()) + rest
+    if here <= 0.0:
+        return np.full(2, value)
+    limits = _total_limits(response, estimate, index, seed, lambda squares: squares[:, axes].sum(axis=1))
+    return np.asarray(value * np.sqrt((limits + rest) / here), dtype=np.float64)

@@ -63,6 +63,14 @@ def axis_of(requirement: Requirement, line_of_sight: LineOfSight) -> int | None:
     return None if requirement.axis == CONE else line_of_sight.axes.index(requirement.axis)
 
 
+def others_square(requirement: Requirement, line_of_sight: LineOfSight, errors: Sequence[OtherError]) -> float:
+    """Return the mean square of the errors of other sources alone under a requirement's index, rad^2."""
+    axes, axis = len(line_of_sight.axes), axis_of(requirement, line_of_sight)
+    ((_, whole),) = _together([], axes, errors, np.zeros(len(errors)))
+    square = whole.rms(requirement.index) ** 2
+    return float(square.sum() if axis is None else square[axis])
+
+
 def _together(
     own: list[tuple[float, PointingError]], axes: int, errors: Sequence[OtherError], draws: FloatArray
 ) -> Mixture:

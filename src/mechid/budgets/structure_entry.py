@@ -10,19 +10,22 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.budgets.damping_entry import required_damping
 from mechid.budgets.side_source import ALONG, FRAME
 from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required, tables, text
 from mechid.command.entry import is_table, is_whole
 from mechid.errors import InputFileError
 from mechid.records.components import AXES
 from mechid.structure import Location, Modes, Selection, Structure, read_structure
+from mechid.structure.damping import CONTROL_ASKED_ABOVE
+from mechid.structure.damping import KEYS as DAMPING_KEYS
 from mechid.structure.selection import DIRECTIONS, ROTATIONS
 
 KEYS = (
     "file",
     "interface",
     "line_of_sight",
-    "damping",
+    *DAMPING_KEYS,
     "length_unit_m",
     "mass_unit_kg",
     "highest_hz",
@@ -79,9 +82,11 @@ def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
         lines[name] = (*lines.get(name, ()), _location(line, at))
     numbers: dict[str, Any] = {
         key: number(entry[key], place.key(key), unit)
-        for key, unit in (("damping", "1"), ("length_unit_m", "m"), ("mass_unit_kg", "kg"), ("highest_hz", "Hz"))
+        for key, unit in (("length_unit_m", "m"), ("mass_unit_kg", "kg"), ("highest_hz", "Hz"))
         if key in entry
     }
+    if any(key in entry for key in DAMPING_KEYS):
+        numbers["damping"] = required_damping(entry, place, "")
     interface = None
     if "interface" in entry:
         if not is_table(entry["interface"]):
@@ -146,13 +151,11 @@ def _controlled(structure: Structure, entry: Mapping[str, Any], place: Place) ->
     remedy = "write { bandwidth_hz = 0.05, damping = 0.7 }"
     if not is_table(control):
         raise at.error(f"{found(control)}; {remedy}")
-    refuse_unknown_keys(control, ("bandwidth_hz", "damping"), at)
+    refuse_unknown_keys(control, ("bandwidth_hz", *DAMPING_KEYS), at)
     if not isinstance(structure.model, Modes):
         raise at.error("it needs the structure's modes; put the control into the response, or leave it out")
-    bandwidth, damping = (
-        number(required(control, key, at, remedy), at.key(key), unit)
-        for key, unit in (("bandwidth_hz", "Hz"), ("damping", "1"))
-    )
+    bandwidth = number(required(control, "bandwidth_hz", at, remedy), at.key("bandwidth_hz"), "Hz")
+    damping = required_damping(control, at, remedy, asked_above=CONTROL_ASKED_ABOVE)
     held = {
         direction: model.with_attitude_control(bandwidth, damping)
         for direction, model in structure.directions.items()

@@ -61,9 +61,9 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
 def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
     """Return what is legal and yet looks like a slip, one line each."""
     return tuple(
-        f"{label}: {name} = {q.value:.9g}: is this in Hz? it is read in rad/s"
+        f"{label}: {name} = {q.value:.9g}: {doubt}"
         for name, q in mechanism.parameters.items()
-        if 0.0 < q.value < q.declaration.hertz_below
+        if (doubt := q.declaration.doubt(q.value))
     )
 
 

@@ -1,4 +1,8 @@
-"""Torque amplitude over the step rate, from a slow sweep: where a test is worth its time (Fig. 4 of Kornienko2013)."""
+"""Torque amplitude over the step rate, from a slow sweep: where a test is worth its time (Fig. 4 of Kornienko2013).
+
+The sweep passes each bin of rates slowly enough that the torque in it is that of a steady motion, and that it holds a
+whole period of the motion: at 0.5 full steps/s four steps take 8 s.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import find_peaks
 
-from mechid.arrays import FloatArray
+from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, RateProfile
 from mechid.plant.mechanism import Mechanism
+from mechid.simulation.repetition import ELECTRICAL, repetition
 from mechid.simulation.simulator import Simulator, TimeBase
 
-SWEEP_S, SAMPLE_RATE_HZ = 60.0, 10_000.0
-BINS = 120
+SAMPLE_RATE_HZ = 10_000.0
+BINS, LEAST_BINS = 120, 10
+NARROWEST = 0.05
+"""Width of a bin in full steps/s: a narrower one would take minutes of motion and show nothing else."""
+SETTLED_S = 1.0
+"""Before the sweep, at rest: what the start leaves swinging is no torque of any rate."""
+SHORTEST_S = 1.0
+"""In each bin, for resonances to build up."""
+LONGEST_S = 20.0
+"""For a motion that repeats only after many electrical periods, as over a rotor's turn; one of them is always held."""
 PROMINENCE = 0.15
 """A peak rises so much of the largest amplitude above what surrounds it."""
 
@@ -29,7 +42,8 @@ class RateMap:
     rates : (b,)
         Middle of each bin, full steps/s.
     amplitude : (b,)
-        Half the distance of the highest from the lowest torque in the bin, N m; NaN where the simulation failed.
+        Half the distance of the highest from the lowest torque in the bin, N m: that of the steady motion whose rate in
+        the bin has most. NaN where the simulation failed.
     spread : (2, b)
         Least and largest amplitude at each rate of all mechanisms that may be true, the one believed among them, N m.
     mechanisms : int
@@ -51,8 +65,39 @@ class RateMap:
         return sorted(found, key=lambda pair: -pair[1])
 
 
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """A command through all bins of rates.
+
+    Attributes
+    ----------
+    edges : (b + 1,)
+        Of the bins, full steps/s.
+    times_s : (b + 1,)
+        When the sweep passes them; in between the rate rises linearly, before the first it is 0.
+    """
+
+    edges: FloatArray
+    times_s: FloatArray
+
+    @property
+    def profile(self) -> RateProfile:
+        """The rate over time."""
+        return RateProfile.through(zip(self.times_s.tolist(), self.edges.tolist(), strict=True))
+
+    @property
+    def base(self) -> TimeBase:
+        """The samples of the sweep."""
+        return TimeBase(SAMPLE_RATE_HZ, round(float(self.times_s[-1]) * SAMPLE_RATE_HZ))
+
+    def bins(self, start: int, stop: int) -> IntArray:
+        """Return in which bin samples fall, (stop - start,); -1 before the sweep begins."""
+        passed = np.searchsorted(self.times_s, np.arange(start, stop) / SAMPLE_RATE_HZ, side="right")
+        return np.asarray(np.minimum(passed - 1, self.edges.size - 2), dtype=np.int64)
+
+
 def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command, highest: float) -> RateMap:
-    """Return the amplitude over the rate from 0 to `highest` full steps/s, swept over a minute.
+    """Return the amplitude over the rate from 0 to `highest` full steps/s, from a sweep.
 
     Parameters
     ----------
@@ -63,13 +108,20 @@ def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command
         Its rate is replaced by the sweep.
     highest : float
     """
-    profile = RateProfile.through([(0.0, 0.0), (SWEEP_S, highest)])
-    base = TimeBase(SAMPLE_RATE_HZ, round(SWEEP_S * SAMPLE_RATE_HZ))
-    simulator = Simulator(mechanism.plant, replace(command, rate=profile), base)
-    own = _amplitudes(simulator, mechanism)
-    each = np.array([own, *(_amplitudes(simulator, other) for other in others)])
-    rates = (np.arange(BINS) + 0.5) * highest / BINS
-    return RateMap(command.stepping, rates, own, _ends(each), len(each))
+    sweep = _sweep(highest, max(repetition(mechanism).steps, ELECTRICAL))
+    simulator = Simulator(mechanism.plant, replace(command, rate=sweep.profile), sweep.base)
+    own = _amplitudes(simulator, sweep, mechanism)
+    each = np.array([own, *(_amplitudes(simulator, sweep, other) for other in others)])
+    return RateMap(command.stepping, 0.5 * (sweep.edges[1:] + sweep.edges[:-1]), own, _ends(each), len(each))
+
+
+def _sweep(highest: float, steps: int) -> _Sweep:
+    """Return a sweep to a rate whose bins each hold so many full steps where that takes no longer than `LONGEST_S`."""
+    bins = min(max(round(highest / NARROWEST), LEAST_BINS), BINS)
+    edges = np.linspace(0.0, highest, bins + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    each_s = np.maximum(np.minimum(steps / middle, LONGEST_S), np.maximum(ELECTRICAL / middle, SHORTEST_S))
+    return _Sweep(edges, SETTLED_S + np.concatenate([[0.0], np.cumsum(each_s)]))
 
 
 def _ends(each: FloatArray) -> FloatArray:
@@ -83,11 +135,12 @@ def _ends(each: FloatArray) -> FloatArray:
     return np.where(failed.all(axis=0), np.nan, ends)
 
 
-def _amplitudes(simulator: Simulator, mechanism: Mechanism) -> FloatArray:
+def _amplitudes(simulator: Simulator, sweep: _Sweep, mechanism: Mechanism) -> FloatArray:
     """Return the amplitude in each bin of a sweep, (b,) N m."""
-    low, high = np.full(BINS, np.inf), np.full(BINS, -np.inf)
+    low, high = np.full((2, sweep.edges.size - 1), [[np.inf], [-np.inf]])
     for block in simulator.run(mechanism.kernel_values()).blocks():
-        at = np.arange(block.start, block.stop) * BINS // simulator.base.samples
-        np.minimum.at(low, at, block.y[:, 0])
-        np.maximum.at(high, at, block.y[:, 0])
+        at = sweep.bins(block.start, block.stop)
+        swept = at >= 0
+        np.minimum.at(low, at[swept], block.y[swept, 0])
+        np.maximum.at(high, at[swept], block.y[swept, 0])
     return np.asarray(0.5 * (high - low), dtype=np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -14,6 +14,7 @@ from typing import Any
 from mechid.campaign import Campaign
 from mechid.errors import UsageError, did_you_mean
 from mechid.exports.handover import Handover, handover
+from mechid.exports.stand import which_mechanism
 from mechid.holding import held
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit
@@ -85,6 +86,7 @@ class Exported(Shown):
         return {
             "format": FORMAT,
             "target": self.target,
+            "mechanism": self.provenance["mechanism"],
             "files": list(self.written.files),
             "earlier_files": sorted(set(self.earlier) - {FILE_NAME, *self.written.files}),
             "checked": asdict(checked) if checked else None,
@@ -148,6 +150,7 @@ def exported(what: Handover, target: str, folder: Path, options: object = None) 
         raise UsageError(f'export: found "{target}"{near}')
     module = import_module(TARGETS[target])
     asked = _options(module, target, options)
+    what = replace(what, stands=_which(what, asked))
     write: Callable[..., Written] = module.written
     with held(folder), writable(folder), aside(folder, "export") as beside:
         earlier = _left(folder)
@@ -158,6 +161,13 @@ def exported(what: Handover, target: str, folder: Path, options: object = None) 
         for name in names:
             (beside / name).replace(folder / name)
     return done
+
+
+def _which(what: Handover, asked: tuple[object, ...]) -> str:
+    """Return which mechanism is handed on, by a target's options."""
+    stand = any(getattr(options, "stand", False) for options in asked)
+    values = {name: value for options in asked for name, value in getattr(options, "values", {}).items()}
+    return which_mechanism(what.mechanism, values, stand=stand)
 
 
 def _left(folder: Path) -> tuple[str, ...]:

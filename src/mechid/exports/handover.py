@@ -17,6 +17,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import FitError
+from mechid.exports.stand import which_mechanism
 from mechid.identification.result.estimated_mechanism import DIGEST
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.plant.mechanism import Mechanism
@@ -56,6 +57,8 @@ class Handover:
         Of the records that a command drives, in the campaign's order.
     folder : Path or None
         Where identify left the estimate, with what its records have left; None where that is not known.
+    stands : str
+        Which mechanism is handed on, as it flies or as on the bench, in a sentence.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Handover:
     estimate: Mapping[str, Any]
     trials: tuple[Trial, ...]
     folder: Path | None = None
+    stands: str = ""
 
     @property
     def grade(self) -> Grade:
@@ -87,7 +91,13 @@ class Handover:
         """Where the values come from: version, the fit's grade and what it says of its own inputs."""
         own = self.estimate.get("provenance", {})
         kept = {key: own[key] for key in ("versions", "inputs_sha256", DIGEST, "plant", "seed") if key in own}
-        return {"mechid": version("mechid"), "grade": str(self.grade), "trust": self.trust, "fit": kept}
+        return {
+            "mechid": version("mechid"),
+            "mechanism": self.stands,
+            "grade": str(self.grade),
+            "trust": self.trust,
+            "fit": kept,
+        }
 
     def std_error(self, name: str) -> float | None:
         """Return the standard error of a parameter in its unit; None where it has none."""
@@ -134,6 +144,7 @@ def handover(
         estimate=estimate,
         trials=_trials(campaign) if campaign else (),
         folder=folder,
+        stands=which_mechanism(mechanism, {}, stand=False),
     )
 
 

@@ -17,7 +17,7 @@ from mechid.plant.plant import Plant
 from mechid.plant.ports import Port
 from mechid.plant.tables import TABLES, bench_reason, table_of
 
-LOAD, MODE = "load", "load.mode"
+LOAD, MODE, DRIVE = "load", "load.mode", "drive"
 CUT_OFF, ORDER = FILTER = ("anti_alias.frequency", "anti_alias.order")
 """Of the filter before which the lines of the torque are sampled, in place of one that the recorder may have had."""
 RECORD = "it belongs to one record"
@@ -78,6 +78,35 @@ def in_flight(
     kept = {name: q for name, q in mechanism.parameters.items() if not bench_reason(name)}
     kept = {name: q for name, q in kept.items() if load_modes is None or table_of(name) != MODE}
     flying = Mechanism(plant, _parameters(plant, kept, given), mechanism.options)
+    for name, wrong in flying.contradictions():
+        raise InputFileError(f"{name}: {wrong}")
+    return flying
+
+
+def off_the_stand(mechanism: Mechanism, values: Mapping[str, float] | None = None) -> Mechanism:
+    """Return a mechanism as it flies, on a held base, driven as on the bench: by steps, or by measured channels.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        As identified; its plant comes from a layout.
+    values : mapping of dotted name to value
+        What differs in flight, in the mechanism file's units.
+
+    Raises
+    ------
+    InputFileError
+        It comes from no mechanism file, or a value is missing or cannot be.
+    """
+    layout = mechanism.plant.layout
+    if layout is None or not measured_quantities(mechanism.plant.inputs):
+        return in_flight(mechanism, values)
+    own = flight_layout(layout)
+    tables = own.tables | layout.tables & {DRIVE}
+    driven = {name: law for name, law in layout.laws.items() if name in (DRIVE, "stepper")}
+    plant = plant_of(replace(own, laws={**own.laws, **driven}, tables=tables))
+    kept = {name: q for name, q in mechanism.parameters.items() if name in plant.declarations}
+    flying = Mechanism(plant, _parameters(plant, kept, values or {}), mechanism.options)
     for name, wrong in flying.contradictions():
         raise InputFileError(f"{name}: {wrong}")
     return flying

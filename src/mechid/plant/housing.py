@@ -18,6 +18,8 @@ TRIED = tuple(round(700.0 * 2.0 ** (k / 4), 1) for k in range(21))
 """Frequencies in rad/s at which a second mode is looked for, a quarter of an octave apart: 110 Hz to 3.6 kHz."""
 FAST = 1500.0
 """A resonance of housing or test stand this low in rad/s is 240 Hz: the number may well be meant in hertz."""
+OVERDAMPED = 1.0
+"""Damping ratio from which on nothing resonates: the number may well be meant in percent."""
 
 
 def housing(form: str, *, second: bool = False) -> Block:
@@ -111,6 +113,7 @@ class _Mode:
                 unit="1",
                 meaning=f"{self.word} damping ratio",
                 lower=0.0,
+                percent_above=OVERDAMPED,
                 source=self.source,
             ),
         )

@@ -26,6 +26,8 @@ INERTIA = Declaration("inertia", "J_m", "kg m2", "test mass inertia", lower=0.0,
 MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
 WIND_UP = f"{OUTPUT_TORQUE}/K_s"
 """Of the gear under the motor held by one phase, rad at the output."""
+MOSTLY_BELOW = 0.2
+"""Damping ratio that flexible modes of a load stay below: a larger number may well be meant in percent."""
 STARTS = (
     own_start("twist", TWIST, "rad", "wind-up of the gear at the start, at the output", WIND_UP),
     own_start("twist_rate", TWIST_RATE, "rad/s", "rate at which the gear winds up at the start", f"({SWING})/Abs(G)"),
@@ -210,7 +212,14 @@ class _Mode:
             _parameter(
                 f"{where}.frequency", f"omega_{k}", "rad/s", "cantilever frequency of a flexible mode", lower=0.0
             ),
-            _parameter(f"{where}.damping", f"zeta_{k}", "1", "damping ratio of a flexible mode", lower=0.0),
+            _parameter(
+                key=f"{where}.damping",
+                symbol=f"zeta_{k}",
+                unit="1",
+                meaning="damping ratio of a flexible mode",
+                lower=0.0,
+                percent_above=MOSTLY_BELOW,
+            ),
             _parameter(
                 key=f"{where}.inertia",
                 symbol=f"J_{k}",

@@ -12,7 +12,7 @@ from sympy import Expr, Float, Matrix, Symbol, pi, sin, sqrt, symbols
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, LinearSystem, Rival
-from mechid.plant.housing import FAST
+from mechid.plant.housing import FAST, OVERDAMPED
 from mechid.plant.start import OUTPUT_TORQUE
 from mechid.plant.start import start as own_start
 
@@ -100,7 +100,8 @@ def transducer_adaptor(name: str = "sensor") -> Block:
 
 def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Symbol, Expr], w: Symbol) -> Block:
     T, g, zeta, x, v = symbols("T_in g_y zeta_t x_t v_t")
-    damping = _parameter("damping", zeta.name, "1", "damping ratio of the transducer's resonance", lower=0.0)
+    meaning = "damping ratio of the transducer's resonance"
+    damping = _parameter("damping", zeta.name, "1", meaning, lower=0.0, percent_above=OVERDAMPED)
     return Block(
         name=name,
         table="transducer",

@@ -10,7 +10,8 @@ from rich.console import Console
 
 
 def print_exported(data: Mapping[str, Any], console: Console) -> None:
-    """Print the files in their ``folder``, what they were compared with, and what their user has to know."""
+    """Print which mechanism it is, the files in their ``folder``, what they were compared with, and what to know."""
+    console.print(str(data["mechanism"]), soft_wrap=True, highlight=False)
     for name in data["files"]:
         console.print(str(Path(data["folder"]) / name), soft_wrap=True)
     checked = data["checked"]

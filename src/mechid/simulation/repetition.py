@@ -133,10 +133,13 @@ def _turned(plant: Plant, p: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def _compared(plant: Plant) -> Function:
-    """Compile all that decides a motion and its torque: rates, margins of guards, entry rules, the torque itself."""
+    """Compile all that decides a motion and its torque: rates, margins, entry rules, filter inputs, the torque."""
     margins = [g.margin for s in plant.switches for guards in s.guards.values() for g in guards]
     entries = [e for s in plant.switches for e, _ in s.entry]
     modes = tuple(m for s in plant.switches for m in next(iter(s.modes.values())))
-    every = [plant.expand(sp.sympify(e)) for e in (*plant.rates, *margins, *entries, plant.outputs["torque"])]
+    # A linear filter behind the plant repeats where what feeds it does: its own states are left out.
+    torque = plant.expand(sp.sympify(plant.outputs["torque"])).subs(dict.fromkeys(plant.filter.states, 0))
+    decisive = (*plant.rates, *margins, *entries, *plant.filter.inputs, torque)
+    every = [plant.expand(sp.sympify(e)) for e in decisive]
     compiled: Function = sp.lambdify((plant.states, plant.inputs, modes, plant.parameters), every, "math", cse=True)
     return compiled

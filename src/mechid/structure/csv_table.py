@@ -12,7 +12,7 @@ from mechid.arrays import FloatArray
 from mechid.errors import InputFileError
 from mechid.reading.whole import read_text
 
-_UNIT = re.compile(r"\s*\[([^\]]*)\]\s*$")
+_UNIT = re.compile(r"\s*(?:\[([^\]]*)\]|\((.*)\))\s*$")
 
 
 def read_numbers(path: Path) -> dict[str, FloatArray]:
@@ -42,11 +42,11 @@ def split_unit(header: str) -> tuple[str, str | None]:
 
     Examples
     --------
-    >>> split_unit("los_x_re [rad/(N*m)]")
-    ('los_x_re', 'rad/(N*m)')
+    >>> split_unit("los_x_re [rad/(N*m)]"), split_unit("damping (%)")
+    (('los_x_re', 'rad/(N*m)'), ('damping', '%'))
     """
     found = _UNIT.search(header)
-    return (header[: found.start()], found[1].strip()) if found else (header, None)
+    return (header[: found.start()], (found[1] or found[2] or "").strip()) if found else (header, None)
 
 
 def _text(path: Path) -> str:

@@ -1,7 +1,7 @@
 """MATLAB files up to version 7: frequency responses, modes or a state space, by the names of their variables.
 
 - ``frequency_hz`` (n), ``line_of_sight`` (n, m) complex, ``interface`` (n) complex where known;
-- ``frequency_hz`` (n), ``damping`` (n or 1), ``interface`` (n), ``line_of_sight`` (m, n): modes;
+- ``frequency_hz`` (n), ``damping`` or ``damping_percent`` (n or 1), ``interface`` (n), ``line_of_sight`` (m, n): modes;
 - ``A``, ``B``, ``C``, ``D``: a state space, its first output the interface.
 
 ``line_of_sight_names`` may name the axes, ``unit`` the unit of a frequency response.
@@ -17,6 +17,7 @@ import numpy as np
 from scipy.io import loadmat, matlab
 
 from mechid.errors import InputFileError
+from mechid.structure.damping import PERCENT, damping_key, damping_ratio
 from mechid.structure.linear_system import LinearSystem, checked_system
 from mechid.structure.modes import Modes
 from mechid.structure.response_csv import receptance_of, structure_of_responses
@@ -42,7 +43,7 @@ def read_mat(path: Path, selection: Selection) -> Structure:
         if name not in content:
             held = ", ".join(key for key in content if not key.startswith("__"))
             raise InputFileError(f'{path.name}: no variable "{name}"; it holds {held}, expected {EXPECTED}')
-    is_modal = "damping" in content or not np.iscomplexobj(content["line_of_sight"])
+    is_modal = "damping" in content or PERCENT in content or not np.iscomplexobj(content["line_of_sight"])
     return _modes(content, path.name, selection) if is_modal else _responses(content, path.name)
 
 
@@ -81,13 +82,15 @@ def _responses(content: Mapping[str, Any], label: str) -> Structure:
 
 def _modes(content: Mapping[str, Any], label: str, selection: Selection) -> Structure:
     f = np.ravel(content["frequency_hz"]).astype(np.float64)
-    damping = content.get("damping", selection.damping)
-    if damping is None or "interface" not in content:
-        missing = "interface" if damping is not None else "damping"
+    key = damping_key(content, label)
+    if (key not in content and selection.damping is None) or "interface" not in content:
+        missing = "interface" if key in content or selection.damping is not None else "damping"
         raise InputFileError(f'{label}: no variable "{missing}"; modes need it')
     shapes = np.atleast_2d(content["line_of_sight"]).astype(np.float64)
     try:
-        zeta = np.broadcast_to(np.ravel(damping).astype(np.float64), f.shape).copy()
+        given = np.ravel(content[key]).astype(np.float64) if key in content else None
+        damping = selection.damping if given is None else damping_ratio(given, key, key)
+        zeta = np.broadcast_to(np.asarray(damping, dtype=np.float64), f.shape).copy()
         modes = Modes(f, zeta, np.ravel(content["interface"]).astype(np.float64), shapes)
     except (InputFileError, ValueError) as error:
         raise InputFileError(f"{label}: {error}") from error

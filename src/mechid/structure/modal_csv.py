@@ -5,7 +5,9 @@ Columns that the budget names as `directions` are the interface's motion along t
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import math
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,13 +16,27 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.csv_table import read_numbers, split_unit
+from mechid.structure.damping import ASKED_ABOVE, damping_ratio, key_of_column
+from mechid.structure.frequency import FREQUENCY, as_hertz
 from mechid.structure.modes import Modes
 from mechid.structure.selection import ROTATIONS, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor
 
-FREQUENCY, DAMPING, INTERFACE = "frequency_Hz", "damping", "interface"
+DAMPING, INTERFACE = "damping", "interface"
 SHAPE_UNIT, TRANSLATION_UNIT = "rad/(kg^0.5*m)", "1/kg^0.5"
+NAME_COLUMN = 'name the column "damping [%]" if percent is meant, "damping [1]" if the share of critical is'
+_NO_SHAPES: Mapping[str, re.Pattern[str]] = {
+    "numbers the modes; leave it out": re.compile(r"(mode )?(no|nr|num|number|index|id|#)\.?|mode|mode_?shape"),
+    "is a modal mass, and shapes here are mass-normalised; divide them by its square root and leave it out": re.compile(
+        r"(modal|generali[sz]ed) (mass|inertia)"
+    ),
+    "is no shape; leave it out": re.compile(
+        r"(modal|generali[sz]ed) stiffness|effective (mass|inertia)|participation( factor)?|eigenvalue|period( s)?"
+        r"|omega( rad s)?|(angular|circular|natural) frequency( hz| rad s)?|freq( hz)?"
+    ),
+}
+"""Names of columns that tables of modes have beside the shapes: as a line of sight each of them would be wrong."""
 
 
 def read_modal_csv(path: Path, selection: Selection) -> Structure:
@@ -31,8 +47,7 @@ def read_modal_csv(path: Path, selection: Selection) -> Structure:
     InputFileError
         A column is missing, its unit measures something else, or its numbers are wrong.
     """
-    moving = {name for direction, name in selection.directions.items() if direction not in ROTATIONS}
-    columns = dict(_converted(name, data, path.name, moving) for name, data in read_numbers(path).items())
+    columns = _columns(path, selection)
     for needed in (FREQUENCY, INTERFACE):
         if needed not in columns:
             near = did_you_mean(needed, columns)
@@ -61,15 +76,42 @@ def given_damping(selection: Selection, label: str, modes: int) -> FloatArray:
     return np.full(modes, selection.damping)
 
 
+def _columns(path: Path, selection: Selection) -> dict[str, FloatArray]:
+    """Return the columns by name in SI; InputFileError where two hold the same, or one is no shape."""
+    moving = {name for direction, name in selection.directions.items() if direction not in ROTATIONS}
+    columns: dict[str, FloatArray] = {}
+    for header, data in read_numbers(path).items():
+        named = split_unit(header)[0]
+        if named not in selection.directions.values():
+            _refuse_no_shape(named, path.name)
+        name, values = _converted(header, data, path.name, moving)
+        if name in columns:
+            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as another does; leave one out')
+        columns[name] = values
+    return columns
+
+
+def _refuse_no_shape(name: str, label: str) -> None:
+    plain = " ".join(re.split(r"[\s_]+", name.strip().lower()))
+    for why, names in _NO_SHAPES.items():
+        if names.fullmatch(plain):
+            raise InputFileError(f'{label}: column "{name}": {why}, or name it otherwise if it is a line of sight')
+
+
 def _converted(header: str, data: FloatArray, label: str, moving: Collection[str]) -> tuple[str, FloatArray]:
-    """Return a column in SI; `moving` are those of translations."""
+    """Return a column's name and its values in SI; `moving` are those of translations."""
     name, unit = split_unit(header)
+    hertz = as_hertz(name, unit, data, label)
+    if hertz is not None:
+        return FREQUENCY, hertz
+    if damping := key_of_column(name, unit, label):
+        asked_above = math.inf if damping[1] else ASKED_ABOVE
+        place = f'{label}: column "{header}"'
+        return DAMPING, damping_ratio(data, damping[0], place, asked_above=asked_above, remedy=NAME_COLUMN)
     if unit is None:
         return name, data
-    expected = {FREQUENCY: "Hz", "frequency": "Hz", DAMPING: "1"}.get(
-        name, TRANSLATION_UNIT if name in moving else SHAPE_UNIT
-    )
+    expected = TRANSLATION_UNIT if name in moving else SHAPE_UNIT
     factor = conversion_factor(unit, expected)
     if factor is None:
         raise InputFileError(f'{label}: column "{header}": unit "{unit}" is none for it; expected {expected}')
-    return FREQUENCY if name == "frequency" else name, factor * data
+    return name, factor * data

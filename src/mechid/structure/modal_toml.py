@@ -17,12 +17,13 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.reading.whole import read_text
+from mechid.structure.damping import PERCENT, damping_key, damping_ratio
 from mechid.structure.modes import Modes
 from mechid.structure.selection import DIRECTIONS, ROTATIONS, Selection
 from mechid.structure.structure import Structure
 
 KEYS = ("axis", "line_of_sight", "mode")
-MODE_KEYS = ("frequency_hz", "damping", "interface", "line_of_sight", "directions")
+MODE_KEYS = ("frequency_hz", "damping", PERCENT, "interface", "line_of_sight", "directions")
 
 
 def read_modal_toml(path: Path, selection: Selection) -> Structure:
@@ -99,11 +100,17 @@ def _mode(entry: Mapping[str, Any], place: str, axes: int, selection: Selection)
     shape = entry.get("line_of_sight")
     if not isinstance(shape, list) or len(shape) != axes:
         raise InputFileError(f"{place}: line_of_sight: found {shape}; write {axes} numbers, one for each axis")
-    damping = entry.get("damping", selection.damping)
-    head = {"frequency_hz": entry.get("frequency_hz"), "damping": damping, "interface": entry.get("interface")}
-    for key, value in {**head, **{f"line_of_sight[{k}]": v for k, v in enumerate(shape)}}.items():
-        _number(value, f"{place}: {key}")
-    return [float(value) for value in (*head.values(), *shape)]
+    head = [_number(entry.get(key), f"{place}: {key}") for key in ("frequency_hz", "interface")]
+    own = [_number(value, f"{place}: line_of_sight[{k}]") for k, value in enumerate(shape)]
+    return [head[0], _damping(entry, place, selection), head[1], *own]
+
+
+def _damping(entry: Mapping[str, Any], place: str, selection: Selection) -> float:
+    """Return a mode's damping as share of critical: its own, else the selection's."""
+    key = damping_key(entry, place)
+    if key not in entry and selection.damping is not None:
+        return selection.damping
+    return float(damping_ratio(_number(entry.get(key), f"{place}: {key}"), key, f"{place}: {key}"))
 
 
 def _number(value: Any, place: str) -> float:

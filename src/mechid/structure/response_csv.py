@@ -1,8 +1,9 @@
 """Frequency response as CSV: ``frequency_Hz``, then for interface and lines of sight a complex pair of columns.
 
-A pair is ``<name>_re`` and ``<name>_im``, or ``<name>_mag`` and ``<name>_phase_deg``. The unit stands in brackets
-and tells receptance, mobility and accelerance apart; without one it is rad/(N*m). Where the budget names `directions`,
-each line of sight has a pair for each of them too, ``<line of sight>_<name>_re`` and so on, in rad/N of a force.
+A pair is ``<name>_re`` and ``<name>_im``, or ``<name>_mag`` and ``<name>_phase_deg``, ``<name>_phase_rad`` or
+``<name>_phase [deg]``. The unit stands in brackets and tells receptance, mobility and accelerance apart; without one
+it is rad/(N*m). Where the budget names `directions`, each line of sight has a pair for each of them too,
+``<line of sight>_<name>_re`` and so on, in rad/N of a force.
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
 from mechid.structure.csv_table import read_numbers, split_unit
+from mechid.structure.frequency import FREQUENCY, as_hertz
+from mechid.structure.polar import LINEAR, from_polar, is_decibel, phase_in_radians, refuse_hidden_levels, refuse_levels
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
 from mechid.structure.selection import ROTATIONS, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor
 
-FREQUENCY, INTERFACE = "frequency_Hz", "interface"
-PAIRS = (("_re", "_im"), ("_mag", "_phase_deg"))
+INTERFACE = "interface"
+PAIRS = (("_re", "_im"), *(("_mag", phase) for phase in ("_phase_deg", "_phase_rad", "_phase")))
 Column = tuple[FloatArray, str | None]
 
 
@@ -38,7 +41,11 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
     columns: dict[str, Column] = {}
     for header, data in read_numbers(path).items():
         name, unit = split_unit(header)
-        columns[name] = data, unit
+        hertz = as_hertz(name, unit, data, path.name)
+        name, column = (name, (data, unit)) if hertz is None else (FREQUENCY, (hertz, "Hz"))
+        if name in columns:
+            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as another does; leave one out')
+        columns[name] = column
     if FREQUENCY not in columns:
         raise InputFileError(f'{path.name}: no column "{FREQUENCY}"{did_you_mean(FREQUENCY, columns)}')
     frequency_hz = columns.pop(FREQUENCY)[0]
@@ -121,24 +128,55 @@ def receptance_of(
 def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
     ends = [end for pair in PAIRS for end in pair]
     for name in columns:
+        if is_decibel(name):
+            raise InputFileError(f'{label}: column "{name}": is a level in dB; {LINEAR}, in a column that ends in _mag')
         if not name.endswith(tuple(ends)):
-            raise InputFileError(f'{label}: column "{name}": end it with {", ".join(ends)}, or leave it out')
+            raise InputFileError(
+                f'{label}: column "{name}": end it with {", ".join(dict.fromkeys(ends))}, or leave it out'
+            )
     return dict.fromkeys(name.removesuffix(next(e for e in ends if name.endswith(e))) for name in columns)
 
 
 def _pair(
     name: str, columns: Mapping[str, Column], frequency_hz: FloatArray, label: str, per: str = "N*m"
 ) -> ComplexArray:
-    first, second = next(pair for pair in PAIRS if name + pair[0] in columns or name + pair[1] in columns)
-    for end in (first, second):
-        if name + end not in columns:
-            raise InputFileError(
-                f'{label}: no column "{name}{end}"; a response is a pair, {name}{first}, {name}{second}'
-            )
+    first, second = _ends(name, columns, label)
     (a, unit), (b, other) = columns[name + first], columns[name + second]
-    if first == "_re" and other not in (unit, None):
+    place = f'{label}: column "{name}{first}"'
+    if first == "_mag":
+        refuse_levels(a, unit, place)
+        phase_rad = _phase(name + second, b, other, a, label)
+        if unit is None:
+            refuse_hidden_levels(frequency_hz, a, phase_rad, place)
+        values = from_polar(a, phase_rad)
+    elif other not in (unit, None):
         raise InputFileError(f'{label}: column "{name}{second}": unit "{other}" where {name}{first} has "{unit}"')
-    values = a + 1j * b if first == "_re" else a * np.exp(1j * np.radians(b))
-    return receptance_of(
-        frequency_hz, np.asarray(values, dtype=np.complex128), unit, f'{label}: column "{name}{first}"', per
-    )
+    else:
+        values = np.asarray(a + 1j * b, dtype=np.complex128)
+    return receptance_of(frequency_hz, values, unit, place, per)
+
+
+def _ends(name: str, columns: Mapping[str, Column], label: str) -> tuple[str, str]:
+    """Return the ends of the names of a response's two columns; InputFileError where they are no pair."""
+    there = [end for end in dict.fromkeys(end for pair in PAIRS for end in pair) if name + end in columns]
+    if len(there) == 2 and tuple(there) in PAIRS:
+        return there[0], there[1]
+    wanted = next(pair for pair in PAIRS if there[0] in pair)
+    if len(there) == 1:
+        missing = wanted[1] if there[0] == wanted[0] else wanted[0]
+        raise InputFileError(
+            f'{label}: no column "{name}{missing}"; a response is a pair, {name}{wanted[0]}, {name}{wanted[1]}'
+        )
+    held = ", ".join(f"{name}{end}" for end in there)
+    raise InputFileError(f"{label}: found {held}; a response is one pair, {name}{wanted[0]}, {name}{wanted[1]}")
+
+
+def _phase(column: str, phase: FloatArray, stated: str | None, magnitude: FloatArray, label: str) -> FloatArray:
+    """Return a phase column in rad, (n,), by the unit in brackets or the end of its name."""
+    place, ending = f'{label}: column "{column}"', column.rpartition("_")[2]
+    named = ending if ending in ("deg", "rad") else None
+    unit = {None: None, "°": "deg", "degree": "deg", "degrees": "deg"}.get(stated, stated)
+    if unit not in ("deg", "rad", None) or (unit is None and named is None) or (named and unit not in (named, None)):
+        found = f'has unit "{stated}"' if stated is not None else "states no unit"
+        raise InputFileError(f"{place}: {found}; end the name in _phase [deg] or _phase [rad]")
+    return phase_in_radians(phase, str(unit or named), magnitude, place, is_stated=unit is not None)

@@ -140,7 +140,7 @@ class Source:
     def _provenance(self) -> Iterable[str]:
         handed = self.handover.provenance
         yield f"Made by mechid {handed['mechid']} from a fit; do not edit."
-        yield from textwrap.wrap(str(handed["trust"]), WIDTH)
+        yield from textwrap.wrap(f"{handed['mechanism']} {handed['trust']}", WIDTH)
         fit = handed["fit"]
         for name, digest in fit.get("inputs_sha256", {}).items():
             yield f"{name}: sha256 {digest}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import subprocess
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,7 +15,8 @@ from mechid.exports.c.compiler import CompilerError, compiled
 from mechid.exports.c.source import FILES, Source
 from mechid.exports.export import Checked, Written
 from mechid.exports.handover import Handover, Trial
-from mechid.exports.option_texts import NO, refuse_unknown, yes_or_no
+from mechid.exports.option_texts import NO, yes_or_no
+from mechid.exports.stand import handed_on, read_stand
 from mechid.exports.trials import Found, checked, references, sample_rate_hz, substeps
 from mechid.writing import write_whole
 
@@ -32,22 +33,28 @@ class Options:
     ----------
     sensitivities : bool
         Whether the derivatives to the parameters that have a standard error are carried along.
+    stand : bool
+        The mechanism as on the bench: with housing, transducer and filters. Otherwise as it flies.
+    values : mapping of dotted name to float
+        What differs there, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
     """
 
     sensitivities: bool = False
+    stand: bool = False
+    values: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def read(cls, given: Mapping[str, str]) -> Options:
-        """Return the options that texts give: ``{"sensitivities": "yes"}``.
+        """Return the options that texts give: ``{"sensitivities": "yes", "stand": "yes"}``.
 
         Raises
         ------
         UsageError
             One cannot be.
         """
-        for name in given:
-            refuse_unknown(name, [SENSITIVITIES])
-        return cls(sensitivities=yes_or_no(SENSITIVITIES, given.get(SENSITIVITIES, NO)))
+        stand, values = read_stand(given, [SENSITIVITIES])
+        sensitivities = yes_or_no(SENSITIVITIES, given.get(SENSITIVITIES, NO))
+        return cls(sensitivities=sensitivities, stand=stand, values=values)
 
 
 def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
@@ -55,11 +62,14 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
 
     Raises
     ------
+    InputFileError
+        What differs in flight cannot be.
     MechidError
         What they give is not what the kernel gives.
     """
-    sensitive = (options or Options()).sensitivities
-    source = Source(handover, 1.0 / sample_rate_hz(handover), substeps(handover), sensitive)
+    asked = options or Options()
+    taken = replace(handover, mechanism=handed_on(handover.mechanism, asked.values, stand=asked.stand))
+    source = Source(taken, 1.0 / sample_rate_hz(taken), substeps(taken), asked.sensitivities)
     for name, text in source.files.items():
         write_whole(folder / name, text)
     words = [f"Functions of the C library in its loop: {', '.join(source.library)}."] if source.library else []

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mechid.errors import UsageError
-from mechid.exports.option_texts import NO, refuse_unknown, yes_or_no
-
-STAND = "stand"
+from mechid.exports.stand import read_stand
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,15 +33,5 @@ class Options:
         UsageError
             One cannot be.
         """
-        values = {}
-        for name, text in given.items():
-            if "." not in name:
-                refuse_unknown(name, [STAND], also=", and dotted names of parameters")
-                continue
-            try:
-                values[name] = float(text)
-            except ValueError:
-                values[name] = math.nan
-            if not math.isfinite(values[name]):
-                raise UsageError(f'--option {name}: found "{text}"; write a number')
-        return cls(stand=yes_or_no(STAND, given.get(STAND, NO)), values=values)
+        stand, values = read_stand(given)
+        return cls(stand=stand, values=values)

@@ -17,6 +17,7 @@ from mechid.exports.trials import Found, Reference, checked, references
 
 STEP_S = 0.01
 """Of communication, where a unit is compared."""
+MOVING_BASE = "Its base may turn, by the inputs base_acceleration, base_rate and base_angle."
 
 
 def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
@@ -35,18 +36,12 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
     unit = Unit(whole, max((trial.base.duration_s for trial in handover.trials), default=1.0))
     files = {version: f"{handover.name}_fmi{version}.fmu" for version in VERSIONS}
     missing = [unit.write(version, folder / name) for version, name in files.items()]
-    words = [_what(asked)]
+    words = [] if asked.stand else [MOVING_BASE]
     if missing[0] is not None:
         return Written(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
     tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
     found = [_compared(tried, folder / name, version, unit) for version, name in files.items()]
     return Written(tuple(files.values()), _worse(found), tuple(words))
-
-
-def _what(options: Options) -> str:
-    if options.stand:
-        return "As on the bench: with housing and transducer, its base at rest."
-    return "As it flies: without housing and transducer, on a base that may turn; --option stand=yes is the bench."
 
 
 def _compared(tried: list[Reference], path: Path, version: str, unit: Unit) -> Checked | None:

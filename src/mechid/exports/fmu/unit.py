@@ -20,11 +20,11 @@ from mechid.exports.c.source import STEPS, Source
 from mechid.exports.fmu.description import build_description, description_2, description_3
 from mechid.exports.fmu.variables import POINTS, variables_of
 from mechid.exports.handover import Handover
-from mechid.exports.option_texts import refuse_values
+from mechid.exports.stand import handed_on, measuring
 from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.parameter import Role
 from mechid.plant.assembly import plant_of
-from mechid.plant.flight import flying_plant, in_flight, moving_base_objection, on_base
+from mechid.plant.flight import moving_base_objection, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
@@ -60,10 +60,8 @@ def closed(handover: Handover, values: Mapping[str, float], *, stand: bool) -> M
             "a unit is commanded by steps, and this mechanism follows measured channels; write it with --to c, "
             "whose inputs are these channels"
         )
-    refuse_values(values, bench.plant if stand else flying_plant(bench))
-    mechanism = bench.with_values(values) if stand else in_flight(bench, values)
-    plant = mechanism.plant.measuring([q for q in mechanism.plant.offered if q != LINE_TORQUE])
-    return Mechanism(plant, {name: mechanism.parameters[name] for name in plant.declarations}, mechanism.options)
+    mechanism = handed_on(bench, values, stand=stand)
+    return measuring(mechanism, [q for q in mechanism.plant.offered if q != LINE_TORQUE])
 
 
 def opened(mechanism: Mechanism, *, stand: bool) -> Mechanism:
@@ -73,8 +71,8 @@ def opened(mechanism: Mechanism, *, stand: bool) -> Mechanism:
         on = on_base(mechanism, Flying(base=Base.DRIVEN))
     assert on.plant.layout is not None
     plant = plant_of(replace(on.plant.layout, ports=frozenset({Port.OUTPUT})))
-    plant = plant.measuring(list(mechanism.plant.outputs))
-    return Mechanism(plant, {name: on.parameters[name] for name in plant.declarations}, on.options)
+    whole = Mechanism(plant, {name: on.parameters[name] for name in plant.declarations}, on.options)
+    return measuring(whole, list(mechanism.plant.outputs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +108,7 @@ class Unit:
     def description(self, version: str) -> str:
         """Return modelDescription.xml of a version."""
         own = self.handover
-        words = f"{own.mechanism.plant.name}, identified: {own.trust}"
+        words = f"{own.mechanism.plant.name}, identified: {own.stands} {own.trust}"
         make = description_2 if version == "2" else description_3
         tool = f"mechid {own.provenance['mechid']}"
         return make(own.name, self.guid, words, tool, variables_of(own), self.stop_s)

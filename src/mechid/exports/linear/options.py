@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 
 from mechid.errors import UsageError
 from mechid.exports.option_texts import read_rates, refuse_unknown
+from mechid.exports.stand import STAND, refuse_stand
 from mechid.exports.tables.options import MOST_RATES
 
 NONE = "none"
@@ -67,10 +68,11 @@ class Options:
         UsageError
             There is no such option, or its text is no number.
         """
+        given = refuse_stand(given, "there are linear models and forcing")
         names = [f.name for f in fields(cls) if f.name != "values"]
         for name in given:
             if "." not in name:
-                refuse_unknown(name, names, also=", and parameters that differ in flight")
+                refuse_unknown(name, [*names, STAND], also=", and parameters that differ in flight")
         values = {name: _number(name, text) for name, text in given.items() if "." in name}
         own = {name: _value(name, text) for name, text in given.items() if "." not in name}
         return cls(**own, values=values)  # type: ignore[arg-type]

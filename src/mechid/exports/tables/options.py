@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 from mechid.errors import UsageError
 from mechid.exports.option_texts import read_rates, refuse_unknown
+from mechid.exports.stand import STAND, refuse_stand
 from mechid.exports.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
@@ -65,9 +66,10 @@ class Options:
         UsageError
             There is no such option, or its text is no number.
         """
+        given = refuse_stand(given, "there are lines")
         names = [field.name for field in fields(cls)]
         for name in given:
-            refuse_unknown(name, names)
+            refuse_unknown(name, [*names, STAND])
         return cls(**{name: _value(name, text) for name, text in given.items()})  # type: ignore[arg-type]
 
 
