@@ -18,11 +18,11 @@ from mechid.records.csv_units import (
     Splitter,
     StatedUnit,
     bare_unit,
+    doubts_of_name,
     is_comment,
     is_line_of_units,
     speaks_of,
     stated_units,
-    unit_behind_in,
 )
 from mechid.records.table import Column
 
@@ -116,14 +116,12 @@ def sniff(path: Path, label: str) -> Dialect:
 
 
 def _columns(names: Sequence[str], stated: Sequence[StatedUnit]) -> tuple[Column, ...]:
-    """Return the columns: a header may consist of units alone, or end in them as ``Zeit in ms``."""
+    """Return the columns: a header may consist of units alone; one that ends in ``in ms`` is in doubt."""
     if any(names) and is_line_of_units(names):
-        units: Sequence[str | None] = [bare_unit(name) for name in names]
-    else:
-        units = [one.unit or unit_behind_in(name) for name, one in zip(names, stated, strict=True)]
+        return tuple(Column(name=name, unit=bare_unit(name)) for name in names)
     return tuple(
-        Column(name=name, unit=unit, unit_doubts=one.doubts)
-        for name, unit, one in zip(names, units, stated, strict=True)
+        Column(name=name, unit=one.unit, unit_doubts=doubts_of_name(name) | one.doubts)
+        for name, one in zip(names, stated, strict=True)
     )
 
 

@@ -246,17 +246,19 @@ def _units_in_words(text: str) -> list[str]:
     return found
 
 
-def unit_behind_in(name: str) -> str | None:
-    """Return the unit that a name ends in behind a word, as in ``Zeit in ms``; None where brackets state one.
+def doubts_of_name(name: str) -> dict[str, str]:
+    """Return by quantity that a name ends in a unit without brackets, as ``Zeit in ms``, whatever the column measures.
 
     Examples
     --------
-    >>> unit_behind_in("Zeit in ms"), unit_behind_in("torque in mNm filtered"), unit_behind_in("plug in")
-    ('ms', None, None)
+    >>> doubts_of_name("Zeit in ms")["torque"], doubts_of_name("plug in")
+    ('its name says "ms"', {})
     """
     found = re.fullmatch(r".*\S\s+(?:in|en)\s+(\S+(?: \S+)?)\s*", name)
     unit = found[1] if found and split_header(name)[1] is None else None
-    return unit if unit and _is_listed(unit) and is_unit(unit) else None
+    if unit is None or not (_is_listed(unit) and is_unit(unit)):
+        return {}
+    return {q: f'its name says "{unit}"' for q in SI_UNIT if not (_measures(unit, q) and to_si_factor(unit, q) == 1.0)}
 
 
 def _measures(unit: str, quantity: str) -> bool:
