@@ -1,7 +1,6 @@
 """Every command ends within two seconds of a signal, with 130 and a line. Truth: the system's count of CPU time."""
 
 import json
-import os
 import shutil
 import signal
 import sys
@@ -43,7 +42,13 @@ rates = [23.0, 46.0]
 def place(bench, fitted, tmp_path_factory):
     """Return a folder with all that the commands need; not to be changed."""
     folder = tmp_path_factory.mktemp("signals")
-    for source, name in ((bench, "bench"), (fitted / "fit", "fit"), (bench, "far"), (bench, "plan"), (bench, "planned")):
+    for source, name in (
+        (bench, "bench"),
+        (fitted / "fit", "fit"),
+        (bench, "far"),
+        (bench, "plan"),
+        (bench, "planned"),
+    ):
         shutil.copytree(source, folder / name)
     shutil.copytree(fitted / "bench", folder / "fitted_bench")
     time_s = 1e5 + np.arange(2000) / 1e4  # ten thousand seconds of motion before the first sample
@@ -89,6 +94,7 @@ AT_WORK = {
     "look": ("look long.csv --sample-rate-hz 10000 --out {out}", "", 1.5),
     "simulate": ("simulate planned --duration-s 15000 --out {out}", "kernel loaded", 2.0),
     "identify": ("identify bench --out {out}", "stage 1 of", 0.0),
+    "report": ("report {fit}", "kernel loaded", 0.0),
     "profile": ("profile fit --parameter housing.gain --out {out}", "stage 1 of", 0.0),
     "bootstrap": ("bootstrap fit --draws 100000 --out {out}", "", 2.5),
     "budget": ("budget fit/budget.toml --out {out}", "", 2.0),
@@ -140,5 +146,40 @@ def test_a_command_at_work_ends_in_time(name, place, tmp_path, monkeypatch):
     try:
         command.until(lambda: marker in command.said() and command.cpu_s() >= least_s)
         assert_ended(command.end(signal.SIGTERM), out, "mechid: interrupted")
+    finally:
+        command.close()
+
+
+def test_a_second_signal_ends_it_at_once(place, tmp_path, monkeypatch):
+    """Truth: the first one leaves the kernel's call 1.5 s; half a second later comes the second."""
+    command, out = begun(AT_WORK["check"][0], place, tmp_path, monkeypatch)
+    try:
+        command.until(lambda: "kernel loaded" in command.said() and command.cpu_s() >= 2.0)
+        ending = command.end(signal.SIGINT, signal.SIGTERM, pause_s=0.5)
+        assert_ended(ending, out, "mechid: interrupted")
+        assert ending.cpu_s < 1.2
+    finally:
+        command.close()
+
+
+def test_signals_close_together_are_one(place, tmp_path, monkeypatch):
+    """As `timeout` sends them: to the process and to its group. Truth: a search that is left at once keeps its values."""
+    command, out = begun(AT_WORK["identify"][0], place, tmp_path, monkeypatch)
+    try:
+        command.until(lambda: "stage 1 of" in command.said())
+        assert_ended(command.end(signal.SIGTERM, signal.SIGTERM, pause_s=0.0), out, "mechid: interrupted; ")
+        assert json.loads((out / "estimate.json").read_text())["outcome"]["code"] == "interrupted"
+    finally:
+        command.close()
+
+
+@pytest.mark.parametrize("count", [1, 2], ids=["once", "twice"])
+def test_a_compilation_ends_without_a_word_of_the_compiler(count, place, tmp_path, monkeypatch):
+    """LLVM aborts where Python ends beneath a thread that compiles."""
+    environment = {"MECHID_CACHE": str(tmp_path / "cache")}
+    command, out = begun("check bench", place, tmp_path, monkeypatch, environment=environment)
+    try:
+        command.until(lambda: "compiling the kernel" in command.said() and command.cpu_s() >= 3.0)
+        assert_ended(command.end(*[signal.SIGTERM] * count), out, "mechid: interrupted")
     finally:
         command.close()
