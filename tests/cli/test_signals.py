@@ -42,15 +42,9 @@ rates = [23.0, 46.0]
 def place(bench, fitted, tmp_path_factory):
     """Return a folder with all that the commands need; not to be changed."""
     folder = tmp_path_factory.mktemp("signals")
-    for source, name in (
-        (bench, "bench"),
-        (fitted / "fit", "fit"),
-        (bench, "far"),
-        (bench, "plan"),
-        (bench, "planned"),
-    ):
-        shutil.copytree(source, folder / name)
-    shutil.copytree(fitted / "bench", folder / "fitted_bench")
+    for name in ("bench", "far", "plan", "planned"):
+        shutil.copytree(bench, folder / name)
+    shutil.copytree(fitted / "fit", folder / "fit")
     time_s = 1e5 + np.arange(2000) / 1e4  # ten thousand seconds of motion before the first sample
     rows = np.column_stack([time_s, np.sin(2.0 * np.pi * 46.0 * time_s)])
     np.savetxt(folder / "far" / "far.csv", rows, delimiter=",", header="time_s,torque_Nm", comments="", fmt="%.6f")
@@ -87,8 +81,6 @@ COMMANDS = {
     "demo": "demo --out {out}",
 }
 """A command line each, in the folder of `place`."""
-ENDED_BEFORE = ("compare", "new")
-"""So short that they may have ended before the signal comes."""
 AT_WORK = {
     "check": ("check far", "kernel loaded", 2.0),
     "look": ("look long.csv --sample-rate-hz 10000 --out {out}", "", 1.5),
@@ -133,7 +125,7 @@ def test_a_command_that_has_just_begun_ends_at_once(name, group, place, tmp_path
     number = (signal.SIGTERM, signal.SIGINT)[list(COMMANDS).index(name) % 2]
     command, out = begun(COMMANDS[name], place, tmp_path, monkeypatch)
     try:
-        command.until(lambda: command.listens())
+        command.until(command.listens)
         assert_ended(command.end(number, group=group), out, "mechid: interrupted")
     finally:
         command.close()
@@ -163,7 +155,7 @@ def test_a_second_signal_ends_it_at_once(place, tmp_path, monkeypatch):
 
 
 def test_signals_close_together_are_one(place, tmp_path, monkeypatch):
-    """As `timeout` sends them: to the process and to its group. Truth: a search that is left at once keeps its values."""
+    """As `timeout` sends them, to the process and to its group. Truth: a second signal leaves no time to keep values."""
     command, out = begun(AT_WORK["identify"][0], place, tmp_path, monkeypatch)
     try:
         command.until(lambda: "stage 1 of" in command.said())
