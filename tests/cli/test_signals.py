@@ -1,6 +1,7 @@
 """Every command ends within two seconds of a signal, with 130 and a line. Truth: the system's count of CPU time."""
 
 import json
+import logging
 import shutil
 import signal
 import sys
@@ -16,11 +17,14 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /pro
 PROMISED_S, MARGIN_S = 2.0, 0.5
 LONG_S = 40.0
 """Of the clock: a command that waits ends 5 s after the signal, and the machine may be busy."""
+# Ten thousand seconds of motion in steps of 125 ns before the first sample: one call of the kernel takes an hour.
 FAR = """
 mechanism = "mechanism.toml"
 [[record]]
 name = "far"
 file = "far.csv"
+sample_rate_hz = 8e6
+time_offset_s = -10000.0
 command = { stepping = "full", rate = 46.0 }
 """
 PLANNED = """
@@ -45,9 +49,8 @@ def place(bench, fitted, tmp_path_factory):
     for name in ("bench", "far", "plan", "planned"):
         shutil.copytree(bench, folder / name)
     shutil.copytree(fitted / "fit", folder / "fit")
-    time_s = 1e5 + np.arange(2000) / 1e4  # ten thousand seconds of motion before the first sample
-    rows = np.column_stack([time_s, np.sin(2.0 * np.pi * 46.0 * time_s)])
-    np.savetxt(folder / "far" / "far.csv", rows, delimiter=",", header="time_s,torque_Nm", comments="", fmt="%.6f")
+    swing = np.sin(2.0 * np.pi * 46.0 * np.arange(2000) / 1e4)
+    (folder / "far" / "far.csv").write_text("\n".join(["torque_Nm", *map(str, swing)]))
     (folder / "far" / "campaign.toml").write_text(FAR)
     (folder / "planned" / "campaign.toml").write_text(PLANNED)
     long = np.random.default_rng(1).normal(size=1_000_000)
@@ -82,7 +85,7 @@ COMMANDS = {
 }
 """A command line each, in the folder of `place`."""
 AT_WORK = {
-    "check": ("check far", "kernel loaded", 2.0),
+    "check": ("check far", "kernel loaded", 4.0),
     "look": ("look long.csv --sample-rate-hz 10000 --out {out}", "", 1.5),
     "simulate": ("simulate planned --duration-s 15000 --out {out}", "kernel loaded", 2.0),
     "identify": ("identify bench --out {out}", "stage 1 of", 0.0),
@@ -108,6 +111,7 @@ def begun(line, place, tmp_path, monkeypatch, **options):
 
 def assert_ended(ending, out, line):
     """Assert what is promised of the end of a command."""
+    logging.info("ended after %.2f s of CPU, %.2f s", ending.cpu_s, ending.wall_s)
     assert ending.code == 130, (ending.code, ending.stderr)
     assert ending.cpu_s <= PROMISED_S + MARGIN_S
     assert ending.wall_s <= LONG_S
@@ -146,7 +150,7 @@ def test_a_second_signal_ends_it_at_once(place, tmp_path, monkeypatch):
     """Truth: the first one leaves the kernel's call 1.5 s; half a second later comes the second."""
     command, out = begun(AT_WORK["check"][0], place, tmp_path, monkeypatch)
     try:
-        command.until(lambda: "kernel loaded" in command.said() and command.cpu_s() >= 2.0)
+        command.until(lambda: "kernel loaded" in command.said() and command.cpu_s() >= 4.0)
         ending = command.end(signal.SIGINT, signal.SIGTERM, pause_s=0.5)
         assert_ended(ending, out, "mechid: interrupted")
         assert ending.cpu_s < 1.2
@@ -155,7 +159,7 @@ def test_a_second_signal_ends_it_at_once(place, tmp_path, monkeypatch):
 
 
 def test_signals_close_together_are_one(place, tmp_path, monkeypatch):
-    """As `timeout` sends them, to the process and to its group. Truth: a second signal leaves no time to keep values."""
+    """As `timeout` sends them, to the process and its group. Truth: a second signal leaves no time to keep values."""
     command, out = begun(AT_WORK["identify"][0], place, tmp_path, monkeypatch)
     try:
         command.until(lambda: "stage 1 of" in command.said())
