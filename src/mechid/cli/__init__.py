@@ -5,6 +5,8 @@ Internal to mechid but for the names that docs/python.md lists.
 
 from __future__ import annotations
 
+import sys
+
 from mechid.cli import ending
 
 __all__ = ["main"]
@@ -19,7 +21,9 @@ def main() -> None:
         app.main()
     except KeyboardInterrupt:
         ending.say_interrupted()
-        ending.end(ending.INTERRUPTED)
+        if ending.is_interrupted():
+            ending.end(ending.INTERRUPTED)
+        sys.exit(ending.INTERRUPTED)
     except SystemExit as left:
         if ending.is_interrupted():
             ending.end(left.code if isinstance(left.code, int) else 0)
