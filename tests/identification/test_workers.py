@@ -76,7 +76,9 @@ def test_an_identification_is_the_same_to_the_last_bit(pool):
     """From the catalogue to the standard errors: multi-start, refined starts, first sight, draws."""
     start = displaced(synthetic.truth(), {"gear.stiffness": 1.1, "gear.damping": 0.8})
     campaign = synthetic.bench(start, synthetic.truth(), "full_46", "micro_92", seed=5, seconds=0.3)
-    there, here = identify(campaign, executor=pool), identify(campaign, workers=1)
+    with working_on(pool):
+        there = identify(campaign)
+    here = identify(campaign, workers=1)
     assert there.outcome is here.outcome
     for name, p in here.parameters.items():
         assert (there.parameters[name].value, there.parameters[name].std_error) == (p.value, p.std_error), name

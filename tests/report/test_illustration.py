@@ -64,6 +64,19 @@ def test_a_process_that_ends_is_said(tmp_path):
             pens.draw([sheet()], tmp_path)["line"].result()
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals to send to another process")
+def test_signals_that_end_a_command_end_no_process_that_draws(tmp_path):
+    """As a batch system sends them, to each process of a job: who waits for the figures decides."""
+    with Pens() as pens:
+        pens.draw([sheet()], tmp_path)["line"].result()
+        for process in pens._processes:
+            assert os.getpgid(process.pid) != os.getpgid(0)
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                process.send_signal(number)
+        pens.draw([sheet("again")], tmp_path)["again"].result()
+    assert (tmp_path / "again.svg").is_file()
+
+
 @pytest.mark.parametrize("was_there", [False, True])
 def test_a_report_that_fails_leaves_no_folder_of_figures(reported, tmp_path, was_there):
     """One that was there before stays, with what is in it."""

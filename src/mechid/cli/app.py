@@ -19,7 +19,6 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from mechid.cli import INTERRUPTED
 from mechid.cli.bootstrap import bootstrap
 from mechid.cli.budget import budget
 from mechid.cli.check import check
@@ -27,6 +26,7 @@ from mechid.cli.compare import compare
 from mechid.cli.demo import demo
 from mechid.cli.design import design
 from mechid.cli.diagnose import diagnose
+from mechid.cli.ending import INTERRUPTED, is_interrupted, say_interrupted
 from mechid.cli.explore import explore
 from mechid.cli.export import export
 from mechid.cli.fleet import fleet
@@ -77,7 +77,7 @@ class Verbs(TyperGroup):
         except MemoryError as error:
             raise _refused(NO_MEMORY, USAGE) from error
         except KeyboardInterrupt as error:
-            _say("mechid: interrupted")
+            say_interrupted()
             raise typer.Exit(INTERRUPTED) from error
 
 
@@ -144,6 +144,9 @@ def main() -> None:
         _say(f"mechid: error: {error}")
         sys.exit(error.exit_code)
     except Exception as error:
+        if is_interrupted():  # a library made another error of it
+            say_interrupted()
+            sys.exit(INTERRUPTED)
         if os.environ.get(DEBUG) == "1":
             raise
         what = " ".join(f"{type(error).__name__}: {error}".split())

@@ -23,12 +23,14 @@ def bootstrap(
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Refit simulated records, and see how estimates scatter."""
+    from mechid.cli.ending import advise
     from mechid.cli.printed import followed, print_result
     from mechid.holding import held
     from mechid.interface.finished_fit import finished_fit
     from mechid.interface.refits import bootstrap as bootstrapped
 
     found = finished_fit(fit, campaign)
+    advise(f"what was worked out is in {out}: the same command with --resume goes on")
     with held(out):
         with on_scheduler(scheduler), followed() as listener:
             done = bootstrapped(

@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 
 from mechid.campaign import Campaign
+from mechid.cli.ending import INTERRUPTED, advise, say_interrupted
 from mechid.cli.printed import followed, say
 from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
@@ -16,8 +17,6 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import print_report
 from mechid.reports.console import console_on
 from mechid.reports.identified import Audience, identified_into
-
-INTERRUPTED = 130
 
 
 def identify_into(
@@ -39,6 +38,7 @@ def identify_into(
     typer.Exit
         It was interrupted, with its exit code; the results are those so far.
     """
+    advise(f"what was worked out is in {folder}: mechid identify with --resume goes on")
     made = identified_into(
         campaign,
         folder,
@@ -51,7 +51,7 @@ def identify_into(
     )
     print_report(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
-        say(f"mechid: interrupted; {folder} holds the best so far")
+        say_interrupted(f"mechid: interrupted; {folder} holds the best so far")
         raise typer.Exit(INTERRUPTED)
     if not made.fit.grade.good:
         raise FitError(_refusal(made.fit, folder))

@@ -16,6 +16,8 @@ from mechid.writing import is_refusal_of, refusal, writable
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
 """Folders that are held around what runs now, each with the token of its hold."""
+_LOCKS: dict[Path, Holder] = {}
+"""Lock files of this process, whichever thread holds their folders."""
 MOST_NAMED = 8
 """Of the files that a run has saved until it could write no more."""
 
@@ -53,7 +55,7 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
         yield around[place]
         return
     with _made_if_used(place), writable(folder):
-        own = _taken(place / LOCK_NAME, Path(folder), within)
+        own = _LOCKS[place / LOCK_NAME] = _taken(place / LOCK_NAME, Path(folder), within)
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
             sweep(place)
@@ -62,6 +64,14 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
         finally:
             _HELD.reset(reset)
             _let_go(place / LOCK_NAME, own)
+            _LOCKS.pop(place / LOCK_NAME, None)
+
+
+def release_all() -> None:
+    """Let go of all folders that this process holds, without what it has half-written there: it is about to end."""
+    for lock, own in list(_LOCKS.items()):
+        sweep(lock.parent, with_own=True)
+        _let_go(lock, own)
 
 
 @contextmanager

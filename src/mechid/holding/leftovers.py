@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Iterator
@@ -16,12 +17,13 @@ PART = re.compile(r"\..+\.(?P<pid>\d+)\.part")
 """Name of a file, or a folder, beside its place, as `mechid.writing` gives it."""
 
 
-def sweep(folder: Path) -> list[Path]:
+def sweep(folder: Path, *, with_own: bool = False) -> list[Path]:
     """Remove what was left half-written in a folder and in the folders right in it, and return what it was.
 
-    What a process of this number is at work on stays; what cannot be removed, too.
+    What a process of this number is at work on stays; what cannot be removed, too. `with_own` removes also what this
+    process is at work on, which is about to end.
     """
-    found = [path for place in (folder, *_folders(folder)) for path in _left(place)]
+    found = [path for place in (folder, *_folders(folder)) for path in _left(place, with_own=with_own)]
     for path in found:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
@@ -39,9 +41,9 @@ def _folders(folder: Path) -> Iterator[Path]:
                 yield path
 
 
-def _left(folder: Path) -> Iterator[Path]:
+def _left(folder: Path, *, with_own: bool) -> Iterator[Path]:
     with suppress(OSError):
         for path in folder.iterdir():
             part = PART.fullmatch(path.name)
-            if part and not beginning(int(part["pid"])):
+            if part and (not beginning(pid := int(part["pid"])) or (with_own and pid == os.getpid())):
                 yield path

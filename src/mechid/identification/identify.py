@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
-from concurrent.futures import Executor
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from mechid.campaign import Campaign
@@ -13,7 +12,6 @@ from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
-from mechid.identification.computation.workforce import working_on
 from mechid.identification.conclude import conclude
 from mechid.identification.disturbance.disturbance import with_disturbances
 from mechid.identification.disturbance.mains import mains
@@ -48,11 +46,11 @@ def identify(
     *,
     seed: int = 0,
     workers: int | None = None,
-    executor: Executor | None = None,
     listener: Listener = silent,
     journal: Journal | None = None,
     near: Mapping[str, float] | None = None,
     patient: bool = True,
+    keep: Callable[[Fit], object] | None = None,
 ) -> Fit:
     """Identify the free parameters of a campaign's mechanism from its records.
 
@@ -63,8 +61,6 @@ def identify(
         Of the search; equal seeds give equal results.
     workers : int or None
         Threads; None takes one per core.
-    executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
         Called with each report of progress.
     journal : Journal or None
@@ -75,6 +71,9 @@ def identify(
     patient : bool
         False ends the search where the mechanism does not follow the records from its best start, as written or with
         terms beside: for a diagnosis, which asks there for what is missing. No effect where the file has stages.
+    keep : callable or None
+        Called with the fit so far, as if it were interrupted there, after the first joint fit and at the end of the
+        search: what follows either may take long, and whoever ends it may leave no time for a conclusion.
 
     Returns
     -------
@@ -90,10 +89,16 @@ def identify(
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     state = SearchState(problem, problem.start, problem.whole())
-    with one_core_algebra(), working_on(executor):
+    with one_core_algebra():
         if near is None:
             campaign, state = first_seen(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
+
+        def keep_so_far(at: SearchState) -> None:
+            if keep is not None and at.outcome is not FitOutcome.FAILED:
+                keep(conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds))
+
+        watch.keep = keep_so_far
         try:
             if near is None:
                 state = watch.note(state.saying(*_told_before(watch, campaign)))
@@ -103,6 +108,7 @@ def identify(
                 state = _follow_plan(watch, state, campaign, seed, near, patient=patient)
             if state.outcome.has_optimum:
                 state = freeze_dependent(watch, state, with_terms(campaign, state))
+            watch.keep(state)
             state = replace(state, searched=True)
         except KeyboardInterrupt:
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
@@ -171,6 +177,7 @@ def _follow_plan(
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=ROUGH)
+    watch.keep(state)
     state = fit_with_disturbances(watch, state, campaign, names)
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:

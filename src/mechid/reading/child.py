@@ -30,13 +30,14 @@ DONE = 3
 CAN_COPY = hasattr(os, "fork")
 NAMED_ALONE = ("f2py", "testing")
 """Parts of NumPy of which SciPy asks for the names alone: they are more than half of the time that its import takes."""
+ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")
 MOST_WANTED = 1000
 """How soon Linux ends a process where memory is short: 0 as others, 1000 first."""
 
 
 def serve() -> None:
     """Answer calls from standard input on standard output until it ends; what libraries print goes nowhere."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
+    ignore_endings()
     asked, answers = FileIO(os.dup(0), "r"), FileIO(os.dup(1), "w")
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1):
@@ -44,6 +45,13 @@ def serve() -> None:
     with suppress(EOFError, BrokenPipeError):
         while True:
             _next(asked, answers)
+
+
+def ignore_endings() -> None:
+    """Ignore the signals that end a command: the process that waits decides, and this one ends with its pipes."""
+    for name in ENDINGS:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 def _next(asked: FileIO, answers: FileIO) -> None:

@@ -82,6 +82,11 @@ def prepare(libraries: Sequence[str]) -> None:
     _READER.tell(Libraries(tuple(libraries)))
 
 
+def end_reader() -> None:
+    """End the process that reads, whoever waits for it."""
+    _READER.end()
+
+
 def _words(number: int, seconds: float) -> str:
     if number == ALARM:
         return f"reading it came to no end within {seconds:.0f} s"
@@ -216,6 +221,6 @@ def _timer(seconds: float, function: Callable[..., None], *arguments: Any) -> Ti
 
 
 _READER = _Reader()
-atexit.register(_READER.end)
+atexit.register(end_reader)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_READER.forget)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -16,12 +16,14 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.errors import UnwritableError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.diagnosis.completion import examined, identified_with, unexamined
 from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
+from mechid.identification.result.outcome import FitOutcome
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
@@ -73,7 +75,10 @@ def identified_into(
     resume: bool = False,
     complete: bool = False,
 ) -> Identified:
-    """Identify a campaign and leave journal, results and report in a folder; also where it failed or was interrupted.
+    """Identify a campaign and leave journal, results and report in a folder, also where it failed.
+
+    The results are there as soon as the search has ended; what follows, which may be interrupted or fail, replaces
+    them. Where the search is interrupted they are the best values so far, without a report.
 
     Parameters
     ----------
@@ -96,22 +101,61 @@ def identified_into(
         Nothing is free, or no record is to be estimated from.
     UsageError
         The folder cannot be written to, or the run to be resumed had other inputs.
+    KeyboardInterrupt
+        It was interrupted after the search; the estimate in the folder says that it was not examined.
     """
-    with Pens() as pens:  # they load what they draw with beside the search, which leaves a core idle now and then
-        fit, found, journal = _identified(campaign, folder, audience, seed, workers, resume=resume, complete=complete)
-        diagnosed: list[Path] = []
-        if found is not None:
-            campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
-        with Illustration(campaign, fit, folder, pens) as illustration:
+    kept: list[Identified] = []
+
+    def keep(found: Fit) -> None:
+        kept.append(_kept(campaign, unexamined(found), folder, truth))
+
+    with Pens() as pens, ExitStack() as entered:  # pens load beside the search, which leaves a core idle now and then
+        with _told_what_is_kept(kept, folder, audience.say):
+            fit, found, stages = _identified(
+                campaign, folder, audience, seed, workers, keep, resume=resume, complete=complete
+            )
+            if fit.outcome is FitOutcome.INTERRUPTED:
+                stages.finish(fit)
+                return replace(kept[-1], files=(*kept[-1].files, folder / FILE_NAME))
+            diagnosed: list[Path] = []
+            if found is not None:
+                campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
+            illustration = entered.enter_context(Illustration(campaign, fit, folder, pens))
             validation = validate(campaign, fit, illustration.begin)
             fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, say=audience.say)
-            name = mechanism_name(campaign, folder)
-            fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
-            data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
-            files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
-            shown = _report(data, campaign, fit, validation, folder, audience.say, illustration)
-            files += [journal, *diagnosed, *shown]
+            done = _kept(campaign, fit, folder, truth, validation)
+        stages.finish(fit)
+        shown = _report(done.data, campaign, done.fit, validation, folder, audience.say, illustration)
+    return replace(done, files=(*done.files, folder / FILE_NAME, *diagnosed, *shown))
+
+
+def _kept(
+    campaign: Campaign,
+    fit: Fit,
+    folder: Path,
+    truth: Mapping[str, float] | None,
+    validation: Mapping[str, RecordValidation] | None = None,
+) -> Identified:
+    """Write the results of a fit into a folder, and return them; without a validation those that its search gave."""
+    synthetic, name = truth is not None, mechanism_name(campaign, folder)
+    fit = signed(fit, name, estimated_text(fit, synthetic=synthetic))
+    data = report_data(fit, truth, synthetic=synthetic, validation=validation)
+    files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
     return Identified(fit=fit, data=data, files=tuple(files))
+
+
+@contextmanager
+def _told_what_is_kept(kept: Sequence[Identified], folder: Path, say: Callable[[str], None]) -> Iterator[None]:
+    """Say, where the run is interrupted after its search, where its estimate is and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if kept:
+            say(
+                f"the estimate is in {folder}, not examined any further; the same command with --resume goes on, "
+                f'"mechid report {folder}" makes its report'
+            )
+        raise
 
 
 def mechanism_name(campaign: Campaign, folder: Path) -> str:
@@ -138,11 +182,15 @@ def _identified(
     audience: Audience,
     seed: int,
     workers: int | None,
+    keep: Callable[[Fit], None],
     *,
     resume: bool,
     complete: bool,
-) -> tuple[Fit, Diagnosis | None, Path]:
-    """Run the identification, and a diagnosis to complete it by, with its progress told and in the journal."""
+) -> tuple[Fit, Diagnosis | None, StageLines]:
+    """Run the identification, and a diagnosis to complete it by, with its progress told and in the journal.
+
+    `keep` is called with each fit as soon as its search has ended.
+    """
     path = folder / FILE_NAME
     about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
     journal = Journal.opened(path, identification_inputs(campaign, seed), resume=resume, **about)
@@ -159,13 +207,11 @@ def _identified(
 
         found = None
         if complete:
-            from mechid.identification.diagnosis.completion import examined
-
-            fit, found = examined(campaign, seed=seed, workers=workers, listener=tell, journal=journal)
+            fit, found = examined(campaign, seed=seed, workers=workers, listener=tell, journal=journal, keep=keep)
         else:
-            fit = identify(campaign, seed=seed, workers=workers, listener=tell, journal=journal)
-        stages.finish(fit)
-    return fit, found, path
+            fit = identify(campaign, seed=seed, workers=workers, listener=tell, journal=journal, keep=keep)
+            keep(fit)
+    return fit, found, stages
 
 
 def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
@@ -177,7 +223,6 @@ def _completed(
     campaign: Campaign, fit: Fit, found: Diagnosis, folder: Path, audience: Audience, seed: int, workers: int | None
 ) -> tuple[Campaign, Fit, list[Path]]:
     """Identify again with the mechanism that a diagnosis proposes; the steps stay with the fit."""
-    from mechid.identification.diagnosis.completion import identified_with
     from mechid.reports.diagnosis.contents import diagnosis_data
     from mechid.reports.diagnosis.files import PROPOSED, write_diagnosis
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import gc
 import os
 import pickle
-import signal
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -22,6 +21,7 @@ from threading import Lock, local
 from types import TracebackType
 from typing import IO, Any, TypeAlias
 
+from mechid.reading.child import ENDINGS
 from mechid.reports.sheet import Sheet
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
@@ -30,8 +30,11 @@ MOST = 4
 OBJECTS_UNSEEN = 50_000
 """How many a figure may make before Python looks for those that nobody needs."""
 SCRIPT = (
+    f"import signal; own = [getattr(signal, name) for name in {ENDINGS} if hasattr(signal, name)];"
+    "[signal.signal(number, signal.SIG_IGN) for number in own];"
     "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from mechid.reports.pens import serve; serve()"
 )
+"""A pen ignores the signals that end a command, first of all: the process that waits decides, its pipe ends the pen."""
 
 
 class Pens:
@@ -92,7 +95,11 @@ class Pens:
 def _started() -> Process:
     surroundings = {**os.environ, "MPLBACKEND": "agg"}  # a notebook's is not there for others
     pen = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=surroundings
+        [sys.executable, "-c", SCRIPT],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=surroundings,
+        start_new_session=True,  # what is sent to a group of processes is for the one that waits
     )
     _send(_of(pen.stdin), sys.path)
     return pen
@@ -117,7 +124,6 @@ def _written(sheet: Sheet, folder: Path) -> None:
 
 def serve() -> None:
     """Draw the sheets that come on stdin until it ends, and answer each on stdout: with None, or the error."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     import_module("mechid.reports.drawings")
     gc.set_threshold(OBJECTS_UNSEEN)

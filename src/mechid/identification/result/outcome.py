@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from enum import Enum
 
+UNEXAMINED = (
+    "The run was ended before this fit was examined: its records are not validated, what is left of them was not asked "
+    "for missing effects, and there is no report. mechid identify with --resume goes on from here."
+)
+"""Warning of a fit whose search has ended, until all that is optional has been done; its grade is the search's."""
+
 
 class FitOutcome(Enum):
     """How the search of a fit ended; the value is the sentence its reader sees. What it is worth is its grade."""

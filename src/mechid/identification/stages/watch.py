@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 from mechid.identification.computation.journal import Journal
@@ -15,6 +16,7 @@ from mechid.identification.stages.over_noise import OverNoise
 class Watch:
     """The listener, journal and clock of a search, and its latest state, which an interruption leaves usable.
 
+    `keep` is called with states worth a result of their own, before work that whoever ends the search may cut off.
     `note` is the one place where a search changes anything here; `noise` keeps its own time for looks at all records. A
     step notes what it has come to, and returns it.
 
@@ -31,6 +33,7 @@ class Watch:
 
     def __init__(self, state: SearchState, listener: Listener, total: int, journal: Journal | None = None) -> None:
         self.latest = state
+        self.keep: Callable[[SearchState], None] = lambda state: None
         self.listener, self.total, self.journal = listener, total, journal or Journal()
         self.began = time.perf_counter()
         self.noise = OverNoise(state.problem)
