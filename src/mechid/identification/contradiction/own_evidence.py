@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mechid.identification.contradiction.own_timing import lost_rows, rests_late, swept_rate
+from mechid.identification.contradiction.own_timing import lost_rows, rests_late, rests_too_long, swept_rate
 from mechid.identification.contradiction.record_sight import RecordSight, is_looked_at, sight_of
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import READABLE
@@ -43,7 +43,8 @@ def own_evidence(targets: Sequence[Target], said: Mapping[str, object], *, hum: 
     off = {t.name: ratio for t in constant if (ratio := rate_ratio(sight_of(t)))}
     swept = [swept_rate(t) for t in seen if len(t.command.rate.rates) > 1 and t.name not in said]
     timed = [line for t in constant for line in (rests_late(t), lost_rows(t) if t.name not in off else "")]
-    return [*_off_lines(off, constant), *filter(None, (*swept, *timed)), *(_hum(seen) if hum else ())]
+    resting = map(rests_too_long, targets)
+    return [*_off_lines(off, constant), *filter(None, (*swept, *timed, *resting)), *(_hum(seen) if hum else ())]
 
 
 def rate_ratio(sight: RecordSight) -> float | None:

@@ -8,6 +8,7 @@ from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
 from mechid.identification.contradiction.record_sight import COARSE
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.first_moments import LONGEST_REST_S, motion_begins
 
 REST_S, SMOOTHED_S, MOVES = 1e-3, 1e-3, 10.0
 """How much of a record is its rest, over what it is smoothed, and from how many standard deviations on it moves."""
@@ -27,6 +28,8 @@ LAG, LEAD, REACH = 3.0, 1.0, 0.05
 far off, relatively, a rate is looked for."""
 CLEAR, NEARER = 100.0, 4.0
 """Times the median of its surroundings, and the most of what a right sweep may show, above which a line is clear."""
+KEPT_S = 0.1
+"""Rest that a record keeps where it is to be cut, s; a choice, not measured."""
 MOST_STEPS, A_STEP = 20_000, 8
 """Of a sweep that are looked at, and points of each."""
 MOST_SAMPLES = 2_000_000
@@ -50,6 +53,20 @@ def rests_late(target: Target) -> str:
         f"record {target.name}: it rests until {moves:.4g} s, although its command has made "
         f"{int(commanded / step_s)} full steps by then: is the recorder's trigger some {late:.2g} s early? write "
         f"time_offset_s = {{ value = {late:.3g}, min = {late - step_s:.3g}, max = {late + step_s:.3g} }}"
+    )
+
+
+def rests_too_long(target: Target) -> str:
+    """Say that a record rests for longer than the search for a start looks ahead."""
+    base, moves = target.base, motion_begins(target)
+    rest_s = (moves - target.burn_in) / base.sample_rate_hz
+    if rest_s <= LONGEST_REST_S or moves >= target.samples:
+        return ""
+    first_s, last_s = base.start_s + moves / base.sample_rate_hz, base.start_s + base.duration_s
+    return (
+        f"record {target.name}: it rests for {rest_s:.3g} s; starts of the search are judged within {LONGEST_REST_S:g} "
+        f"s of its beginning and cannot differ there; write window_s = [{first_s - KEPT_S:.6g}, {last_s:.6g}] for it, "
+        "which moves no time"
     )
 
 
