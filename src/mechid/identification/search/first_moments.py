@@ -60,7 +60,7 @@ def _first_step(target: Target) -> int:
     steps = target.excitation.times
     if not steps.size:
         return target.samples
-    after_s = steps[0] + target.command.origin_s + target.time_offset.value - target.base.start_s
+    after_s = float(steps[0]) + target.command.origin_s + target.time_offset.value - target.base.start_s
     return min(max(math.ceil(after_s * target.base.sample_rate_hz), 0), target.samples)
 
 
@@ -101,9 +101,11 @@ def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArra
     return np.asarray(first_residuals(problem.model, target, [q])[0])
 
 
-def first_residuals(model: Model, target: Target, points: Sequence[FloatArray]) -> FloatArray:
-    """Return the same at several points, one at least: a row each."""
-    window = first_window(target)
+def first_residuals(
+    model: Model, target: Target, points: Sequence[FloatArray], window: Window | None = None
+) -> FloatArray:
+    """Return the same at several points, one at least, over the first window or another: a row each."""
+    window = window or first_window(target)
     rooms = misfit_series_of(model, target, points, window)
     each = []
     for channel, series in zip(target.channels, zip(*rooms, strict=True), strict=True):
