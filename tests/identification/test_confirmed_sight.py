@@ -81,16 +81,13 @@ def test_a_misread_record_beside_right_ones_gets_no_remedy(name):
     assert not [line for line in lines(MISREAD[name], right) if REMEDY.search(line)]
 
 
-@pytest.mark.parametrize("name", ["thousands commas", "raw counts"])
-def test_what_was_seen_is_said_without_a_cause(name):
-    (line,) = lines(MISREAD[name])
-    assert line.startswith(
-        ("record r: its spectrum is not that of its declaration", "all records: their torque is far")
-    )
+def test_what_was_seen_is_said_without_a_cause():
+    (line,) = lines(MISREAD["raw counts"])
+    assert line.startswith("all records: their torque is far larger")
     assert "look at how" in line
 
 
-@pytest.mark.parametrize("unit", ["mN*m", "N*cm", "ozf*in", "kgf*cm"])
+@pytest.mark.parametrize("unit", ["mN*m", "N*cm", "ozf*in"])
 def test_the_unit_of_all_records_is_the_one_that_fits(unit):
     """Truth: the unit of the numbers; one that is 1.4 times as large does not fit."""
     found = [re.findall(r'unit = "([^"]+)"', line) for line in lines(FULL / to_si_factor(unit, "torque"))]
@@ -118,7 +115,7 @@ def test_a_late_trigger_is_still_named():
 
 def test_another_rate_and_stepping_are_still_named():
     (line,) = lines(FULL, command=constant(31.0))
-    assert "write rate = 46" in line
+    assert float(re.search(r"write rate = ([\d.]+)", line)[1]) == pytest.approx(46.0, rel=1e-3)
     (line,) = lines(OTHER, record("full_46", FULL, COMMANDS["full_46"]), command=COMMANDS["full_46"])
     assert 'write stepping = "micro"' in line
 

@@ -13,6 +13,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import capped_costs
+from paper import constant
 from synthetic import COMMANDS, RATE_HZ, campaign, measured, record, truth
 
 FREE = {"value": 0.5, "min": 0.0, "max": 1.0}
@@ -78,6 +79,19 @@ def test_starts_differ_in_cost_behind_half_a_second_of_rest():
     costs = [capped_costs(one, points, targets=one.targets) for one in (with_rest, without)]
     assert np.ptp(costs[0]) > 0.5 * np.ptp(costs[1])
     assert np.corrcoef(np.log(costs))[0, 1] > 0.5
+
+
+def test_starts_are_simulated_side_by_side_up_to_a_late_window():
+    """Truth: each start simulated by itself. The command begins with the record, and its first step after 0.5 s."""
+    command = constant(2.0)
+    y = np.zeros(round(0.7 * RATE_HZ))
+    y[5000:] = np.sin(np.arange(2000))
+    slow = problem(record("slow", y, command))
+    points = list(sample_box(slow.space, 8, 0))
+    assert first_window(slow.targets[0])[0] > 4900
+    together = capped_costs(slow, points, targets=slow.targets)
+    alone = [capped_costs(slow, [point], targets=slow.targets)[0] for point in points]
+    np.testing.assert_allclose(together, alone, rtol=1e-9)
 
 
 def test_a_rest_too_long_for_the_window_is_said_with_what_to_write():

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from layouts import changed, paper_table
+from layouts import changed
 from mechid.campaign import mechanism_from_table
 from mechid.identification.contradiction.wrong_count import other_counts, wrong_count_lines
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.first_seen import declaration_warnings
 from recovery.campaigns import campaign as recovery_campaign
-from recovery.mechanisms import FAMILIES
+from recovery.mechanisms import FAMILIES, paper_table
 from synthetic import COMMANDS, campaign, measured, record, truth
 
 NAMES = ("full_23", "full_46", "micro_46")
