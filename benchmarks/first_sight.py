@@ -25,8 +25,10 @@ from mechid.campaign import Campaign, CampaignRecord, load_campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.contradiction.first_sight import SCALES, FirstSight, first_sight
-from mechid.identification.contradiction.own_evidence import own_evidence
+from mechid.identification.contradiction.confirmed_sight import confirmed_sight
+from mechid.identification.contradiction.first_sight import SCALES, FirstSight
+from mechid.identification.contradiction.own_evidence import hum_lines, own_evidence
+from mechid.identification.contradiction.wrong_count import wrong_count_lines
 from mechid.identification.output_error.declaration import Reading, record_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -61,15 +63,22 @@ def _range(text: str) -> tuple[int, int]:
     return int(first), int(last)
 
 
+def problem_of(campaign: Campaign) -> Problem:
+    """Return the records of a campaign as declared."""
+    return Problem(SearchSpace(campaign.mechanism), tuple(map(target_of, campaign.estimated)))
+
+
 def sight_of(campaign: Campaign) -> FirstSight:
     """Return the first sight of a campaign, on one core."""
     with one_core_algebra():
-        return first_sight(Problem(SearchSpace(campaign.mechanism), tuple(map(target_of, campaign.estimated))))
+        return confirmed_sight(problem_of(campaign), {})
 
 
 def own_lines_of(campaign: Campaign) -> list[str]:
     """Return what the records of a campaign show by themselves."""
-    return own_evidence(tuple(map(target_of, campaign.estimated)), {})
+    problem = problem_of(campaign)
+    with one_core_algebra():
+        return [*own_evidence(problem, ()), *wrong_count_lines(problem), *hum_lines(problem.targets)]
 
 
 def as_declared(arguments: argparse.Namespace) -> None:

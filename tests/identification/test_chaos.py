@@ -1,5 +1,7 @@
 """Motion that multiplies any difference, told before the search and followed in stretches. Truth: what made it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,12 @@ from layouts import changed, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
-from mechid.identification.identifiability.predictability import apart_at_s, chaos_warnings
+from mechid.identification.identifiability.predictability import (
+    DISPLACED,
+    apart_at_s,
+    chaos_warnings,
+    first_apart_for_good,
+)
 from mechid.identification.identify import identify, make_problem
 from paper import constant
 from runs import base, rms, run_kernel
@@ -76,6 +83,43 @@ def test_it_is_told_before_the_search_how_far_a_record_can_be_followed(tmp_path)
 def test_a_motion_that_repeats_is_not_told_of(tmp_path):
     made = campaign(tmp_path, command=constant(5.0), steps='stepping = "full", rate = 5.0, start_angle_deg = 45.0')
     assert chaos_warnings(made, points=1) == ()
+
+
+REJOINING = RateProfile.through([(0.0, 66.018), (3.572, 66.018), (4.572, 115.95), (7.0, 115.95)])
+"""The chaotic rate, left just when two runs have come apart: at the higher one the motion repeats itself."""
+
+
+def test_runs_that_meet_again_are_not_chaotic(tmp_path):
+    """Truth: two runs whose parameters differ by 1e-9, which differ by more than the noise once and not at the end."""
+    command = replace(COMMAND, rate=REJOINING)
+    points = ", ".join(f"[{t}, {r}]" for t, r in zip(REJOINING.times_s, REJOINING.rates, strict=True))
+    steps = f'stepping = "micro", microsteps = 4, rate_profile = [{points}], start_angle_deg = 45.0'
+    made = campaign(tmp_path, seconds=7.0, command=command, steps=steps)
+    problem = make_problem(made, 1)
+    target, q = problem.targets[0], problem.start
+    size = np.maximum(np.abs(q), 1e-3 * problem.coordinates.span)
+    displaced = q + DISPLACED * size * np.random.default_rng(0).choice([-1.0, 1.0], q.size)
+    one, other = (problem.model.predict(target, point, target.samples)[0] for point in (q, displaced))
+    off = np.abs(one - other)
+    assert off.max() > 2.0 * target.leading.sigma
+    assert rms(off[-5000:]) < 1e-3 * rms(one)
+    assert apart_at_s(problem, target, q) is None
+    assert chaos_warnings(made, points=1) == ()
+
+
+@pytest.mark.parametrize(
+    ("apart", "first"),
+    [
+        (np.arange(1000) >= 400, 400),
+        ((np.arange(1000) >= 400) & (np.arange(1000) % 20 == 0), 400),
+        ((np.arange(1000) >= 400) & (np.arange(1000) < 500), None),
+        (np.arange(1000) >= 990, None),
+        (np.zeros(1000, dtype=bool), None),
+        (np.ones(1000, dtype=bool), None),
+    ],
+)
+def test_runs_are_apart_for_good_where_most_parts_of_the_rest_show_it(apart, first):
+    assert first_apart_for_good(apart) == first
 
 
 def test_stretches_are_records_that_begin_where_the_one_before_ends(tmp_path):

@@ -39,10 +39,22 @@ class Batch:
         self.buffers = allocate_batch(self.kernel, events=runs[0].buffers.events.size)
         self._at_first: list[Jumps] = []
 
-    def each(self) -> list[OfBatch]:
-        """Return the runs one by one. They are consumed in step: a block of all of them before the next of any."""
-        shared = _Shared(self.blocks())
+    def each(self, begin: int = 0) -> list[OfBatch]:
+        """Return the runs one by one. They are consumed in step: a block of all of them before the next of any.
+
+        Blocks that end at `begin` or before are simulated and not returned: a reader that needs none of them would
+        fall out of step.
+        """
+        shared = _Shared(self._blocks_behind(begin))
         return [OfBatch(self, k, shared) for k in range(len(self.runs))]
+
+    def _blocks_behind(self, begin: int) -> Iterator[tuple[int, int, FloatArray]]:
+        for start, stop, y in self.blocks():
+            if stop > begin:
+                yield start, stop, y
+                continue
+            for k in range(len(self.runs)):
+                self.jumps_of(k, start, stop)  # those of the next block are noted anew
 
     def blocks(self) -> Iterator[tuple[int, int, FloatArray]]:
         """Yield first sample, last plus one, and outputs, (runs, n, n_y), which the next block overwrites.

@@ -23,7 +23,7 @@ from mechid.identification.contradiction.bent_sensor import bend_words
 from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.first_moments import WINDOW_S, first_residual, robust_cost
+from mechid.identification.search.first_moments import first_residual, first_samples, robust_cost
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine
 
@@ -157,7 +157,7 @@ def _agreed(
 
 def explains(problem: Problem, start: Candidate) -> bool:
     """Tell whether a refined start explains the first window of all records."""
-    firsts = (min(t.samples, round(WINDOW_S * t.base.sample_rate_hz)) * len(t.channels) for t in problem.targets)
+    firsts = (first_samples(t) * len(t.channels) for t in problem.targets)
     return start.cost <= GOOD * sum(firsts)
 
 

@@ -12,9 +12,10 @@ from mechid.identification.output_error.declaration import Reading, rate_entry
 from mechid.identification.output_error.target import target_of
 from mechid.units import to_si_factor, unit_words
 
-SPELLED, SAME_UNIT = ("N*m", "mN*m", "N*cm"), 1e-6
-"""Units by which a torque is often wrong, and how near a factor is one. Rounding of a sum of products of decimals
-is far below it."""
+TORQUE_UNITS = ("N*m", "mN*m", "N*cm", "uN*m", "kN*m", "gf*cm", "kgf*cm", "kgf*m", "ozf*in", "lbf*in", "lbf*ft")
+"""Units in which torque is recorded."""
+SAME_UNIT = 1e-6
+"""How near a factor is to a unit's. Rounding of a sum of products of decimals is far below it."""
 
 
 def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
@@ -76,7 +77,7 @@ def unit_remedy(record: CampaignRecord, scale: float) -> str:
     """Return what to write of a torque whose samples are to be multiplied by a scale."""
     assert record.data is not None
     factor = record.data.channel(record.leading).scale * scale
-    unit = next((u for u in SPELLED if abs(to_si_factor(u, "torque") / factor - 1.0) < SAME_UNIT), "")
+    unit = next((u for u in TORQUE_UNITS if abs(to_si_factor(u, "torque") / factor - 1.0) < SAME_UNIT), "")
     return f'unit = "{unit}" in its torque channel' if unit else f"{scale:g} times the gain of its torque channel"
 
 

@@ -72,9 +72,18 @@ class FirstSight:
     otherwise : mapping of record to Reading
         What is plainly otherwise with single records.
     doubtful : frozenset of str
-        Those of which it may as well be half or twice that rate, or a unit ten times as large or small.
+        Those of which it may as well be half or twice that rate, or another unit.
     cut_off_hz : mapping of record to float
         From about where on records fall as behind a low-pass, where the mechanism has none.
+    rival_scales : tuple of float
+        Further scales of all records that fit about as well as `common_scale`.
+    rivals : mapping of record to tuple of Reading
+        Further readings of single records that fit about as well, where a search compared them.
+    unexplained : frozenset of str
+        Records that a reading seemed to fit by its spectrum, and that no reading fits in a search.
+    level : float
+        Where no usual unit fits: 1 where the torque of all records is far larger than the mechanism's, -1 where it is
+        far smaller; else 0.
     failing : int
         Of the points of the box, those at which a record cannot be simulated, where these are most of them; else 0.
     """
@@ -83,7 +92,16 @@ class FirstSight:
     otherwise: Mapping[str, Reading] = field(default_factory=dict)
     doubtful: frozenset[str] = frozenset()
     cut_off_hz: Mapping[str, float] = field(default_factory=dict)
+    rival_scales: tuple[float, ...] = ()
+    rivals: Mapping[str, tuple[Reading, ...]] = field(default_factory=dict)
+    unexplained: frozenset[str] = frozenset()
+    level: float = 0.0
     failing: int = 0
+
+    @property
+    def doubted(self) -> frozenset[str]:
+        """Records that are not as declared, with a cause or without one."""
+        return frozenset(self.otherwise) | self.unexplained
 
     @property
     def sure(self) -> dict[str, Reading]:

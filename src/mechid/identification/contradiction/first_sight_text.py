@@ -1,8 +1,8 @@
-"""What is said of records that are plainly not as declared, before any search."""
+"""Warnings about records that are plainly not as declared, before any search."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
@@ -11,7 +11,7 @@ from mechid.identification.output_error.declaration import Reading
 
 
 def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> list[str]:
-    """Return a line for each record, or two, or all of them: what it plainly is, and what to write.
+    """Return a line for each record, or two, or all of them: what was seen, and what to write where that helps.
 
     Parameters
     ----------
@@ -20,24 +20,46 @@ def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> l
     used : bool
         Whether single records are read so in what follows.
     """
-    lines = [_common(campaign, sight.common_scale)] if sight.common_scale != 1.0 else []
+    lines = [_common(campaign, sight)] if sight.common_scale != 1.0 else []
+    lines += [_far_off(sight.level)] if sight.level else []
     lines += [_failing(sight.failing)] if sight.failing else []
     lines += [_low_passed(sight.cut_off_hz)] if sight.cut_off_hz else []
     for name, taken in sight.otherwise.items():
         doubtful = name in sight.doubtful
         if taken.swapped is None:
-            lines.append(_single(campaign.record(name), taken, used=used and not doubtful, doubtful=doubtful))
+            rivals = sight.rivals.get(name, ())
+            lines.append(_single(campaign.record(name), taken, rivals, used=used and not doubtful, doubtful=doubtful))
         elif name < taken.swapped:
             lines.append(_swapped(name, taken.swapped, used=used and not doubtful))
-    return lines
+    return lines + [_unexplained(name) for name in sorted(sight.unexplained)]
 
 
-def _common(campaign: Campaign, scale: float) -> str:
+def _common(campaign: Campaign, sight: FirstSight) -> str:
     record = next(r for r in campaign.estimated if r.leading == "torque")
+    remedies = " or ".join(unit_remedy(record, scale) for scale in (sight.common_scale, *sight.rival_scales))
     return (
-        f"all records: their torque is about {1.0 / scale:.3g} times what the mechanism at any of its starts gives; "
-        f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong "
-        "unit in the mechanism file"
+        f"all records: their torque is about {1.0 / sight.common_scale:.3g} times what the mechanism at any of its "
+        f"starts gives; mechid does not change all records by itself: write {remedies}, or look for a wrong unit in "
+        "the mechanism file"
+    )
+
+
+def _far_off(level: float) -> str:
+    """Say that all records are of another size than the model, without a cause."""
+    size = "far larger" if level > 0.0 else "far smaller"
+    return (
+        f"all records: their torque is {size} than what the mechanism at any of its starts gives, and no usual unit of "
+        "torque makes their first steps fit: look at how their numbers were read (raw counts, a scale factor, decimal "
+        "and thousands marks), or for a wrong unit in the mechanism file"
+    )
+
+
+def _unexplained(name: str) -> str:
+    """Say that a record is not as declared, without a cause."""
+    return (
+        f"record {name}: its spectrum is not that of its declaration, and no other rate, stepping or unit that was "
+        "tried makes its first steps fit: look at how its numbers and times were read (mechid look), and at what the "
+        "campaign file says of it"
     )
 
 
@@ -58,9 +80,10 @@ def _low_passed(cut_off_hz: Mapping[str, float]) -> str:
     )
 
 
-def _single(record: CampaignRecord, taken: Reading, *, used: bool, doubtful: bool) -> str:
+def _single(record: CampaignRecord, taken: Reading, rivals: Sequence[Reading], *, used: bool, doubtful: bool) -> str:
     said, remedy = reading_words(record, taken)
-    then = ", and so used" if used else f", or of {_rival(taken)}" if doubtful else ""
+    others = " or ".join(reading_words(record, rival)[0] for rival in rivals) or _rival(taken)
+    then = ", and so used" if used else f", or of {others}" if doubtful else ""
     return (
         f"record {record.name}: its spectrum is not that of its declaration, but that of a record with {said}{then}; "
         f"if that is right, write {remedy} for it in the campaign file"

@@ -1,13 +1,15 @@
-"""What records show by themselves, whatever the model: clocks that are off, motion at the wrong time, mains hum."""
+"""Evidence of the records themselves: clocks that are off, motion at the wrong time, mains hum."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mechid.identification.contradiction.own_timing import lost_rows, rests_late, swept_rate
+from mechid.identification.contradiction.own_timing import late_start, lost_rows, rests_too_long, swept_rate
 from mechid.identification.contradiction.record_sight import RecordSight, is_looked_at, sight_of
+from mechid.identification.contradiction.trial import declared, trials
+from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import READABLE
 from mechid.signal.lines import Prominence, prominence
@@ -26,24 +28,32 @@ ORDER_PARTS, NEAR_BINS = 4, 1.0
 """A line of hum this near to a quarter order of the step rate, in bins, may be one; a choice, not measured."""
 
 
-def own_evidence(targets: Sequence[Target], said: Mapping[str, object], *, hum: bool = True) -> list[str]:
-    """Return lines for records whose clock seems off, that begin late, that lack rows, and that hum.
+def own_evidence(problem: Problem, said: Container[str]) -> list[str]:
+    """Return lines for records whose clock seems off, that begin late, that lack rows, or rest for long.
 
     Parameters
     ----------
-    targets : sequence of Target
-        As declared; looked at are those of which the torque leads, under a command.
-    said : mapping of record to anything
+    problem : Problem
+        All records as declared; looked at are those of which the torque leads, under a command.
+    said : container of record names
         Those whose rate or stepping is plainly otherwise already.
-    hum : bool
-        Whether hum is told of; `identify` takes it out by itself and says so.
     """
-    seen = [t for t in targets if is_looked_at(t)]
+    seen = [t for t in problem.targets if is_looked_at(t)]
     constant = [t for t in seen if len(t.command.rate.rates) == 1 and t.name not in said]
     off = {t.name: ratio for t in constant if (ratio := rate_ratio(sight_of(t)))}
     swept = [swept_rate(t) for t in seen if len(t.command.rate.rates) > 1 and t.name not in said]
-    timed = [line for t in constant for line in (rests_late(t), lost_rows(t) if t.name not in off else "")]
-    return [*_off_lines(off, constant), *filter(None, (*swept, *timed)), *(_hum(seen) if hum else ())]
+    timed = [line for t in constant for line in (_late(problem, t), lost_rows(t) if t.name not in off else "")]
+    resting = map(rests_too_long, problem.targets)
+    return [*_off_lines(off, constant), *filter(None, (*swept, *timed, *resting))]
+
+
+def _late(problem: Problem, target: Target) -> str:
+    """Say that a record begins to move late where its first steps do not fit as declared; the remedy where it helps."""
+    late = late_start(target)
+    if late is None:
+        return ""
+    as_declared, moved = trials(problem, [declared([target.name]), {target.name: late.reading}])
+    return "" if as_declared.explains else late.line(helps=moved.is_better_than(as_declared))
 
 
 def rate_ratio(sight: RecordSight) -> float | None:
@@ -81,16 +91,17 @@ def _percent(ratio: float) -> str:
     return f"{100.0 * (ratio - 1.0):+.2g}"
 
 
-def _hum(targets: Sequence[Target]) -> Iterator[str]:
-    """Say which records have lines of the mains that are none of the step rate."""
-    found = {target.name: line for target in targets if (line := _strongest_hum(target))}
-    if found:
-        name, line = max(found.items(), key=lambda item: item[1].line.amplitude)
-        yield (
-            f"record{'s' * (len(found) > 1)} {', '.join(found)}: a line at {line.line.frequency_hz:.5g} Hz, of "
-            f"{line.line.amplitude:.2g} N m in {name}, is mains hum by its frequency; write mains = {line.mains_hz:g} "
-            "in [identify] to have it taken out of all records"
-        )
+def hum_lines(targets: Sequence[Target]) -> list[str]:
+    """Say which records have lines of the mains that are none of the step rate; `identify` removes them by itself."""
+    found = {target.name: line for target in filter(is_looked_at, targets) if (line := _strongest_hum(target))}
+    if not found:
+        return []
+    name, line = max(found.items(), key=lambda item: item[1].line.amplitude)
+    return [
+        f"record{'s' * (len(found) > 1)} {', '.join(found)}: a line at {line.line.frequency_hz:.5g} Hz, of "
+        f"{line.line.amplitude:.2g} N m in {name}, is mains hum by its frequency; write mains = {line.mains_hz:g} "
+        "in [identify] to have it taken out of all records"
+    ]
 
 
 def _strongest_hum(target: Target) -> MainsLine | None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
 from mechid.identification.contradiction.record_sight import COARSE
+from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.first_moments import LONGEST_REST_S, motion_begins
 
 REST_S, SMOOTHED_S, MOVES = 1e-3, 1e-3, 10.0
 """How much of a record is its rest, over what it is smoothed, and from how many standard deviations on it moves."""
-SWINGS = 0.1
-"""And from what share of its largest swing."""
+SWINGS, SWING = 0.1, (0.01, 0.99)
+"""And from what share of its swing, between these quantiles: a few samples that stand for missing ones are none."""
 PERIOD_STEPS = 4.0
 """Full steps in one electrical turn, after which the motion at a steady rate repeats itself."""
 ALIKE, FEWEST, STEADY, JUMP = 0.97, 2, 0.3, 2.0
@@ -27,29 +31,81 @@ LAG, LEAD, REACH = 3.0, 1.0, 0.05
 far off, relatively, a rate is looked for."""
 CLEAR, NEARER = 100.0, 4.0
 """Times the median of its surroundings, and the most of what a right sweep may show, above which a line is clear."""
+KEPT_S = 0.1
+"""Rest that a record keeps where it is to be cut, s; a choice, not measured."""
 MOST_STEPS, A_STEP = 20_000, 8
 """Of a sweep that are looked at, and points of each."""
 MOST_SAMPLES = 2_000_000
 """Of a record that are looked at from its beginning: it need not fit in memory."""
 
 
-def rests_late(target: Target) -> str:
-    """Say that a record rests while its motor is commanded two full steps; they move any that is not held.
+@dataclass(frozen=True)
+class LateStart:
+    """A record that rests while its motor is commanded two full steps; they move any that is not held.
 
-    One that moves too early is not told: a rotor that begins off its detents' rest moves before any step.
+    Attributes
+    ----------
+    record : str
+    moves_s : float
+        Record time at which it leaves its rest, s.
+    steps : int
+        Full steps that are commanded by then.
+    late_s, step_s : float
+        By how much the command seems to begin too early, and the time of a full step, s.
+    """
+
+    record: str
+    moves_s: float
+    steps: int
+    late_s: float
+    step_s: float
+
+    @property
+    def reading(self) -> Reading:
+        """The record with a command that begins later."""
+        return Reading(time_offset_s=(self.late_s, self.late_s - self.step_s, self.late_s + self.step_s))
+
+    def line(self, *, helps: bool) -> str:
+        """Return what was seen, with the remedy where it helps."""
+        value, least, most = self.late_s, self.late_s - self.step_s, self.late_s + self.step_s
+        remedy = (
+            f": is the recorder's trigger some {value:.2g} s early? write "
+            f"time_offset_s = {{ value = {value:.3g}, min = {least:.3g}, max = {most:.3g} }}"
+            if helps
+            else "; a later command does not make it fit: look at how its numbers and times were read (mechid look)"
+        )
+        return (
+            f"record {self.record}: it rests until {self.moves_s:.4g} s, although its command has made {self.steps} "
+            f"full steps by then{remedy}"
+        )
+
+
+def late_start(target: Target) -> LateStart | None:
+    """Return that a record begins to move late; None where it does not.
+
+    One that moves too early is not reported: a rotor that begins off its detents' rest moves before any step.
     """
     if target.command.microsteps > COARSE or not target.command.rate.rates[0]:
-        return ""
+        return None
     base, step_s = target.base, 1.0 / abs(target.command.rate.rates[0])
     moves = _first_motion(target)
     commanded = moves - target.time_offset.value if moves is not None else 0.0
     if moves is None or commanded < 2.0 * step_s or base.start_s > target.time_offset.value:
+        return None
+    return LateStart(target.name, moves, int(commanded / step_s), commanded - step_s, step_s)
+
+
+def rests_too_long(target: Target) -> str:
+    """Say that a record rests for longer than the search for a start looks ahead."""
+    base, moves = target.base, motion_begins(target)
+    rest_s = (moves - target.burn_in) / base.sample_rate_hz
+    if rest_s <= LONGEST_REST_S or moves >= target.samples:
         return ""
-    late = commanded - step_s
+    first_s, last_s = base.start_s + moves / base.sample_rate_hz, base.start_s + base.duration_s
     return (
-        f"record {target.name}: it rests until {moves:.4g} s, although its command has made "
-        f"{int(commanded / step_s)} full steps by then: is the recorder's trigger some {late:.2g} s early? write "
-        f"time_offset_s = {{ value = {late:.3g}, min = {late - step_s:.3g}, max = {late + step_s:.3g} }}"
+        f"record {target.name}: it rests for {rest_s:.3g} s; starts of the search are judged within {LONGEST_REST_S:g} "
+        f"s of its beginning and cannot differ there; write window_s = [{first_s - KEPT_S:.6g}, {last_s:.6g}] for it, "
+        "which moves no time"
     )
 
 
@@ -62,7 +118,7 @@ def _first_motion(target: Target) -> float | None:
     y = target.leading.measured[: round(min(target.base.duration_s, 100.0 * REST_S + 20.0) * rate)]
     smooth = np.convolve(y, np.full(width, 1.0 / width), "valid")
     rest = float(np.mean(y[: max(round(REST_S * rate), 1)]))
-    least = max(MOVES * target.leading.sigma / np.sqrt(width), SWINGS * 0.5 * float(np.ptp(smooth)))
+    least = max(MOVES * target.leading.sigma / np.sqrt(width), SWINGS * 0.5 * float(np.ptp(np.quantile(smooth, SWING))))
     moving = np.flatnonzero(np.abs(smooth - rest) > least)
     return target.base.start_s + float(moving[0]) / rate if moving.size and moving[0] > 0 else None
 

@@ -135,9 +135,10 @@ def is_looked_at(target: Target) -> bool:
 
 def sight_of(target: Target) -> RecordSight:
     """Return the first steps of a record, its own parameters at their values."""
-    rate = target.base.sample_rate_hz
-    steps = max(samples_of(target, STEPS), round(LEAST_S * rate))
-    samples = min(steps, round(MOST_S * rate), target.samples)
+    rate, base = target.base.sample_rate_hz, target.base
+    rest = max(round((target.time_offset.value - base.start_s) * rate), 0)
+    steps = max(samples_of(target, STEPS), rest + round(LEAST_S * rate))
+    samples = min(steps, rest + round(MOST_S * rate), target.samples)
     pieces = 1 if _is_constant(target.command) else max(round(samples / rate / PIECE_S), 1)
     return RecordSight(target.beginning(samples), target, pieces)
 

@@ -10,7 +10,7 @@ import os
 
 import numpy as np
 
-from mechid.arrays import FloatArray
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem
@@ -25,6 +25,9 @@ POINTS = 8
 some only, two of the eight speak."""
 WINDOW_S = 0.005
 """Over which runs are compared: that in which growth looks whether a record is followed."""
+PARTS, STAYING, FEWEST = 10, 8, 40
+"""Equal parts of a record behind the instant at which runs come apart; parts of them that have to hold a window apart
+for the runs to stay so; and windows behind that instant, 0.2 s, from which that can be told. Choices, not measured."""
 LONGEST_S = 20.0
 """Of a record that is looked at. It bounds the time of a check. A choice, not measured."""
 SAFE = 0.5
@@ -63,32 +66,67 @@ def _line(record: str, times: list[float | None]) -> str:
 def chaos_words(apart_s: float) -> str:
     """Return what it means that runs come apart after some time, and what to write."""
     return (
-        f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise after "
-        f"{apart_s:.3g} s, so that no fit of the whole record holds; write stretch_s = {_down(SAFE * apart_s):g} "
+        f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise from "
+        f"{apart_s:.3g} s on, so that no fit of the whole record holds; write stretch_s = {_down(SAFE * apart_s):g} "
         "to have it followed in stretches, each from a start of its own"
     )
 
 
 def apart_at_s(problem: Problem, target: Target, q: FloatArray) -> float | None:
-    """Return the time in s after which runs at `q` and all but there have come apart by more than the noise.
+    """Return the time in s after which runs at `q` and all but there have come apart by more than the noise, for good.
 
-    None where they do not, within the first 20 s.
+    None where they do not within the first 20 s, or meet again: a single stick-slip event that falls the other way
+    is no chaos. First all parameters are displaced together. Where that run stays apart, at least one run with a
+    single parameter displaced has to stay apart as well.
     """
-    rng = np.random.default_rng(0)
     size = np.maximum(np.abs(q), np.where(np.isfinite(problem.coordinates.span), 1e-3 * problem.coordinates.span, 1.0))
-    displaced = problem.coordinates.clip(q + DISPLACED * size * rng.choice([-1.0, 1.0], q.size))
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], q.size)
+    together_s = _apart_for_good_s(problem, target, q, DISPLACED * size * signs)
+    if together_s is None:
+        return None
+    alone = (DISPLACED * size * signs * one for one in np.eye(q.size))
+    apart = any(_apart_for_good_s(problem, target, q, step) is not None for step in alone)
+    return together_s if apart else None
+
+
+def _apart_for_good_s(problem: Problem, target: Target, q: FloatArray, step: FloatArray) -> float | None:
+    """Return when the runs at `q` and a step from it come apart and stay so, s; None where they do not."""
     rate = target.base.sample_rate_hz
     window, stop = max(round(WINDOW_S * rate), 1), min(target.samples, round(LONGEST_S * rate))
-    runs = [problem.model.run(target, point, stop, block=_whole(window)).blocks() for point in (q, displaced)]
+    points = q, problem.coordinates.clip(q + step)
+    runs = [problem.model.run(target, point, stop, block=_whole(window)).blocks() for point in points]
     outputs = [(problem.model.output(c.quantity), c.sigma) for c in target.channels]
+    distances: list[FloatArray] = []
     for here, there in zip(*runs, strict=True):
-        for j, sigma in outputs:
-            off = (here.y[:, j] - there.y[:, j]) / sigma
-            whole = off[: off.size // window * window].reshape(-1, window)
-            apart = np.flatnonzero(np.mean(whole**2, axis=1) > 1.0)
-            if apart.size and here.start + apart[0] > 0:  # at once: the noise is none beside rounding
-                return float((here.start + apart[0] * window) / rate)
-    return None
+        off = np.array([(here.y[:, j] - there.y[:, j]) / sigma for j, sigma in outputs])
+        whole = off[:, : off.shape[1] // window * window].reshape(len(outputs), -1, window)
+        distances.append(np.max(np.mean(whole**2, axis=2), axis=0))
+    first = first_apart_for_good(np.concatenate(distances) > 1.0)
+    return None if first is None else float(first * window / rate)
+
+
+def first_apart_for_good(apart: BoolArray) -> int | None:
+    """Return the first window from which two runs are apart and do not meet again; None where there is none.
+
+    Parameters
+    ----------
+    apart : (W,) of bool
+        Windows in which the runs differ by more than the noise. Between two steps a motion may die out, so that
+        not every window of runs that are apart has to be so.
+
+    Examples
+    --------
+    >>> met_again = np.arange(1000) == 400
+    >>> first_apart_for_good(met_again) is None
+    True
+    >>> first_apart_for_good(np.arange(1000) >= 400)
+    400
+    """
+    found = np.flatnonzero(apart)
+    if not found.size or found[0] == 0 or apart.size - found[0] < FEWEST:  # at once: no noise beside rounding
+        return None
+    parts = np.array_split(apart[found[0] :], PARTS)
+    return int(found[0]) if sum(map(np.any, parts)) >= STAYING else None
 
 
 def _whole(window: int) -> int:

@@ -16,10 +16,11 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
+from mechid.identification.search.first_moments import motion_begins
 from mechid.simulation.trajectory import SimulationOutcome
 
 LOOK_S = 1.0
-"""How much of each record is looked at; a choice, not measured."""
+"""How much of each record is looked at, from its first motion on; a choice, not measured."""
 POINTS = 8
 """Points of the multi-start's box that are looked at, the file's own values first; a power of two; a choice, not
 measured."""
@@ -78,8 +79,8 @@ def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
 def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0) -> BoolArray:
     """Return for each search coordinate whether any record changes with it, (n,).
 
-    Looked at are the first `seconds` of each record, at the values of the file and, for those not seen
-    there, at further points of the box in which the search starts.
+    Each record is simulated up to `seconds` after its first motion, at the values of the file and, for coordinates
+    not seen there, at further points of the box in which the search starts.
     """
     seen = np.zeros(problem.size, dtype=bool)
     own = problem.coordinates.of_records(problem.start)
@@ -95,7 +96,9 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
 def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> BoolArray:
     """Return which coordinates change any sample that was simulated, (n,)."""
     span = problem.coordinates.span
-    stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
+    moves = motion_begins(target)
+    rest = moves if moves < target.samples else 0
+    stop = min(target.samples, rest + round(seconds * target.base.sample_rate_hz) + 1)
     moved = np.zeros(problem.size, dtype=bool)
     for block in problem.model.run(target, q, stop, jacobian=True).blocks():
         for channel in target.channels:

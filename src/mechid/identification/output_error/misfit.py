@@ -89,7 +89,7 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
         begun = model.plain_runs(group[0][0], [q for _, q in group], window[1])
-        runs: Sequence[Run | OfBatch] = Batch(begun).each() if len(begun) >= FEWEST else begun
+        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if len(begun) >= FEWEST else begun
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 

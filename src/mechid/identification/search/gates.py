@@ -22,15 +22,16 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.first_moments import FLOOR_S, motion_begins
 from mechid.identification.search.moving_starts import Horizons, Lifted, after_those_at_rest, begun_anew
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.series import stretch_of
 from mechid.signal.stored import Room, room_for
 from mechid.signal.trend import Line, fit_line
 
-FLOOR_S, WINDOW_S, DIVERGED_AT, BEYOND_S, ROUNDS = 0.015, 0.005, 4.0, 0.08, 80
-"""Least horizon; window in which the mean squared residual stays below a limit, sigmas squared; how far past the
-horizons escapes are judged; most rounds. 100 of 100 were found with them (make recovery); none was varied by itself."""
+WINDOW_S, DIVERGED_AT, BEYOND_S, ROUNDS = 0.005, 4.0, 0.08, 80
+"""Window in which the mean squared residual stays below a limit, sigmas squared; how far past the horizons escapes
+are judged; most rounds. 100 of 100 were found with them (make recovery); none was varied by itself."""
 SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Widths of the escape's draws, in standard deviations of the present posterior; a choice, not measured."""
 DRAWS, WINNERS = 32, 3
@@ -64,21 +65,9 @@ def floors(problem: Problem) -> Horizons:
 
 def _floor(target: Target) -> int:
     """Return the least horizon by the channel that moves first."""
-    rate, burn_in = target.base.sample_rate_hz, target.burn_in
+    rate = target.base.sample_rate_hz
     least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
-    return min(_first_motion(channel, burn_in, burn_in + least, window) for channel in target.channels)
-
-
-def _first_motion(channel: TargetChannel, burn_in: int, least: int, window: int) -> int:
-    """Return the end of the window behind a channel's first motion past the burn-in, at least `least`, in samples."""
-    samples = channel.measured.size
-    least = min(least, samples)
-    rest = float(np.median(channel.measured[burn_in:least]))
-    for start in range(burn_in, samples, BLOCK):
-        moving = np.abs(channel.measured[start : start + BLOCK] - rest) > 8.0 * channel.sigma
-        if moving.any():
-            return min(max(least, start + int(np.argmax(moving)) + window), samples)
-    return samples
+    return min(max(target.burn_in + least, motion_begins(target) + window), target.samples)
 
 
 def horizon(

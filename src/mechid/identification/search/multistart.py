@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, islice
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,8 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
-from mechid.identification.output_error.misfit import Misfit
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.misfit import Misfit, Window
+from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
@@ -49,6 +50,7 @@ BATCH = 4
 """Starts refined together; mostly the first batch holds the answer."""
 STEPS, FURTHER_STEPS = 24, 48
 """Robust steps of a start, and of those that were not good enough."""
+NO_WINDOWS: Windows = MappingProxyType({})
 GOOD = 2.0
 """Robust cost a sample, in sigmas squared, at which the first window counts as explained; a choice, not measured."""
 
@@ -62,26 +64,35 @@ class Candidate:
     jacobian: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
-def _first_energy(target: Target) -> float:
+def first_energy(target: Target) -> float:
     """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
     n, window = first_samples(target), slice(*first_window(target))
     return sum(float(np.var(c.measured[window])) * n / c.sigma**2 for c in target.channels)
 
 
 def capped_costs(
-    problem: Problem, points: Sequence[FloatArray], *, targets: Sequence[Target], cap: float = math.inf
+    problem: Problem,
+    points: Sequence[FloatArray],
+    *,
+    targets: Sequence[Target],
+    cap: float = math.inf,
+    windows: Windows = NO_WINDOWS,
 ) -> list[float]:
-    """Return the robust cost of `targets` at each point, or inf as soon as it is known to exceed `cap`."""
+    """Return the robust cost of `targets` at each point, or inf as soon as it is known to exceed `cap`.
+
+    It is that of their first windows, or of others by name.
+    """
     total, model = np.zeros(len(points)), problem.model
     for target in targets:
         left = np.flatnonzero(np.isfinite(total)).tolist()
         if left:
-            total[left] += robust_costs(first_residuals(model, target, [points[k] for k in left]))
+            some, window = [points[k] for k in left], windows.get(target.name)
+            total[left] += robust_costs(first_residuals(model, target, some, window))
         total[total > cap] = math.inf
     return total.tolist()
 
 
-def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
+def robust_triangle(problem: Problem, q: FloatArray, windows: Windows = NO_WINDOWS) -> Triangle:
     """Return the triangle whose norm squared is the robust cost at `q` and whose gradient is that cost's.
 
     Each sample is weighted as its distance deserves, and the median's derivative is taken for the mean's.
@@ -89,7 +100,7 @@ def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
     R = np.zeros((1 + problem.size, 1 + problem.size))
     cost, samples = 0.0, 0
     for target in problem.targets:
-        rows = _first_rows(problem, target, q)
+        rows = _first_rows(problem, target, q, windows.get(target.name) or first_window(target))
         cost += robust_cost(rows[0])
         rows *= (1.0 + (rows[0] / ROBUST_SIGMAS) ** 2) ** -0.25
         absorb(R, rows, rows.shape[1])
@@ -100,9 +111,8 @@ def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
     return Triangle(math.sqrt(cost), jacobian, samples)
 
 
-def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
-    """Return residual and Jacobian of all channels over the first window as rows, (1 + n, samples), in sigmas."""
-    window = first_window(target)
+def _first_rows(problem: Problem, target: Target, q: FloatArray, window: Window) -> FloatArray:
+    """Return residual and Jacobian of all channels over a window as rows, (1 + n, samples), in sigmas."""
     whole = np.empty((1 + problem.size, len(target.channels) * (window[1] - window[0])))
     parts = np.split(whole, len(target.channels), axis=1)
     for piece in Misfit(problem.model, target, q, window, jacobian=True):
@@ -132,7 +142,7 @@ def multistart(
     tail = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    targets = sorted(problem.targets, key=_first_energy, reverse=True)
+    targets = sorted(problem.targets, key=first_energy, reverse=True)
     cost = partial(_costs_run_up, problem, targets)
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
@@ -215,11 +225,11 @@ def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candi
             yield candidate
 
 
-def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
-    """Return a candidate after some robust trust-region steps over the first window."""
+def refine(problem: Problem, candidate: Candidate, steps: int, windows: Windows = NO_WINDOWS) -> Candidate:
+    """Return a candidate after some robust trust-region steps over the first windows, or over others by name."""
     found = descend(
-        lambda q: math.sqrt(capped_costs(problem, [q], targets=problem.targets)[0]),
-        lambda q: robust_triangle(problem, q),
+        lambda q: math.sqrt(capped_costs(problem, [q], targets=problem.targets, windows=windows)[0]),
+        lambda q: robust_triangle(problem, q, windows),
         candidate.q,
         (problem.coordinates.lower, problem.coordinates.upper),
         steps=steps,

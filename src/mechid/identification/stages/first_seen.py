@@ -1,4 +1,4 @@
-"""What is plainly not as declared, before the first stage: said in the first lines, and read so where it is sure."""
+"""Check of the declarations before the first stage: warnings, and records read otherwise where that is sure."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.contradiction.first_sight import first_sight
+from mechid.identification.contradiction.confirmed_sight import confirmed_sight
 from mechid.identification.contradiction.first_sight_text import first_sight_lines
-from mechid.identification.contradiction.own_evidence import own_evidence
+from mechid.identification.contradiction.own_evidence import hum_lines, own_evidence
+from mechid.identification.contradiction.wrong_count import wrong_count_lines
 from mechid.identification.output_error.declaration import problem_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -22,10 +23,11 @@ def first_seen(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campa
 
     With stages of the user's own records are taken as declared.
     """
-    sight = first_sight(state.problem, seed)
+    sight = confirmed_sight(state.problem, _factors(campaign), seed)
     taken = {} if campaign.stages else sight.sure
     lines = first_sight_lines(campaign, sight, used=not campaign.stages)
-    lines += own_evidence(state.problem.targets, sight.otherwise, hum=False)
+    lines += own_evidence(state.problem, sight.doubted)
+    lines += [] if lines else wrong_count_lines(state.problem)
     if not lines:
         return campaign, state
     problem = problem_as_read(state.problem, taken)
@@ -38,6 +40,14 @@ def declaration_warnings(campaign: Campaign) -> tuple[str, ...]:
     targets = tuple(target_of(record) for record in campaign.estimated if record.data is not None)
     if not campaign.mechanism.free or not targets:
         return ()
+    problem = Problem(SearchSpace(campaign.mechanism), targets, workers=os.cpu_count() or 1)
     with one_core_algebra():
-        sight = first_sight(Problem(SearchSpace(campaign.mechanism), targets, workers=os.cpu_count() or 1))
-    return (*first_sight_lines(campaign, sight, used=False), *own_evidence(targets, sight.otherwise))
+        sight = confirmed_sight(problem, _factors(campaign))
+        lines = [*first_sight_lines(campaign, sight, used=False), *own_evidence(problem, sight.doubted)]
+        lines += [] if lines else wrong_count_lines(problem)
+    return (*lines, *hum_lines(targets))
+
+
+def _factors(campaign: Campaign) -> dict[str, float]:
+    """Return what the numbers of each record's leading channel were multiplied by, to be in its SI unit."""
+    return {r.name: r.data.channel(r.leading).scale for r in campaign.estimated if r.data is not None}
