@@ -161,3 +161,34 @@ def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
     for quantity, J in found.jacobian.items():
         slope = (ahead.values[quantity] - behind.values[quantity]) / (2.0 * h[at])
         np.testing.assert_allclose(J[:20, 0], slope[:20], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate_hz", [1e4, 2048.0, 3e4])
+@pytest.mark.parametrize("offset_s", [0.0, 0.001, 0.1, 0.1024, 0.3, 0.7])
+@pytest.mark.parametrize("sensitive", [False, True])
+def test_blocks_end_at_the_same_samples_wherever_the_motion_begins(rate_hz, offset_s, sensitive):
+    """Truth: the run in one piece; the command begins on a sample, and a thousandth of one before and behind it."""
+    m, command = mechanism(), RECORDS["full_46"]
+    time_base = TimeBase(rate_hz, round(0.75 * rate_hz))
+    on_sample = round(offset_s * rate_hz) / rate_hz
+    run = Simulator(m.plant, command, time_base, [(i,) for i in indices(m)] if sensitive else (), latest_s=1.0)
+    ends = []
+    for off in (0.0, 1e-3 / rate_hz, -1e-3 / rate_hz):
+        begun = [run.run(m.kernel_values(), time_offset_s=on_sample + off, block=size) for size in (97, 30000)]
+        parts = list(_copied(begun[0]))
+        (whole,) = _copied(begun[1])
+        ends.append([b.stop for b in parts])
+        for name in ("y", "rate", "jacobian"):
+            together = np.concatenate([getattr(b, name) for b in parts])
+            np.testing.assert_array_equal(together, getattr(whole, name))
+        still = begun[1].resting
+        assert not whole.y[:still].any()
+        assert still in (round(offset_s * rate_hz), round(offset_s * rate_hz) + 1)
+        assert whole.y[still:].any()
+    assert ends[0] == ends[1] == ends[2]
+
+
+def _copied(run):
+    """Yield a run's blocks, each with arrays of its own."""
+    for block in run.blocks():
+        yield replace(block, y=block.y.copy(), rate=block.rate.copy(), jacobian=block.jacobian.copy())

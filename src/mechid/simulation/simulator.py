@@ -212,18 +212,19 @@ class Run:
     def blocks(self, stop: int | None = None) -> Iterator[Block]:
         """Yield the record, or its samples before `stop`, block by block; after a failure the samples are NaN.
 
-        Ask before each whether to go on.
+        Blocks end at the multiples of their size, wherever the motion begins: runs of one size can be compared block
+        by block. Ask before each whether to go on.
         """
-        done, total = 0, self.base.samples if stop is None else stop
-        for count in self._resting():
-            ask()
-            yield self._block(done, count)
-            done += count
-        self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = done
+        done, total, resting = 0, self.base.samples if stop is None else stop, self.resting
+        self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = resting
         while done < total:
             ask()
             count = min(self.block - done % self.block, total - done)
-            self._advance(count)
+            still = min(max(resting - done, 0), count)
+            if still:
+                self._rest(still)
+            if still < count:
+                self._advance(still, count)
             yield self._block(done, count)
             done += count
 
@@ -233,32 +234,23 @@ class Run:
         before = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
         return min(before, self.base.samples)
 
-    def _resting(self) -> Iterator[int]:
-        """Count the samples at rest, block by block."""
-        resting = self.resting
-        while resting > 0:
-            count = min(self.block, resting)
-            for array in (self.buffers.y, self.buffers.y_dot, self.buffers.J):
-                array[:] = 0.0
-            self._rest()
-            yield count
-            resting -= count
-
-    def _rest(self) -> None:
-        """Write angles, positions and currents of the start, which are no zeros also where nothing moves."""
+    def _rest(self, count: int) -> None:
+        """Write the first rows of a block at rest: angles, positions and currents of the start may be other than 0."""
         simulator, b = self.simulator, self.buffers
         directions = b.directions.reshape(len(self.p), b.lanes)
         module, inputs = simulator.kernel.module, simulator.excitation.initial
         y, J = resting_outputs(simulator.plant, module, self.p, inputs, directions, b.w)
-        b.y.reshape(-1, b.outputs)[:] = y
+        b.y.reshape(-1, b.outputs)[:count] = y
         if b.sensitive:
-            b.J.reshape(-1, b.outputs, b.lanes)[:] = J
+            b.y_dot.reshape(-1, b.outputs)[:count] = 0.0
+            b.J.reshape(-1, b.outputs, b.lanes)[:count] = J
 
     def prepare(self) -> None:
         """Work out what a run needs before its first sample, where its blocks are not consumed one by one."""
-        self._advance(0)
+        self._advance(0, 0)
 
-    def _advance(self, count: int) -> None:
+    def _advance(self, first: int, stop: int) -> None:
+        """Simulate the rows of a block from `first` to `stop`."""
         buffers, simulator = self.buffers, self.simulator
         if self.outcome is not SimulationOutcome.COMPLETE:
             buffers.y[:] = np.nan
@@ -270,7 +262,7 @@ class Run:
             self.grid,
             simulator.excitation.times,
             simulator._edge_values,
-            *buffers.run_arguments(count),
+            *buffers.run_arguments(first, stop),
         )
         self.outcome = outcome_of(int(status))
 
