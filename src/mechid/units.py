@@ -265,3 +265,18 @@ def _registry() -> UnitRegistry[float]:
     import pint
 
     return pint.UnitRegistry()
+
+
+def time_power(unit: str) -> float | None:
+    """Return the power of time in a unit whose newton and metre stay as they are; None of a unit that is not known.
+
+    Examples
+    --------
+    >>> time_power("kg*m^2"), time_power("N m s/rad"), time_power("ohm")
+    (2.0, 1.0, -1.0)
+    """
+    parsed = _parse(re.sub(r"(?<=[A-Za-z])(?=[0-9])", "^", _one_spelling(unit)))
+    if parsed is None:
+        return None
+    powers: Mapping[str, Any] = parsed.dimensionality
+    return float(powers.get("[time]", 0)) + 2.0 * float(powers.get("[mass]", 0))

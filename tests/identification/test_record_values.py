@@ -95,7 +95,7 @@ def test_derivatives_are_those_of_differences(problem):
                 assert rms(J[:, j] - expected) <= 2e-4 * rms(expected), (target.name, name, width)
             elsewhere = name.startswith("record.") and target.name not in name
             assert np.any(J[:, j]) != elsewhere
-    assert problem.coordinates.lanes == problem.space.size + 1  # the resistances' own lane is idle
+    assert problem.coordinates.lanes == problem.space.size + 2  # clocks share one; the resistances' own lane is idle
 
 
 def test_a_mean_over_the_records_is_the_mechanisms(problem):
@@ -113,14 +113,16 @@ def test_a_mean_over_the_records_is_the_mechanisms(problem):
 
 
 @pytest.mark.parametrize("ppm", [-450.0, 300.0])
-def test_a_clock_is_that_of_an_independent_simulator(tmp_path, ppm):
-    """Truth: a simulator of its own, whose recorder takes its samples 1 + ppm times as often as it says."""
+@pytest.mark.parametrize("right", ["driver", "recorder"])
+def test_a_clock_is_that_of_an_independent_simulator(tmp_path, ppm, right):
+    """Truth: a simulator of its own, whose recorder takes its samples too often, or whose driver steps too soon."""
     mechanism, _ = drawn("clock", 1)
     command = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
-    true = recorded(mechanism, {"clock_ppm": 1e6 / (1.0 + 1e-6 * ppm) - 1e6}, Run(command, 2.0), None)
+    size = {"driver_ppm": ppm} if right == "recorder" else {"clock_ppm": 1e6 / (1.0 + 1e-6 * ppm) - 1e6}
+    true = recorded(mechanism, size, Run(command, 2.0), None)
     (tmp_path / "mechanism.toml").write_text(mechanism_text(mechanism))
     text = (
-        'mechanism = "mechanism.toml"\n[[record]]\nname = "a"\n'
+        f'mechanism = "mechanism.toml"\nclock_reference = "{right}"\n[[record]]\nname = "a"\n'
         'command = { stepping = "full", rate = 46.0, start_angle_deg = 45.0 }\n'
     )
     (tmp_path / "campaign.toml").write_text(text)

@@ -29,6 +29,7 @@ from mechid.identification.result.parameter_estimate import ParameterEstimate, P
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain
+from mechid.identification.uncertainty.clock_error import clock_warnings
 from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
@@ -51,7 +52,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
     evidence = _evidence(campaign, state, seed, triangle, verdict)
-    errors = standard_errors(state, seed, triangle, verdict)
+    errors = standard_errors(state, seed, triangle, verdict, clock_declared=campaign.clock_reference is not None)
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
@@ -74,7 +75,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         records=records,
         stages=state.stages,
         outcome=state.outcome,
-        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
+        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own, *clock_warnings(parameters)),
         notes=(*ambiguity_notes(written), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
@@ -183,6 +184,7 @@ def _estimate(
         std_error=own.held,
         std_error_noise=own.noise,
         std_error_white=own.white,
+        std_error_clock=own.clock,
         dof=own.dof,
         start=start,
         min=before.min if bounded else None,

@@ -86,6 +86,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
             name=name,
             prior=PriorShare(**p["prior"]) if p["prior"] else None,
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
+            std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
             **_kept(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
