@@ -14,7 +14,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
 from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
-from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
+from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_by_record, with_lines
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
@@ -44,8 +44,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
     written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
-    hum = lines_of(problem)
-    written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
+    hum = lines_by_record(problem, [record.name for record in written.records])
+    written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
     campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)

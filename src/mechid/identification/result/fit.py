@@ -19,6 +19,7 @@ from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
+from mechid.signal.grid import together
 from mechid.signal.runs import Runs
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 FORMAT = "mechid-estimate/1"
 LINEAR = "mechid.exports.linear.linear"
+NEAR = 0.01
+"""Relative distance within which lines are those of one multiple of the grid."""
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 
 
@@ -148,12 +151,22 @@ class RecordFit:
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
 
     @property
-    def lines(self) -> dict[float, OwnValue]:
-        """Amplitude of each line that was removed of the leading channel, by its frequency in Hz."""
+    def lines(self) -> tuple[float, ...]:
+        """Frequency in Hz of each line that was removed of the leading channel."""
         channel = next(iter(self.channels.values()), None)
+        return tuple(hz for hz, _, _ in channel.lines) if channel else ()
+
+    def amplitude_near(self, hz: float) -> OwnValue | None:
+        """Return the amplitude of the lines within 1 % of a frequency in Hz; None where there is none.
+
+        Of several lines, which follow a slow drift, it is that of one sine of the same power.
+        """
+        channel = next(iter(self.channels.values()), None)
+        near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < NEAR]
+        if channel is None or not near:
+            return None
         error = self.residual_rms * math.sqrt(2.0 / max(self.samples, 1))
-        lines = channel.lines if channel else ()
-        return {hz: OwnValue(value=size, std_error=error, unit=channel.unit) for hz, size, _ in lines if channel}
+        return OwnValue(value=together(near), std_error=error, unit=channel.unit)
 
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""

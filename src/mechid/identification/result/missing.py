@@ -105,9 +105,8 @@ class Suggested:
 class Hummed(Protocol):
     """A record as it was fitted, of which lines were removed."""
 
-    @property
-    def lines(self) -> Mapping[float, OwnValue]:
-        """Amplitude of each line by its frequency in Hz."""
+    def amplitude_near(self, hz: float) -> OwnValue | None:
+        """Return the amplitude of the lines near a frequency together; None where there is none."""
 
 
 def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, Hummed]) -> Missing:
@@ -137,9 +136,10 @@ def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]
         return {}
     own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz, std_error=None, unit="Hz")}
     for name, lines in one.lines_hz.items():
-        for hz, amplitude in records[name].lines.items():
-            if any(math.isclose(hz, other) for other in lines):
-                own[record_parameter_name(name, f"mains_{round(hz / grid_hz)}")] = amplitude
+        multiples = sorted({round(hz / grid_hz) for hz in lines})
+        for multiple, amplitude in ((k, records[name].amplitude_near(k * grid_hz)) for k in multiples):
+            if amplitude is not None:
+                own[record_parameter_name(name, f"mains_{multiple}")] = amplitude
     return own
 
 
