@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.signal.grid import Hummed, drifting_lines, grid_frequencies, together
+from mechid.signal.grid import Hummed, drifting_lines, evident_grid, together
 from mechid.signal.trend import fit_line
 
 RATE_HZ, NOISE = 2000.0, 2e-3
@@ -22,9 +22,9 @@ def test_several_records_tell_the_frequency_together(hz, nominal):
     """Truth: that of the hum, of which no record has more than a third of its noise."""
     rng = np.random.default_rng(1)
     some = [hummed(seconds, hz, rng, size=NOISE / 3.0) for seconds in (1.0, 4.0, 20.0)]
-    common, each = grid_frequencies(some, nominal)
-    assert common == pytest.approx(hz, abs=2e-3)
-    for own, one in zip(each, some, strict=True):
+    found = evident_grid(some, nominal)
+    assert found.hz == pytest.approx(hz, abs=2e-3)
+    for own, one in zip(found.own_hz, some, strict=True):
         assert own == pytest.approx(hz, abs=2e-3)
         left = one.series - fit_line(one.series, 0, None, [k * own / RATE_HZ for k in (1, 2, 3)]).at(0, one.series.size)
         assert np.std(left) == pytest.approx(NOISE, rel=0.02)
@@ -33,7 +33,7 @@ def test_several_records_tell_the_frequency_together(hz, nominal):
 def test_a_record_of_another_day_has_its_own():
     rng = np.random.default_rng(2)
     some = [hummed(30.0, 50.02, rng), hummed(30.0, 49.96, rng), hummed(1.0, 50.02, rng)]
-    _, each = grid_frequencies(some, 50.0)
+    each = evident_grid(some, 50.0).own_hz
     np.testing.assert_allclose(each[:2], [50.02, 49.96], atol=1e-3)
 
 
@@ -41,7 +41,7 @@ def test_a_record_of_another_day_has_its_own():
 def test_noise_alone_is_no_hum(seed):
     rng = np.random.default_rng(seed)
     some = [Hummed(np.cumsum(rng.standard_normal(round(s * RATE_HZ))) * 1e-3, RATE_HZ) for s in (1.0, 5.0, 20.0)]
-    assert grid_frequencies(some, 50.0) is None
+    assert evident_grid(some, 50.0) is None
 
 
 @pytest.mark.parametrize("drift_hz", [0.0, 0.02, -0.02, 0.05])
@@ -50,7 +50,7 @@ def test_lines_follow_a_slow_drift(drift_hz, seconds):
     """Truth: hum ten times the noise whose frequency drifts; at its multiples less than the noise's own is left."""
     rng = np.random.default_rng(3)
     one = hummed(seconds, 50.02, rng, size=10.0 * NOISE, drift_hz=drift_hz)
-    _, (own,) = grid_frequencies([one], 50.0)
+    (own,) = evident_grid([one], 50.0).own_hz
     lines = [line for k in (1, 2, 3) for line in drifting_lines(one, k * own)]
     assert drift_hz or len(lines) == 3
     fitted = fit_line(one.series, 0, None, [line / RATE_HZ for line in lines])
@@ -75,7 +75,7 @@ def test_orders_that_cross_the_grid_are_no_hum():
     t = np.arange(round(20.0 * RATE_HZ)) / RATE_HZ
     steps = sum(np.sin(2.0 * np.pi * order * 2.0 * t**2) for order in (0.5, 1.0, 1.5, 2.0, 4.0)) * 10.0 * NOISE
     quiet = Hummed(steps + NOISE * rng.standard_normal(t.size), RATE_HZ)
-    assert grid_frequencies([quiet], 50.0) is None
+    assert evident_grid([quiet], 50.0) is None
     lines = [k * 50.02 / RATE_HZ for k in (1, 2, 3)]
     taken = fit_line(quiet.series, 0, None, lines).at(0, t.size)
     assert np.std(taken) < 0.02 * np.std(quiet.series)

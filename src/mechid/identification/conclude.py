@@ -15,6 +15,7 @@ from mechid.campaign.campaign import names_start
 from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_by_record, with_lines
+from mechid.identification.disturbance.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
@@ -80,6 +81,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
+        mains_hz=None if evidence.lost else grid_shown(problem, q),
     )
     if state.beside is None:
         return graded(fit, evidence)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import fft, ifft, next_fast_len
 from scipy.special import gammainccinv
 
 from mechid.arrays import ComplexArray, FloatArray
@@ -103,10 +104,27 @@ class Evidence:
         return self.summed > 0 and self.at(self.best_hz) > float(gammainccinv(self.summed, BY_CHANCE))
 
 
-def grid_frequencies(some: Sequence[Hummed], nominal_hz: float) -> tuple[float, list[float]] | None:
-    """Return the frequency of a grid in Hz, and that in each series; None where no hum is evident.
+@dataclass(frozen=True)
+class Grid:
+    """A grid whose hum is evident in series.
 
-    A series has another than the common one where it tells so.
+    Attributes
+    ----------
+    hz : float
+        Its frequency, common to all series.
+    own_hz : tuple of float
+        That in each series: another than the common one where it tells so.
+    shown : tuple of bool
+        Whether each series shows it by itself.
+    """
+
+    hz: float
+    own_hz: tuple[float, ...]
+    shown: tuple[bool, ...]
+
+
+def evident_grid(some: Sequence[Hummed], nominal_hz: float) -> Grid | None:
+    """Return the grid that several series show together; None where no hum is evident.
 
     Parameters
     ----------
@@ -123,7 +141,8 @@ def grid_frequencies(some: Sequence[Hummed], nominal_hz: float) -> tuple[float, 
     together = Evidence(frequency, np.sum([e.gain for e in each], axis=0), sum(e.summed for e in each))
     if not together.is_evident:
         return None
-    return together.best_hz, [_own(e, together.best_hz) for e in each]
+    hz = together.best_hz
+    return Grid(hz, tuple(_own(e, hz) for e in each), tuple(e.at(hz) > OF_ITS_OWN for e in each))
 
 
 def _own(evidence: Evidence, common_hz: float) -> float:
@@ -134,8 +153,6 @@ def _own(evidence: Evidence, common_hz: float) -> float:
 
 def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence:
     """Return power over noise at frequencies, (F,), summed over the multiples that are clear."""
-    from scipy.signal import zoom_fft  # which takes 0.4 s to import
-
     total = np.zeros(frequency.size)
     multiples = [k for k in LOOKED_AT if one.reaches(k * nominal_hz)]
     clear = [k for k in multiples if one.is_clear(k * nominal_hz, k * OFF_HZ + 2.0 / one.duration_s)]
@@ -143,19 +160,36 @@ def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence
         return Evidence(frequency, total, 0)
     y = np.asarray(one.series[: stored.IN_MEMORY])
     y = (y - y.mean()) * hann(y.size)
-
-    def power(hz: FloatArray) -> FloatArray:
-        found = zoom_fft(y, [float(hz[0]), float(hz[-1])], hz.size, fs=one.sample_rate_hz, endpoint=True)
-        return np.asarray(np.abs(found) ** 2, dtype=np.float64)
-
     for k in clear:
         reach = min(max(AROUND_HZ, AROUND_BINS / one.duration_s), k * nominal_hz)
         surroundings = k * nominal_hz + np.arange(-reach, reach, 1.0 / one.duration_s)
         outside = np.abs(surroundings - k * nominal_hz) > k * OFF_HZ + 2.0 / one.duration_s
-        level = float(np.median(power(surroundings)[outside])) / math.log(2.0) if outside.any() else 0.0
+        level = (
+            float(np.median(_power(y, one.sample_rate_hz, surroundings)[outside])) / math.log(2.0)
+            if outside.any()
+            else 0.0
+        )
         if level > 0.0:
-            total += power(k * frequency) / level
+            total += _power(y, one.sample_rate_hz, k * frequency) / level
     return Evidence(frequency, total, len(clear))
+
+
+def _power(y: FloatArray, sample_rate_hz: float, hz: FloatArray) -> FloatArray:
+    """Return |sum of y exp(-2 pi i hz t)|^2 at evenly spaced frequencies, (m,), by Bluestein's chirp.
+
+    `scipy.signal.zoom_fft` does the same and takes 0.4 s to import, which every identification would pay.
+    """
+    n, m = y.size, hz.size
+    first, step = hz[0] / sample_rate_hz, (hz[-1] - hz[0]) / max(m - 1, 1) / sample_rate_hz
+    k = np.arange(max(n, m))
+    chirp = np.exp(1j * np.pi * ((step * k * k) % 2.0))
+    turned = y * np.exp(-2j * np.pi * ((first * k[:n]) % 1.0)) / chirp[:n]
+    size = next_fast_len(n + m - 1)
+    answer = np.zeros(size, dtype=np.complex128)
+    answer[:m] = chirp[:m]
+    answer[size - n + 1 :] = chirp[1:n][::-1]
+    found = ifft(fft(turned, size) * fft(answer))[:m]
+    return np.asarray(np.abs(found) ** 2, dtype=np.float64)
 
 
 def drifting_lines(one: Hummed, hz: float) -> tuple[float, ...]:

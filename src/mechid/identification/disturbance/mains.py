@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, with_disturbances
+from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.signal.grid import Hummed, drifting_lines, grid_frequencies
+from mechid.signal.grid import Hummed, drifting_lines, evident_grid
 from mechid.signal.lines import prominence
 from mechid.signal.mains import BINS, HIGHEST_HZ, MAINS_HZ, MainsLine, mains_lines
 from mechid.signal.series import is_finite
@@ -54,9 +55,9 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
     own = [one for one in seen if one.mains_hz == grid]
     multiples = sorted({one.multiple for one in own} | set(USUAL if declared_hz else ()))
     hummed = [_hummed(problem, target, q) for target in problem.targets]
-    told = grid_frequencies(hummed, declared_hz or grid)
+    told = evident_grid(hummed, declared_hz or grid)
     hz = _frequency(own) if own and declared_hz in (None, grid) else declared_hz or grid
-    each = told[1] if told else [hz] * len(hummed)
+    each = told.own_hz if told else (hz,) * len(hummed)
     lines = {}
     for target, one, own_hz in zip(problem.targets, hummed, each, strict=True):
         inside = _within([own_hz * multiple for multiple in multiples], target)
@@ -70,6 +71,25 @@ def read_anew(problem: Problem, q: FloatArray, declared_hz: float) -> Problem:
     bare = replace(problem, targets=tuple(_without_lines(t) for t in problem.targets))
     hum = mains(bare, q, declared_hz)
     return with_disturbances(bare, [hum]) if hum else problem
+
+
+def grid_shown(problem: Problem, q: FloatArray) -> float | None:
+    """Return the frequency in Hz of the grid whose hum records have had removed, or that is left in them; else None.
+
+    What is left counts as hum where a record of varying rate shows it, or two of others: at one rate alone it may be
+    the mechanism's.
+    """
+    removed = sorted(lines_of(problem))
+    if removed:
+        nominal = min(MAINS_HZ, key=lambda grid: sum(abs(math.remainder(hz, grid)) for hz in removed))
+        return statistics.median(hz / round(hz / nominal) for hz in removed)
+    hummed = [_hummed(problem, target, q) for target in problem.targets]
+    for nominal in MAINS_HZ:
+        told = evident_grid(hummed, nominal)
+        shown = [t for t, shows in zip(problem.targets, told.shown, strict=True) if shows] if told else []
+        if told and (len(shown) > 1 or any(map(_varies, shown))):
+            return told.hz
+    return None
 
 
 def _without_lines(target: Target) -> Target:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
@@ -13,13 +12,12 @@ from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing, OwnValue, Suggested
+from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
-from mechid.signal.grid import together
 from mechid.signal.runs import Runs
 
 if TYPE_CHECKING:
@@ -28,8 +26,6 @@ if TYPE_CHECKING:
 
 FORMAT = "mechid-estimate/1"
 LINEAR = "mechid.exports.linear.linear"
-NEAR = 0.01
-"""Relative distance within which lines are those of one multiple of the grid."""
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 
 
@@ -156,18 +152,6 @@ class RecordFit:
         channel = next(iter(self.channels.values()), None)
         return tuple(hz for hz, _, _ in channel.lines) if channel else ()
 
-    def amplitude_near(self, hz: float) -> OwnValue | None:
-        """Return the amplitude of the lines within 1 % of a frequency in Hz; None where there is none.
-
-        Of several lines, which follow a slow drift, it is that of one sine of the same power.
-        """
-        channel = next(iter(self.channels.values()), None)
-        near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < NEAR]
-        if channel is None or not near:
-            return None
-        error = self.residual_rms * math.sqrt(2.0 / max(self.samples, 1))
-        return OwnValue(value=together(near), std_error=error, unit=channel.unit)
-
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""
         own = self.channels.get(quantity)
@@ -257,6 +241,8 @@ class Fit(Shown):
         Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
+    mains_hz : float or None
+        Frequency of the grid, Hz, whose hum was removed or is left in the records; None where none is evident.
     campaign : Campaign or None
         Of which it was identified, where it is at hand: of fits that `mechid.identify` and `mechid.load_fit` give.
     """
@@ -273,6 +259,7 @@ class Fit(Shown):
     notes: tuple[str, ...]
     provenance: Mapping[str, object]
     consistency: Consistency | None = None
+    mains_hz: float | None = None
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
@@ -347,6 +334,7 @@ class Fit(Shown):
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
+            "mains_hz": self.mains_hz,
             "missing": [one.to_dict() for one in self.missing],
             "suggested": [asdict(one) for one in self.suggested],
             "beside": self.beside.to_dict() if self.beside else None,

@@ -115,6 +115,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         consistency=Consistency.from_dict(content["consistency"]) if content["consistency"] else None,
         grade=Grade(content["grade"]),
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
+        mains_hz=content.get("mains_hz"),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
         beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
