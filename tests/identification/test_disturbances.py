@@ -10,6 +10,7 @@ from csv_files import write_csv
 from incomplete.benches import drawn
 from incomplete.recording import NOISE_NM, Run, recorded
 from mechid.analysis import validate
+from mechid.analysis.residual_emission import TRACKED
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.identify_options import DISTURBANCES
 from mechid.errors import InputFileError
@@ -241,6 +242,29 @@ def test_a_mean_of_supplies_that_is_off_is_within_the_errors(tmp_path):
     assert gear.std_error < 1.2 * gear.std_error_noise
     pair = [fit.correlation_names.index(name) for name in ("stepper.torque_constant", "stepper.coil_inductance")]
     assert abs(fit.correlation[tuple(pair)]) > 0.95
+
+
+def test_declared_mains_are_removed_where_the_grid_is(tmp_path):
+    """Truth: hum of 50.02 Hz, as large as the noise, under records that say mains = 50.0; one at 1.5 orders of it."""
+    hum = {"mains_hz": 50.02, "mains_1": 2e-3, "mains_2": 1e-3, "mains_3": 1e-3}
+    micro = Run({**MICRO, "rate": 47.3}, 6.0)
+    runs = {"full": Run({**FULL, "rate": 33.3467}, 3.0), "half": Run(HALF, 3.0), "micro": micro}
+    one, truth = written(tmp_path, hum, runs=runs, above="")
+    one = replace(one, options=replace(one.options, mains=50.0))
+    fit = identify(one, workers=1, near=truth)
+    assert fit.mains_hz == pytest.approx(50.02, abs=2e-3)
+    assert max(r.residual_rms for r in fit.records.values()) < 1.02 * NOISE_NM
+    assert max(off(fit, truth)) < 4.0
+    for record in fit.records.values():
+        assert [hz for hz in record.lines if hz < 60.0] == pytest.approx([50.02], abs=5e-3)
+    write_estimate(fit, tmp_path / "estimate.json")
+    back = read_fit(tmp_path / "estimate.json", one)
+    assert back.mains_hz == fit.mains_hz
+    for at in validate(one, back)["full"].channels["torque"].emission:
+        assert np.isnan(at.amplitude[TRACKED.index(1.5)])
+        assert np.nanmax(at.amplitude / at.sigma) < 5.0
+    bare = replace(one, options=replace(one.options, mains=None, disturbances="none"))
+    assert identify(bare, workers=1, near=truth).mains_hz == pytest.approx(50.02, abs=2e-3)
 
 
 def test_hum_is_projected_out_and_listed(tmp_path):

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal import zoom_fft
 
-from mechid.signal.grid import Hummed, drifting_lines, evident_grid, together
+from mechid.signal.grid import Hummed, _power, drifting_lines, evident_grid, together
 from mechid.signal.trend import fit_line
 
 RATE_HZ, NOISE = 2000.0, 2e-3
@@ -79,3 +80,11 @@ def test_orders_that_cross_the_grid_are_no_hum():
     lines = [k * 50.02 / RATE_HZ for k in (1, 2, 3)]
     taken = fit_line(quiet.series, 0, None, lines).at(0, t.size)
     assert np.std(taken) < 0.02 * np.std(quiet.series)
+
+
+@pytest.mark.parametrize(("samples", "points"), [(1000, 37), (36, 400), (100_003, 513)])
+def test_the_power_between_bins_is_that_of_the_sum(samples, points):
+    """Truth: scipy.signal's zoom transform."""
+    y, hz = np.random.default_rng(5).standard_normal(samples), np.linspace(49.8, 50.2, points)
+    expected = np.abs(zoom_fft(y, [49.8, 50.2], points, fs=RATE_HZ, endpoint=True)) ** 2
+    np.testing.assert_allclose(_power(y, RATE_HZ, hz), expected, rtol=1e-6, atol=1e-8 * expected.max())
