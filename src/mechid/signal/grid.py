@@ -164,11 +164,9 @@ def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence
         reach = min(max(AROUND_HZ, AROUND_BINS / one.duration_s), k * nominal_hz)
         surroundings = k * nominal_hz + np.arange(-reach, reach, 1.0 / one.duration_s)
         outside = np.abs(surroundings - k * nominal_hz) > k * OFF_HZ + 2.0 / one.duration_s
-        level = (
-            float(np.median(_power(y, one.sample_rate_hz, surroundings)[outside])) / math.log(2.0)
-            if outside.any()
-            else 0.0
-        )
+        if not outside.any():
+            continue
+        level = float(np.median(_power(y, one.sample_rate_hz, surroundings)[outside])) / math.log(2.0)
         if level > 0.0:
             total += _power(y, one.sample_rate_hz, k * frequency) / level
     return Evidence(frequency, total, len(clear))
