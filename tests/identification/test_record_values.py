@@ -139,6 +139,23 @@ def loaded(folder, a="", b="", more=""):
     return load_campaign(folder, read_records=False)
 
 
+@pytest.mark.parametrize("above", [True, False])
+@pytest.mark.parametrize("reference", ["recorder", "driver"])
+def test_a_file_says_whose_clock_is_right(tmp_path, reference, above):
+    """Truth: the default is the recorder's; above the records, or where a fit's finding is declared."""
+    plain = loaded(tmp_path)
+    assert plain.clock_reference is None
+    assert {r.clock_reference for r in plain.records} == {"recorder"}
+    line = f'clock_reference = "{reference}"\n'
+    made = loaded(tmp_path, more="" if above else f"[[campaign]]\n{line}")
+    if above:
+        file = tmp_path / "campaign.toml"
+        file.write_text(line + file.read_text())
+        made = load_campaign(tmp_path, read_records=False)
+    assert made.clock_reference == reference
+    assert {r.timing.reference for r in made.records} == {reference}
+
+
 def test_a_file_says_it_for_all_records_and_for_one(tmp_path):
     """Truth: what was written; a record's own clock goes before that of all."""
     campaign = loaded(tmp_path, a="clock_ppm = 30.0\npeak_voltage = 5.5")
@@ -167,6 +184,7 @@ def test_a_file_says_it_for_all_records_and_for_one(tmp_path):
         ({"a": "peak_voltage = -1.0"}, "record[0].peak_voltage: found -1; peak phase voltage cannot be below 0 V"),
         ({"a": "peak_current = 0.6"}, "record[0].peak_current: the mechanism has no such parameter"),
         ({"b": "clock_ppm = 2e5"}, "record[1].clock_ppm: found 200000; by how much"),
+        ({"more": "[[campaign]]\nclock_reference = 'lab'"}, 'clock_reference: found "lab"'),
         ({"more": "[[campaign]]\nclock_ppm = 3.0"}, "campaign[0].clock_ppm: it is written elsewhere in the file too"),
         ({"more": "[[campaign]]\nclock = 3.0"}, "campaign[0].clock: unknown key"),
         ({"more": "[[own]]\nrecord = 'c'"}, 'own[0].record: no record "c"'),

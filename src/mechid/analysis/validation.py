@@ -196,7 +196,7 @@ def _validated(
             for q, p in predicted.items()
         },
         components=components,
-        side=_side(fitted, components, predicted[TORQUE]) if components else (),
+        side=_side(fitted, components, predicted[TORQUE], fit.mains_hz) if components else (),
         mounting=campaign.mounting if components else None,
     )
 
@@ -207,14 +207,16 @@ def _components(record: CampaignRecord) -> tuple[str, ...]:
     return tuple(component for component in COMPONENTS if component in held)
 
 
-def _side(record: CampaignRecord, components: Sequence[str], torque: Prediction) -> tuple[SideAtRate, ...]:
+def _side(
+    record: CampaignRecord, components: Sequence[str], torque: Prediction, mains_hz: float | None
+) -> tuple[SideAtRate, ...]:
     """Return the lines of the components with their phase to the torque as the fit took it, offsets and drifts out."""
     assert record.data is not None
     level: list[Series] = [torque.level]
     for quantity in components:
         data = record.data.channel(quantity).data
         level.append(Remainder(data, fit_line(data, 2)))
-    return side_components(level, torque.travel, torque.base.sample_rate_hz)
+    return side_components(level, torque.travel, torque.base.sample_rate_hz, mains_hz)
 
 
 def _only_compared(record: CampaignRecord, quantity: str) -> str:

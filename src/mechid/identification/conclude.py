@@ -26,6 +26,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
@@ -81,7 +82,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
-        mains_hz=None if evidence.lost else grid_shown(problem, q),
+        mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
     )
     if state.beside is None:
         return graded(fit, evidence)

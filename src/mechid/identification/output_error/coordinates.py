@@ -316,7 +316,7 @@ def coordinates_of(
     owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
     lane = space.size if any(_scales_time(t) for t in targets) else None
     instants = [RecordCoordinate(owners[name], p, lane if is_clock(p) else None) for name, p in moving.items()]
-    carried = [c for target in targets for c in _carried(space, target)]
+    carried = [c for target in targets for c in _carried(space, target, kept=lane is not None)]
     return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
 
 
@@ -331,13 +331,14 @@ def _scales_time(target: Target) -> bool:
     return target.clock_reference == "recorder" and any(map(is_clock, target.moved))
 
 
-def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
+def _carried(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[RecordCoordinate]:
     """Yield a target's own values of the mechanism and states of its start, each with its lane.
 
-    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one.
+    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one, behind
+    that of the clocks where one is `kept` for them.
     """
     idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
-    further = count(space.size + _scales_time(target))
+    further = count(space.size + kept)
     for p in (p for p in target.moved if p.replaces or is_of_start(p)):
         lane = idle.get(p.replaces)
         yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)
