@@ -58,7 +58,7 @@ def clock_warnings(parameters: Mapping[str, ParameterEstimate]) -> tuple[str, ..
     share = abs(worst.std_error_clock / worst.value)
     return (
         "the driver's clock and the recorder's differ; no record tells which is right, and the recorder's is taken. "
-        f"With the driver's, {worst.name} would be {worst.std_error_clock:.3g} {worst.unit} off, {share:.2g} of it; "
-        "this is within the standard errors, as std_error_clock; write clock_reference = "
+        f"With the driver's, {worst.name} would differ by {worst.std_error_clock:.3g} {worst.unit}, {share:.2g} of it; "
+        "the standard errors include this as std_error_clock; write clock_reference = "
         '"recorder" or "driver" in campaign.toml where you know which',
     )
