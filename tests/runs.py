@@ -3,6 +3,7 @@
 import numpy as np
 
 from kernel_state import twin_state
+from mechid.command import Timing
 from mechid.kernel.twin import simulate_twin
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from paper import SENSITIVE
@@ -27,7 +28,7 @@ def run_kernel(mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=()
     """Return the kernel's trajectory."""
     made = simulator(mechanism, command, time_base, sensitive=sensitive, latest_s=abs(offset_s))
     p = mechanism.kernel_values() if p is None else p
-    return simulate_run(made.run(p, substeps=substeps, time_offset_s=offset_s, block=block, events=2000))
+    return simulate_run(made.run(p, substeps=substeps, timing=Timing(offset_s), block=block, events=2000))
 
 
 def run_twin(mechanism, command, time_base, *, sensitive=(), begin=None, offset_s=0.0, tolerance=1e-10):

@@ -10,7 +10,7 @@ import numpy as np
 from mechid.campaign import Campaign, CampaignRecord, Match, Stage, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
-from mechid.command import Command
+from mechid.command import Command, Timing
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -58,7 +58,7 @@ def bounded(mechanism: Mechanism, name: str, **bounds: float) -> Mechanism:
 def torque_of(mechanism: Mechanism, command: Command, samples: int, *, time_offset_s=0.0) -> np.ndarray:
     """Return the torque of a mechanism under a command, (samples,) N m."""
     simulator = Simulator(mechanism.plant, command, TimeBase(RATE_HZ, samples), latest_s=abs(time_offset_s))
-    run = simulator.run(mechanism.kernel_values(), substeps=SUBSTEPS, time_offset_s=time_offset_s)
+    run = simulator.run(mechanism.kernel_values(), substeps=SUBSTEPS, timing=Timing(time_offset_s))
     return simulate_run(run).torque
 
 

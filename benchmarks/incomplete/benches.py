@@ -68,7 +68,9 @@ def make_bench(effect: str, seed: int, folder: Path, *, with_effect: bool = True
     runs = runs_of(mechanism)
     write_mechanism(_start(mechanism, effect, seed), folder / MECHANISM_NAME, HEADER)
     drafts = [RecordDraft(name=name, file=f"{name}.csv", command=_toml(one.command)) for name, one in runs.items()]
-    write_whole(folder / FILE_NAME, campaign_text(drafts, HEADER))
+    named = f'mechanism = "{MECHANISM_NAME}"'
+    text = campaign_text(drafts, HEADER).replace(named, f'{named}\nclock_reference = "driver"')  # a recorder is off
+    write_whole(folder / FILE_NAME, text)
     generators = np.random.default_rng((_number(effect), seed, 2)).spawn(len(runs))
     for (name, one), rng in zip(runs.items(), generators, strict=True):
         record = recorded(mechanism, size, one, rng)

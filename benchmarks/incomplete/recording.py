@@ -54,6 +54,7 @@ def recorded(
 ) -> TrueRecord:
     """Return what the recorder writes of a run.
 
+    `clock_ppm` of the size is how much too fast the recorder samples, `driver_ppm` how much too fast the driver steps.
     Offset, drift, noise, phase of the hum and the supply of this run are drawn by `rng`; where it is None there are
     none of the first three, the phase is 0 and the supply is the mean one.
     """
@@ -62,6 +63,7 @@ def recorded(
     values = values_of(mechanism, size, supply=1.0 + size.get("supply", 0.0) * draws[0])
     samples = round(one.seconds * sample_rate_hz) + 1
     times, voltages = edges(one.command, 1.01 * one.seconds)
+    times = times / (1.0 + 1e-6 * size.get("driver_ppm", 0.0))
     angle = math.radians(one.command.get("start_angle_deg", 0.0))
     torque = run(values, times, voltages, angle, 1.0 / (sample_rate_hz * stretch), samples)
     time = np.arange(samples) / sample_rate_hz

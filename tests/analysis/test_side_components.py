@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mechid.analysis.components_file import FILE_NAME, components_text, read_components
-from mechid.analysis.side_components import TRACKED, least_coherence, pooled, side_lines
+from mechid.analysis.side_components import TRACKED, least_coherence, pooled, side_components, side_lines
 from mechid.errors import InputFileError
 from table_of_six import MEASURED, MOUNTING, NOISE, measured, side_records, tracked
 
@@ -126,3 +126,18 @@ def test_the_file_holds_what_was_measured(tmp_path):
     with pytest.raises(InputFileError, match="is damaged at 'orders'"):
         read_components({}, tmp_path)
     assert read_components({}, tmp_path / "elsewhere") is None
+
+
+def test_mains_hum_in_a_component_is_no_line():
+    """Truth: hum of 50.02 Hz in a force, 1.25 times the step rate, and twice that; the other lines as without it."""
+    rate, seconds, sample_rate_hz, rng = 50.02 / 1.25, 10.0, 4000.0, np.random.default_rng(1)
+    t = np.arange(round(seconds * sample_rate_hz)) / sample_rate_hz
+    torque, force = (size * np.cos(2.0 * np.pi * rate * t) for size in (0.1, 0.5))
+    hum = sum(0.2 / k * np.cos(2.0 * np.pi * k * 50.02 * t) for k in (1, 2, 3))
+    noise = 1e-3 * rng.standard_normal((2, t.size))
+    (plain,) = side_components([torque + noise[0], force + hum + noise[1]], rate * t, sample_rate_hz)
+    (found,) = side_components([torque + noise[0], force + hum + noise[1]], rate * t, sample_rate_hz, 50.02)
+    at = {order: TRACKED.index(order) for order in (1.0, 1.25, 2.5)}
+    assert side_lines(plain).heard[at[1.25], 0]
+    assert np.flatnonzero(side_lines(found).heard[:, 0]).tolist() == [at[1.0]]
+    assert side_lines(found).amplitude[at[1.0], 0] == pytest.approx(0.5, rel=1e-2)

@@ -44,9 +44,9 @@ def micro(rate):
     return Command(stepping="micro", microsteps=16, rate=RateProfile.constant(rate))
 
 
-def record(residual, rate, name="r"):
+def record(residual, rate, name="r", mains_hz=None):
     travel = rate * np.arange(residual.size) / SAMPLE_RATE_HZ
-    found = residual_emission(residual, travel, SAMPLE_RATE_HZ)
+    found = residual_emission(residual, travel, SAMPLE_RATE_HZ, mains_hz)
     return ResidualRecord(
         name=name, stepping="micro", microsteps=16, noise_sigma=SIGMA, sample_rate_hz=SAMPLE_RATE_HZ, rates=found
     )
@@ -120,6 +120,25 @@ def test_a_detent_left_out_of_the_model_flies(estimate, flying):
     loud = np.abs(truth.lines) > 0.01 * np.abs(truth.lines).max()
     assert np.mean(found.bound[:n][loud] >= np.abs(truth.lines)[loud]) >= 0.95
     assert np.median(found.bound[:n][loud] / np.abs(truth.lines)[loud]) < 1.5
+
+
+def test_mains_hum_does_not_fly_and_a_line_beside_it_does():
+    """Truth: hum of 50.02 Hz, 2.5 times one of the rates, and a line at order 3/4 which every rate has."""
+    rng, rates = np.random.default_rng(2), (18.0, 50.02 / 2.5, 22.5, 24.0)
+    hum = sum(lines(1.46e-3 / k, 1.0, k * 50.02) for k in (1, 2, 3))
+    humming = [white(rng) + hum + lines(1e-3, 0.75, rate) for rate in rates]
+
+    def flies(mains_hz):
+        records = tuple(record(r, rate, mains_hz=mains_hz) for r, rate in zip(humming, rates, strict=True))
+        return ResidualSource(records, Carried(None)).at(micro(20.0), 20.0)
+
+    before, after = flies(None), flies(50.02)
+    at = {order: TRACKED.index(order) for order in (0.75, 2.5)}
+    assert before.amplitude[at[2.5]] > 5e-4
+    assert np.flatnonzero(after.amplitude).tolist() == [at[0.75]]
+    assert after.amplitude[at[0.75]] == pytest.approx(1e-3, rel=0.1)
+    assert before.density.any()
+    assert not after.density.any()
 
 
 def test_a_line_where_the_model_has_none(flying):

@@ -19,6 +19,7 @@ from mechid.identification.identifiability.predictability import (
     first_apart_for_good,
 )
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.output_error.misfit import misfit_series, misfit_series_of
 from paper import constant
 from runs import base, rms, run_kernel
 
@@ -166,3 +167,18 @@ def test_a_chaotic_record_is_followed_in_stretches_far_beyond_its_horizon(tmp_pa
         p = fit.parameters[name]
         assert abs(p.value - value) < 3.5 * p.std_error, name
         assert p.std_error < 0.01 * value, name
+
+
+@pytest.mark.parametrize("offset_s", [0.5, 0.50003, 0.4, 0.6144, 0.0001])
+def test_a_free_time_offset_may_stand_on_a_sample(tmp_path, offset_s):
+    """Truth: an offset between two samples; displaced runs then begin in the same interval."""
+    line = f"time_offset_s = {{ value = {offset_s}, min = 0.0, max = 0.7 }}"
+    made = campaign(tmp_path, line, seconds=0.9)
+    problem = make_problem(made, 1)
+    target, q = problem.targets[0], problem.start
+    assert apart_at_s(problem, target, q) is None
+    other = q + 1e-7 * (np.array(problem.coordinates.names) == "record.run.time_offset_s")
+    pair = misfit_series_of(problem.model, target, [q, other], (0, target.samples))
+    for point, (series,) in zip((q, other), pair, strict=True):
+        np.testing.assert_array_equal(series[:], misfit_series(problem.model, target, point, (0, target.samples))[0][:])
+    assert chaos_warnings(made, points=1) == ()

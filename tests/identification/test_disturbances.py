@@ -10,6 +10,7 @@ from csv_files import write_csv
 from incomplete.benches import drawn
 from incomplete.recording import NOISE_NM, Run, recorded
 from mechid.analysis import validate
+from mechid.analysis.residual_emission import TRACKED
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.identify_options import DISTURBANCES
 from mechid.errors import InputFileError
@@ -32,15 +33,19 @@ HUM = {"mains_hz": 50.0, "mains_1": 3e-3, "mains_2": 1e-3, "mains_3": 1e-3}
 FREE = ("stepper.coil_resistance", "stepper.torque_constant", "friction.coulomb", "gear.stiffness", "gear.damping")
 
 
-def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=FREE, sizes=None):
+RECORDER_OFF = 'clock_reference = "driver"'
+"""Of the benches whose recorder is off."""
+
+
+def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=FREE, sizes=None, above=RECORDER_OFF):
     """Write a campaign of three records with what the size adds; returns it and the truth of what is free.
 
-    `sizes` has what is added to single records instead.
+    `sizes` has what is added to single records instead, `above` what stands above the records.
     """
     mechanism, _ = drawn("clock", 1)
     mechanism = mechanism.with_free(free)
     (folder / "mechanism.toml").write_text(mechanism_text(mechanism))
-    lines, rng = ['mechanism = "mechanism.toml"'], np.random.default_rng(seed)
+    lines, rng = ['mechanism = "mechanism.toml"', above], np.random.default_rng(seed)
     for (name, run), supply in zip(runs.items(), supplies, strict=True):
         true = recorded(
             mechanism.with_values({"stepper.peak_voltage": supply * mechanism.value("stepper.peak_voltage")}),
@@ -88,6 +93,45 @@ def test_a_clock_is_found_with_its_rate(clock):
     assert max(r.residual_rms for r in fit.records.values()) < 1.05 * NOISE_NM
     assert any(line.startswith("clock: ") and 'disturbances = "none"' in line for line in fit.warnings)
     assert report_data(fit)["missing"][0]["rows"][0]["name"] == "campaign.clock_ppm"
+
+
+def _in_drivers_time(record):
+    return replace(record, clock_reference="driver")
+
+
+def test_a_driver_that_is_off_is_put_right_in_the_recorders_time(tmp_path):
+    """Truth: a driver whose steps come 200 ppm too soon, as an independent simulator has it, and a right recorder."""
+    one, truth = written(tmp_path, {"driver_ppm": 200.0}, above="")
+    fit = identify(one, workers=1, near=truth)
+    (found,) = fit.missing
+    assert found.name == "clock"
+    rate = fit.parameters["campaign.clock_ppm"]
+    assert rate.value == pytest.approx(200.0, abs=4.0 * rate.std_error)
+    assert str(fit.grade) == "A"
+    declared = identify(replace(one, clock_reference="recorder"), workers=1, near=truth)
+    assert max(off(declared, truth)) < 3.0
+    assert all(p.std_error_clock is None for p in declared.parameters.values())
+    believed = replace(one, clock_reference="driver", records=tuple(map(_in_drivers_time, one.records)))
+    wrong = identify(believed, workers=1, near=truth)
+    assert max(off(wrong, truth)) > 5.0
+    for name, value in truth.items():
+        p, other = fit.parameters[name], wrong.parameters[name]
+        assert p.value == pytest.approx(declared.parameters[name].value, abs=0.1 * declared.parameters[name].std_error)
+        assert abs(p.value - value) < 3.0 * p.std_error
+        assert p.std_error_clock == pytest.approx(abs(other.value - p.value), abs=0.2 * p.std_error_noise)
+        assert p.std_error == pytest.approx(np.hypot(p.std_error_clock, declared.parameters[name].std_error), rel=0.02)
+        assert p.ci95[0] < other.value < p.ci95[1]
+        assert p.std_error_noise == pytest.approx(declared.parameters[name].std_error_noise, rel=0.02)
+    names, moved = fit.correlation_names, np.array([wrong.parameters[n].value - fit.parameters[n].value for n in truth])
+    rows = [names.index(n) for n in truth]
+    beyond = (fit.covariance - declared.covariance)[np.ix_(rows, rows)]
+    np.testing.assert_allclose(beyond, np.outer(moved, moved), atol=0.05 * np.max(np.abs(beyond)), rtol=0.2)
+    (line,) = [line for line in fit.warnings if "clock_reference" in line]
+    assert "gear.stiffness" in line or "gear.damping" in line
+    assert not any("clock_reference" in line for line in declared.warnings)
+    write_estimate(fit, tmp_path / "estimate.json")
+    back = read_fit(tmp_path / "estimate.json", one)
+    assert back.parameters == fit.parameters
 
 
 def test_a_clock_of_one_record_is_found_there(tmp_path):
@@ -198,6 +242,29 @@ def test_a_mean_of_supplies_that_is_off_is_within_the_errors(tmp_path):
     assert gear.std_error < 1.2 * gear.std_error_noise
     pair = [fit.correlation_names.index(name) for name in ("stepper.torque_constant", "stepper.coil_inductance")]
     assert abs(fit.correlation[tuple(pair)]) > 0.95
+
+
+def test_declared_mains_are_removed_where_the_grid_is(tmp_path):
+    """Truth: hum of 50.02 Hz, as large as the noise, under records that say mains = 50.0; one at 1.5 orders of it."""
+    hum = {"mains_hz": 50.02, "mains_1": 2e-3, "mains_2": 1e-3, "mains_3": 1e-3}
+    micro = Run({**MICRO, "rate": 47.3}, 6.0)
+    runs = {"full": Run({**FULL, "rate": 33.3467}, 3.0), "half": Run(HALF, 3.0), "micro": micro}
+    one, truth = written(tmp_path, hum, runs=runs, above="")
+    one = replace(one, options=replace(one.options, mains=50.0))
+    fit = identify(one, workers=1, near=truth)
+    assert fit.mains_hz == pytest.approx(50.02, abs=2e-3)
+    assert max(r.residual_rms for r in fit.records.values()) < 1.02 * NOISE_NM
+    assert max(off(fit, truth)) < 4.0
+    for record in fit.records.values():
+        assert [hz for hz in record.lines if hz < 60.0] == pytest.approx([50.02], abs=5e-3)
+    write_estimate(fit, tmp_path / "estimate.json")
+    back = read_fit(tmp_path / "estimate.json", one)
+    assert back.mains_hz == fit.mains_hz
+    for at in validate(one, back)["full"].channels["torque"].emission:
+        assert np.isnan(at.amplitude[TRACKED.index(1.5)])
+        assert np.nanmax(at.amplitude / at.sigma) < 5.0
+    bare = replace(one, options=replace(one.options, mains=None, disturbances="none"))
+    assert identify(bare, workers=1, near=truth).mains_hz == pytest.approx(50.02, abs=2e-3)
 
 
 def test_hum_is_projected_out_and_listed(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from mechid.command import Timing
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -53,7 +54,7 @@ def dense(problem, target, q, window):
     lanes = [(int(i),) for i in moved]
     simulator = Simulator(space.mechanism.plant, target.command, target.base, lanes, DELAY["max"], len(SENSITIVE))
     offset = problem.coordinates.timing(target, q).offset_s
-    run = simulate_run(simulator.run(space.kernel(own), time_offset_s=offset, substeps=problem.substeps))
+    run = simulate_run(simulator.run(space.kernel(own), timing=Timing(offset), substeps=problem.substeps))
     J = np.zeros((target.samples, problem.size))
     J[:, : space.size] = run.jacobian["torque"] @ chain[moved]
     delay = f"record.{target.name}.time_offset_s"

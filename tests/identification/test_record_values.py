@@ -95,7 +95,7 @@ def test_derivatives_are_those_of_differences(problem):
                 assert rms(J[:, j] - expected) <= 2e-4 * rms(expected), (target.name, name, width)
             elsewhere = name.startswith("record.") and target.name not in name
             assert np.any(J[:, j]) != elsewhere
-    assert problem.coordinates.lanes == problem.space.size + 1  # the resistances' own lane is idle
+    assert problem.coordinates.lanes == problem.space.size + 2  # clocks share one; the resistances' own lane is idle
 
 
 def test_a_mean_over_the_records_is_the_mechanisms(problem):
@@ -113,14 +113,16 @@ def test_a_mean_over_the_records_is_the_mechanisms(problem):
 
 
 @pytest.mark.parametrize("ppm", [-450.0, 300.0])
-def test_a_clock_is_that_of_an_independent_simulator(tmp_path, ppm):
-    """Truth: a simulator of its own, whose recorder takes its samples 1 + ppm times as often as it says."""
+@pytest.mark.parametrize("right", ["driver", "recorder"])
+def test_a_clock_is_that_of_an_independent_simulator(tmp_path, ppm, right):
+    """Truth: a simulator of its own, whose recorder takes its samples too often, or whose driver steps too soon."""
     mechanism, _ = drawn("clock", 1)
     command = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
-    true = recorded(mechanism, {"clock_ppm": 1e6 / (1.0 + 1e-6 * ppm) - 1e6}, Run(command, 2.0), None)
+    size = {"driver_ppm": ppm} if right == "recorder" else {"clock_ppm": 1e6 / (1.0 + 1e-6 * ppm) - 1e6}
+    true = recorded(mechanism, size, Run(command, 2.0), None)
     (tmp_path / "mechanism.toml").write_text(mechanism_text(mechanism))
     text = (
-        'mechanism = "mechanism.toml"\n[[record]]\nname = "a"\n'
+        f'mechanism = "mechanism.toml"\nclock_reference = "{right}"\n[[record]]\nname = "a"\n'
         'command = { stepping = "full", rate = 46.0, start_angle_deg = 45.0 }\n'
     )
     (tmp_path / "campaign.toml").write_text(text)
@@ -135,6 +137,23 @@ def loaded(folder, a="", b="", more=""):
     (folder / "mechanism.toml").write_text(mechanism_text(truth()))
     (folder / "campaign.toml").write_text(CAMPAIGN.format(a=a, b=b) + more)
     return load_campaign(folder, read_records=False)
+
+
+@pytest.mark.parametrize("above", [True, False])
+@pytest.mark.parametrize("reference", ["recorder", "driver"])
+def test_a_file_says_whose_clock_is_right(tmp_path, reference, above):
+    """Truth: the default is the recorder's; above the records, or where a fit's finding is declared."""
+    plain = loaded(tmp_path)
+    assert plain.clock_reference is None
+    assert {r.clock_reference for r in plain.records} == {"recorder"}
+    line = f'clock_reference = "{reference}"\n'
+    made = loaded(tmp_path, more="" if above else f"[[campaign]]\n{line}")
+    if above:
+        file = tmp_path / "campaign.toml"
+        file.write_text(line + file.read_text())
+        made = load_campaign(tmp_path, read_records=False)
+    assert made.clock_reference == reference
+    assert {r.timing.reference for r in made.records} == {reference}
 
 
 def test_a_file_says_it_for_all_records_and_for_one(tmp_path):
@@ -165,6 +184,7 @@ def test_a_file_says_it_for_all_records_and_for_one(tmp_path):
         ({"a": "peak_voltage = -1.0"}, "record[0].peak_voltage: found -1; peak phase voltage cannot be below 0 V"),
         ({"a": "peak_current = 0.6"}, "record[0].peak_current: the mechanism has no such parameter"),
         ({"b": "clock_ppm = 2e5"}, "record[1].clock_ppm: found 200000; by how much"),
+        ({"more": "[[campaign]]\nclock_reference = 'lab'"}, 'clock_reference: found "lab"'),
         ({"more": "[[campaign]]\nclock_ppm = 3.0"}, "campaign[0].clock_ppm: it is written elsewhere in the file too"),
         ({"more": "[[campaign]]\nclock = 3.0"}, "campaign[0].clock: unknown key"),
         ({"more": "[[own]]\nrecord = 'c'"}, 'own[0].record: no record "c"'),

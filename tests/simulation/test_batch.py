@@ -5,7 +5,7 @@ import pytest
 
 from golden_variants import VARIANTS
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
-from mechid.command import Command, RateProfile
+from mechid.command import Command, RateProfile, Timing
 from mechid.simulation.batch import SETS, Batch
 from mechid.simulation.noted import joined
 from mechid.simulation.simulator import Simulator, TimeBase
@@ -29,8 +29,7 @@ def begun(simulator, points, *, substeps=1, offsets=(0.0,), ppm=(0.0,), samples=
             directions=none,
             events=500,
             substeps=substeps,
-            time_offset_s=offsets[k % len(offsets)],
-            clock_ppm=ppm[k % len(ppm)],
+            timing=Timing(offsets[k % len(offsets)], ppm[k % len(ppm)]),
             samples=samples,
         )
         for k, p in enumerate(points)
@@ -98,7 +97,7 @@ def test_jumps_are_those_of_each_alone(late_s):
 
     def runs():
         return [
-            simulator.run(p, directions=none, events=None, time_offset_s=k % 2 * late_s) for k, p in enumerate(points)
+            simulator.run(p, directions=none, events=None, timing=Timing(k % 2 * late_s)) for k, p in enumerate(points)
         ]
 
     def noted(run):

@@ -63,7 +63,7 @@ def test_derivatives_to_the_start_and_to_parameters_behind_it(layout):
     directions[moved[0], 0] = 1.0
     if "e_c1" in map(str, m.plant.parameters):
         directions[list(map(str, m.plant.parameters)).index("e_c1"), 1] = 1.0
-    _, J = torque(m, Start(values, lanes), directions=directions)
+    _, J = torque(m, Start(values, {lane: {key: 1.0} for key, lane in lanes.items()}), directions=directions)
     for key, value in values.items():
         step = 1e-5 * max(abs(value), 1e-3)
         up, down = (torque(m, Start({**values, key: value + way * step}))[0] for way in (1, -1))
@@ -107,6 +107,6 @@ def test_a_held_rotor_stops_at_once_and_its_load_does_not():
     """
     m = paper_with({"friction": {"static": 0.5, "coulomb": 0.5}})
     values, step = {"start.rate": 0.0, "start.twist": 1e-4}, 1e-5
-    _, J = torque(m, Start(values, {"start.rate": 0}), directions=np.zeros((len(m.plant.parameters), 1)))
+    _, J = torque(m, Start(values, {0: {"start.rate": 1.0}}), directions=np.zeros((len(m.plant.parameters), 1)))
     up, down = (torque(m, Start({**values, "start.rate": way * step}))[0] for way in (1, -1))
     _assert_slope(((up - down) / (2 * step))[200:], J[200:, 0], "rate")

@@ -8,7 +8,7 @@ import pytest
 from hand_typed import motor_torque
 from kernel_state import places
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
-from mechid.command import Command, RateProfile
+from mechid.command import Command, RateProfile, Timing
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import SimulationOutcome
 from paper import RECORDS, constant, indices, mechanism
@@ -151,13 +151,44 @@ def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
     at = [str(s) for s in m.plant.parameters].index(m.plant.declarations[own].symbol)
     made = Simulator(m.plant, command, time_base, ((at,),), latest_s=2e-3)
     p = m.kernel_values()
-    found = simulate_run(made.run(p, time_offset_s=2e-3))
+    found = simulate_run(made.run(p, timing=Timing(2e-3)))
     np.testing.assert_allclose(found.values["current_phase_a"][:20], -size * np.cos(np.radians(30.0)), rtol=1e-12)
     np.testing.assert_allclose(found.values["rotor_angle"][:20], np.radians(30.0) / 50.0, rtol=1e-12)
     np.testing.assert_array_equal(found.torque[:20], 0.0)
     h = np.zeros(p.size)
     h[at] = 1e-6 * p[at]
-    ahead, behind = (simulate_run(made.run(p + s * h, time_offset_s=2e-3)) for s in (1, -1))
+    ahead, behind = (simulate_run(made.run(p + s * h, timing=Timing(2e-3))) for s in (1, -1))
     for quantity, J in found.jacobian.items():
         slope = (ahead.values[quantity] - behind.values[quantity]) / (2.0 * h[at])
         np.testing.assert_allclose(J[:20, 0], slope[:20], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate_hz", [1e4, 2048.0, 3e4])
+@pytest.mark.parametrize("offset_s", [0.0, 0.001, 0.1, 0.1024, 0.3, 0.7])
+@pytest.mark.parametrize("sensitive", [False, True])
+def test_blocks_end_at_the_same_samples_wherever_the_motion_begins(rate_hz, offset_s, sensitive):
+    """Truth: the run in one piece; the command begins on a sample, and a thousandth of one before and behind it."""
+    m, command = mechanism(), RECORDS["full_46"]
+    time_base = TimeBase(rate_hz, round(0.75 * rate_hz))
+    on_sample = round(offset_s * rate_hz) / rate_hz
+    run = Simulator(m.plant, command, time_base, [(i,) for i in indices(m)] if sensitive else (), latest_s=1.0)
+    ends = []
+    for off in (0.0, 1e-3 / rate_hz, -1e-3 / rate_hz):
+        begun = [run.run(m.kernel_values(), timing=Timing(on_sample + off), block=size) for size in (97, 30000)]
+        parts = list(_copied(begun[0]))
+        (whole,) = _copied(begun[1])
+        ends.append([b.stop for b in parts])
+        for name in ("y", "rate", "jacobian"):
+            together = np.concatenate([getattr(b, name) for b in parts])
+            np.testing.assert_array_equal(together, getattr(whole, name))
+        still = begun[1].resting
+        assert not whole.y[:still].any()
+        assert still in (round(offset_s * rate_hz), round(offset_s * rate_hz) + 1)
+        assert whole.y[still:].any()
+    assert ends[0] == ends[1] == ends[2]
+
+
+def _copied(run):
+    """Yield a run's blocks, each with arrays of its own."""
+    for block in run.blocks():
+        yield replace(block, y=block.y.copy(), rate=block.rate.copy(), jacobian=block.jacobian.copy())

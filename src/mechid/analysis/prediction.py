@@ -108,11 +108,12 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     record = as_fitted(record, fit)
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
-    timing = Timing(values[record.time_offset.name], values[record.clock.name] if record.clock else 0.0)
+    clock_ppm = values[record.clock.name] if record.clock else 0.0
+    timing = Timing(values[record.time_offset.name], clock_ppm, record.clock_reference)
     start = Start({key_in_record(q.name): values[q.name] for q in record.start})
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation, start=start)
     p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.replaced})
-    y, _, _ = accurate_outputs(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
+    y, _, _ = accurate_outputs(simulator, p, timing=timing)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
     travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]

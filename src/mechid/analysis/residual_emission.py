@@ -7,13 +7,14 @@ what they leave says how large noise alone would make them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.hum_in_residual import without_hum
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
 from mechid.arrays import FloatArray
 from mechid.signal.density import THIRD
@@ -72,8 +73,13 @@ class _Window:
     density: FloatArray
 
 
-def residual_emission(residual: Series, travel: Series, sample_rate_hz: float) -> tuple[ResidualAtRate, ...]:
+def residual_emission(
+    residual: Series, travel: Series, sample_rate_hz: float, mains_hz: float | None = None
+) -> tuple[ResidualAtRate, ...]:
     """Return what is left of a torque record by rate, ascending; none where the command travels too little.
+
+    Multiples of the mains' frequency are no emission: they are removed, and an order of a steady rate that the record
+    does not tell from one of them is not known.
 
     Parameters
     ----------
@@ -82,10 +88,15 @@ def residual_emission(residual: Series, travel: Series, sample_rate_hz: float) -
     travel : Series of N samples
         Full steps travelled at each sample, never falling.
     sample_rate_hz : float
+    mains_hz : float or None
+        Of the grid whose hum is in the records, Hz.
     """
     found: dict[int, list[_Window]] = {}
+    hidden: frozenset[float] = frozenset()
+    if mains_hz:
+        residual, hidden = without_hum(residual, travel, sample_rate_hz, mains_hz, TRACKED)
     for key, window, orders in tracked_windows(travel, sample_rate_hz):
-        found.setdefault(key, []).append(_tracked(window, window.of(residual), orders))
+        found.setdefault(key, []).append(_tracked(window, window.of(residual), orders, hidden))
     return tuple(_joined(found[key]) for key in sorted(found))
 
 
@@ -100,7 +111,7 @@ def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int
             yield round(np.log(window.rate) / np.log1p(RATE_STEP)), window, orders
 
 
-def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Window:
+def _tracked(window: TravelWindow, left: FloatArray, orders: list[float], hidden: Collection[float]) -> _Window:
     amplitudes, rest = orders_and_rest(left[:, None], window.position, orders)
     duration_s = left.size / window.sample_rate_hz
     fine = windowed_density(rest[:, 0], window.sample_rate_hz)
@@ -110,6 +121,7 @@ def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Wi
     near = around(frequency, fine, at_lines)
     power, noise = np.full((2, len(TRACKED)), np.nan)
     power[tracked], noise[tracked] = np.abs(amplitudes[:, 0]) ** 2, 2.0 * near / duration_s
+    power[np.isin(TRACKED, [*hidden])] = np.nan
     return _Window(window.rate, duration_s, power, noise, density)
 
 

@@ -9,12 +9,13 @@ Bendat and Piersol, Random Data, 4th ed., 6.1).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import fdtri, gamma
 
+from mechid.analysis.hum_in_residual import without_hum
 from mechid.analysis.order_tracking import RESOLVED, TravelWindow
 from mechid.analysis.residual_emission import BINS, TRACKED, around, tracked_windows
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
@@ -110,8 +111,12 @@ class SideLines:
         return np.asarray(np.hypot(own, self.turn[:, None]))
 
 
-def side_components(signals: Sequence[Series], travel: Series, sample_rate_hz: float) -> tuple[SideAtRate, ...]:
+def side_components(
+    signals: Sequence[Series], travel: Series, sample_rate_hz: float, mains_hz: float | None = None
+) -> tuple[SideAtRate, ...]:
     """Return the lines of all signals by rate, ascending; none where the command travels too little.
+
+    Multiples of the mains' frequency are removed, as `mechid.analysis.residual_emission.residual_emission` does.
 
     Parameters
     ----------
@@ -120,11 +125,17 @@ def side_components(signals: Sequence[Series], travel: Series, sample_rate_hz: f
     travel : Series of N samples
         Full steps travelled at each sample, never falling.
     sample_rate_hz : float
+    mains_hz : float or None
+        Of the grid whose hum is in the records, Hz.
     """
+    hidden: frozenset[float] = frozenset()
+    if mains_hz:
+        each = [without_hum(signal, travel, sample_rate_hz, mains_hz, TRACKED) for signal in signals]
+        signals, hidden = [signal for signal, _ in each], hidden.union(*(own for _, own in each))
     found: dict[int, list[SideAtRate]] = {}
     for key, window, orders in tracked_windows(travel, sample_rate_hz):
         together = np.column_stack([window.of(signal) for signal in signals])
-        found.setdefault(key, []).append(_tracked(window, together, orders))
+        found.setdefault(key, []).append(_tracked(window, together, orders, hidden))
     return tuple(pooled(found[key]) for key in sorted(found))
 
 
@@ -205,7 +216,7 @@ def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> Compl
     return np.asarray(noise[:, 1:, 1:] * raised[:, :, None] * raised[:, None, :] / n)
 
 
-def _tracked(window: TravelWindow, together: FloatArray, orders: list[float]) -> SideAtRate:
+def _tracked(window: TravelWindow, together: FloatArray, orders: list[float], hidden: Collection[float]) -> SideAtRate:
     amplitudes, _ = order_amplitudes(together, window.position, orders)
     fitted = [order_signal(column, window.position, orders) for column in amplitudes.T]
     between = together - together.mean(axis=0) - np.column_stack(fitted)
@@ -214,6 +225,7 @@ def _tracked(window: TravelWindow, together: FloatArray, orders: list[float]) ->
     power, noise = (np.full(shape, np.nan, dtype=np.complex128) for _ in range(2))
     power[tracked] = amplitudes[:, :, None] * amplitudes[:, None, :].conj()
     noise[tracked] = 2.0 / duration_s * _cross_density(between, window.sample_rate_hz, window.rate * np.array(orders))
+    power[np.isin(TRACKED, [*hidden])] = np.nan
     return SideAtRate(rate=window.rate, windows=1, duration_s=duration_s, power=power, noise=noise)
 
 

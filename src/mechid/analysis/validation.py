@@ -192,11 +192,11 @@ def _validated(
         use=fitted.use,
         command=_stepping(fitted.command),
         channels={
-            q: replace(channel_validation(q, SI_UNIT[q], p), use=_only_compared(record, q))
+            q: replace(channel_validation(q, SI_UNIT[q], p, fit.mains_hz), use=_only_compared(record, q))
             for q, p in predicted.items()
         },
         components=components,
-        side=_side(fitted, components, predicted[TORQUE]) if components else (),
+        side=_side(fitted, components, predicted[TORQUE], fit.mains_hz) if components else (),
         mounting=campaign.mounting if components else None,
     )
 
@@ -207,14 +207,16 @@ def _components(record: CampaignRecord) -> tuple[str, ...]:
     return tuple(component for component in COMPONENTS if component in held)
 
 
-def _side(record: CampaignRecord, components: Sequence[str], torque: Prediction) -> tuple[SideAtRate, ...]:
+def _side(
+    record: CampaignRecord, components: Sequence[str], torque: Prediction, mains_hz: float | None
+) -> tuple[SideAtRate, ...]:
     """Return the lines of the components with their phase to the torque as the fit took it, offsets and drifts out."""
     assert record.data is not None
     level: list[Series] = [torque.level]
     for quantity in components:
         data = record.data.channel(quantity).data
         level.append(Remainder(data, fit_line(data, 2)))
-    return side_components(level, torque.travel, torque.base.sample_rate_hz)
+    return side_components(level, torque.travel, torque.base.sample_rate_hz, mains_hz)
 
 
 def _only_compared(record: CampaignRecord, quantity: str) -> str:
@@ -229,10 +231,10 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
     return {**content, "records": records}
 
 
-def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValidation:
-    """Return the judgement on one predicted channel."""
+def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float | None = None) -> ChannelValidation:
+    """Return the judgement on one predicted channel; hum of a grid of this frequency is no emission."""
     measured, r = p.level, p.residual
-    counted = r.size - p.rejected.size
+    counted, emits = r.size - p.rejected.size, p.finite and quantity == TORQUE
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
     residual_density = power_density(r, p.base.sample_rate_hz)[1]
     return ChannelValidation(
@@ -250,7 +252,7 @@ def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValida
         residual_density=residual_density,
         bands=_bands(frequency, measured_density, residual_density) if p.finite else (),
         orders=order_errors(measured, p.modelled, p.travel, p.base.sample_rate_hz) if p.finite else (),
-        emission=residual_emission(r, p.travel, p.base.sample_rate_hz) if p.finite and quantity == TORQUE else (),
+        emission=residual_emission(r, p.travel, p.base.sample_rate_hz, mains_hz) if emits else (),
     )
 
 

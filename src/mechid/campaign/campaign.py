@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.command import Command, Timing
+from mechid.command import ClockReference, Command, Timing
 from mechid.errors import UsageError, did_you_mean
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.mechanism import Mechanism
@@ -94,6 +94,8 @@ class CampaignRecord:
         Length of the stretches in which it is followed; 0 where it is followed as a whole.
     data : Record or None
         What the file holds, where it was read.
+    clock_reference : {"recorder", "driver"}
+        Whose time is the true one, where the driver's clock and the recorder's differ.
     """
 
     name: str
@@ -106,6 +108,7 @@ class CampaignRecord:
     burn_in_s: float = 0.0
     stretch_s: float = 0.0
     data: Record | None = None
+    clock_reference: ClockReference = "recorder"
 
     def __repr__(self) -> str:
         held = "planned" if self.data is None and self.file is None else repr(self.data) if self.data else "not read"
@@ -144,7 +147,7 @@ class CampaignRecord:
     @property
     def timing(self) -> Timing:
         """How record time becomes command time, at the values of the file."""
-        return Timing(self.time_offset.value, self.clock.value if self.clock else 0.0)
+        return Timing(self.time_offset.value, self.clock.value if self.clock else 0.0, self.clock_reference)
 
 
 @dataclass(frozen=True)
@@ -204,6 +207,8 @@ class Campaign:
         What is odd and yet usable, one line each.
     source : InCode or None
         What it was made of; None where it was read from files.
+    clock_reference : {"recorder", "driver"} or None
+        Whose clock is right, where it is declared.
     """
 
     path: Path
@@ -216,6 +221,7 @@ class Campaign:
     considered: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     source: InCode | None = None
+    clock_reference: ClockReference | None = None
 
     def __repr__(self) -> str:
         names = ", ".join(record.name for record in self.records)

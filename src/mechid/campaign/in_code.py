@@ -227,7 +227,8 @@ def make_campaign(
     name : str
         What reports and messages call it.
     entries : mapping or None
-        What else campaign.toml would hold: ``stage``, ``identify``, ``diagnose``, ``bench``, ``clock_ppm``.
+        What else campaign.toml would hold: ``stage``, ``identify``, ``diagnose``, ``bench``, ``clock_ppm``,
+        ``clock_reference``.
 
     Returns
     -------

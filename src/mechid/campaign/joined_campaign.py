@@ -22,12 +22,12 @@ from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
 from mechid.campaign.start_entry import ESTIMATED, with_starts
 from mechid.campaign.stretches import in_stretches
-from mechid.campaign.timing_entry import with_clocks
+from mechid.campaign.timing_entry import REFERENCE, read_clock_reference, with_clocks
 from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import is_file
 from mechid.records import Mounting, Record
 
-KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, BENCH, "record", "stage", CAMPAIGN, OWN)
+KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN)
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,7 @@ def joined_campaign(
         stages=read_stages(table, place, mechanism, records),
         options=options,
         considered=effects,
+        clock_reference=read_clock_reference(table, place),
         warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
     )
 

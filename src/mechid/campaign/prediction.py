@@ -81,10 +81,10 @@ def _simulated(
         raise InputFileError(f'{campaign.path.name}: record "{chosen.name}": command: {error}') from error
     p = campaign.mechanism.kernel_values({q.replaces: q.value for q in chosen.replaced})
     if substeps is None:
-        return simulate_accurately(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
+        return simulate_accurately(simulator, p, timing=timing)
     if substeps < 1:
         raise UsageError(f"substeps: found {substeps}; write 1 or more, or leave it out")
-    return simulate_run(simulator.run(p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=substeps))
+    return simulate_run(simulator.run(p, timing=timing, substeps=substeps))
 
 
 def simulate_all(

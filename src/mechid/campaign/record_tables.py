@@ -20,6 +20,7 @@ from mechid.campaign.campaign import CAMPAIGN, CLOCK, INSTANTS
 from mechid.campaign.identify_options import MAINS
 from mechid.campaign.place import Place, found, refuse_unknown_keys, required, tables, text
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
+from mechid.campaign.timing_entry import REFERENCE
 from mechid.command.entry import is_table
 from mechid.errors import did_you_mean
 from mechid.plant.tables import MOTOR_OF_RECORD
@@ -39,8 +40,8 @@ def gathered(table: Mapping[str, Any], place: Place) -> dict[str, Any]:
     """
     whole = {key: entry for key, entry in table.items() if key not in (CAMPAIGN, OWN)}
     for entry, at in tables(table, CAMPAIGN, place):
-        refuse_unknown_keys(entry, (CLOCK.key, MAINS), at)
-        whole = _joined(whole, {key: value for key, value in entry.items() if key == CLOCK.key}, at)
+        refuse_unknown_keys(entry, (CLOCK.key, REFERENCE, MAINS), at)
+        whole = _joined(whole, {key: value for key, value in entry.items() if key != MAINS}, at)
         if MAINS in entry:
             options = _table(whole, IDENTIFY, place)
             whole[IDENTIFY] = _joined(options, {MAINS: entry[MAINS]}, at)

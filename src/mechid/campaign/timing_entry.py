@@ -1,4 +1,4 @@
-"""``clock_ppm`` of a record, or of all: how the driver's clock and the recorder's differ."""
+"""``clock_ppm`` and ``clock_reference``: how the driver's clock and the recorder's differ, and which is right."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from typing import Any
 
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, CampaignRecord, record_parameter_name
 from mechid.campaign.parameter_entry import read_parameter
-from mechid.campaign.place import Place
-from mechid.command import MeasuredCommand
+from mechid.campaign.place import Place, one_of
+from mechid.command import ClockReference, MeasuredCommand
+from mechid.command.timing import CLOCK_REFERENCES
+
+REFERENCE = "clock_reference"
 
 DRIVEN = "the record is driven by its own channels, which are on its own clock; leave it out"
 
@@ -35,7 +38,9 @@ def with_clocks(
     InputFileError
         A value or bound cannot be, or a record has no other clock.
     """
-    key = CLOCK.key
+    key, reference = CLOCK.key, read_clock_reference(table, place)
+    if reference:
+        records = tuple(replace(record, clock_reference=reference) for record in records)
     shared = None
     if key in table:
         shared = read_parameter(table[key], f"{CAMPAIGN}.{key}", CLOCK, place.key(key))
@@ -49,3 +54,17 @@ def with_clocks(
             own = read_parameter(entry[key], record_parameter_name(record.name, key), CLOCK, at)
         found.append(replace(record, parameters=(*record.parameters, own)) if own and not driven else record)
     return tuple(found)
+
+
+def read_clock_reference(table: Mapping[str, Any], place: Place) -> ClockReference | None:
+    """Return whose clock is right, the driver's or the recorder's; None where the campaign file does not say.
+
+    Raises
+    ------
+    InputFileError
+        It is neither.
+    """
+    if REFERENCE not in table:
+        return None
+    found = one_of(table[REFERENCE], CLOCK_REFERENCES, place.key(REFERENCE))
+    return next(one for one in CLOCK_REFERENCES if one == found)

@@ -11,10 +11,11 @@ from mechid.command.measured import InputChannel, MeasuredCommand
 from mechid.command.rate import RateProfile
 from mechid.command.rate_table import read_rate_table
 from mechid.command.stepping import Command, Start, Stepping
-from mechid.command.timing import Timing
+from mechid.command.timing import ClockReference, Timing
 from mechid.command.waveform import Waveform
 
 __all__ = [
+    "ClockReference",
     "Command",
     "Excitation",
     "InputChannel",

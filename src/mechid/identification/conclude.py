@@ -14,7 +14,8 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
 from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
-from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
+from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_by_record, with_lines
+from mechid.identification.disturbance.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
@@ -25,10 +26,12 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain
+from mechid.identification.uncertainty.clock_error import clock_warnings
 from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
@@ -43,15 +46,15 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
     written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
-    hum = lines_of(problem)
-    written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
+    hum = lines_by_record(problem, [record.name for record in written.records])
+    written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
     campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
     evidence = _evidence(campaign, state, seed, triangle, verdict)
-    errors = standard_errors(state, seed, triangle, verdict)
+    errors = standard_errors(state, seed, triangle, verdict, clock_declared=campaign.clock_reference is not None)
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
@@ -74,11 +77,12 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         records=records,
         stages=state.stages,
         outcome=state.outcome,
-        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
+        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own, *clock_warnings(parameters)),
         notes=(*ambiguity_notes(written), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
+        mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
     )
     if state.beside is None:
         return graded(fit, evidence)
@@ -183,6 +187,7 @@ def _estimate(
         std_error=own.held,
         std_error_noise=own.noise,
         std_error_white=own.white,
+        std_error_clock=own.clock,
         dof=own.dof,
         start=start,
         min=before.min if bounded else None,

@@ -13,8 +13,8 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.conclude import conclude
-from mechid.identification.disturbance.disturbance import with_disturbances
-from mechid.identification.disturbance.mains import mains
+from mechid.identification.disturbance.disturbance import lines_of, with_disturbances
+from mechid.identification.disturbance.mains import mains, read_anew
 from mechid.identification.identifiability.ambiguity import refuse_free_supply
 from mechid.identification.identifiability.predictability import chaos_warnings
 from mechid.identification.output_error.accuracy import enough_substeps
@@ -178,6 +178,8 @@ def _follow_plan(
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=ROUGH)
     watch.keep(state)
+    if campaign.options.mains and lines_of(state.problem):
+        state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
     state = fit_with_disturbances(watch, state, campaign, names)
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:

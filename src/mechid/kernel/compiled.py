@@ -166,7 +166,7 @@ def _compile(module: ModuleType, plant: Plant) -> None:
     b = allocate(plant, module, samples=0, events=0, sensitive=False)
     p = np.ones(len(plant.parameters))
     module.begin(p, b.directions, np.zeros(len(plant.inputs)), 0.0, np.zeros(0), np.zeros(0), b.discrete, b.w)
-    module.run(p, b.directions, 0, np.array([0.0, 1e-4, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
+    module.run(p, b.directions, 0, np.array([0.0, 1e-4, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0, 0))
 
 
 def _on_own_stack(work: Callable[..., None], *arguments: object) -> None:
@@ -203,11 +203,11 @@ class Buffers:
     lanes: int
     sensitive: bool
 
-    def run_arguments(self, samples: int) -> tuple[FloatArray | IntArray, ...]:
-        """Return what `run` takes behind the excitation, for a block of so many samples."""
-        n = samples * self.outputs
-        rows = n if self.sensitive else 0
-        block = (self.y[:n], self.y_dot[:rows], self.J[: rows * self.lanes])
+    def run_arguments(self, first: int, stop: int) -> tuple[FloatArray | IntArray, ...]:
+        """Return the arguments of `run` behind the excitation, for the samples of a block from `first` to `stop`."""
+        part = slice(first * self.outputs, stop * self.outputs)
+        rows = part if self.sensitive else slice(0, 0)
+        block = (self.y[part], self.y_dot[rows], self.J[rows.start * self.lanes : rows.stop * self.lanes])
         return (self.discrete, self.w, *block, self.events)
 
 

@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.command import Timing
 from mechid.signal.stored import Room, room_for
-from mechid.simulation.simulator import Run, Simulator, trajectory_of
+from mechid.simulation.simulator import ON_TIME, Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 SUBSTEPS = (1, 2, 4, 8)
@@ -19,9 +20,7 @@ PROMISE = 1e-5
 ENOUGH = 0.1 * PROMISE
 
 
-def simulate_accurately(
-    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, clock_ppm: float = 0.0
-) -> Trajectory:
+def simulate_accurately(simulator: Simulator, p: FloatArray, *, timing: Timing = ON_TIME) -> Trajectory:
     """Return the run, without sensitivities, with so many steps a sample that twice as many would not change it.
 
     Tried are 1, 2, 4 and 8; the first that differs from its double by at most `ENOUGH` will do, and it
@@ -33,22 +32,21 @@ def simulate_accurately(
     simulator : Simulator
     p : (n,)
         The kernel's parameters.
-    time_offset_s, clock_ppm : float
-        As of `Simulator.run`.
+    timing : Timing
     """
-    y, run, difference = accurate_outputs(simulator, p, time_offset_s=time_offset_s, clock_ppm=clock_ppm)
+    y, run, difference = accurate_outputs(simulator, p, timing=timing)
     return replace(trajectory_of(run, y), difference=difference)
 
 
 def accurate_outputs(
-    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, clock_ppm: float = 0.0
+    simulator: Simulator, p: FloatArray, *, timing: Timing = ON_TIME
 ) -> tuple[tuple[Room, ...], Run, float | None]:
     """Return the plant's outputs alone, n samples each, as `simulate_accurately` chooses them.
 
     Also their run, and its difference. Each run is written over the one with half as many steps: outputs are kept once.
     """
     y, none = tuple(room_for(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
-    begun = partial(simulator.run, p, time_offset_s=time_offset_s, clock_ppm=clock_ppm, directions=none)
+    begun = partial(simulator.run, p, timing=timing, directions=none)
     run = begun(substeps=SUBSTEPS[0])
     _written(y, run)
     for substeps in SUBSTEPS:

@@ -73,7 +73,11 @@ class Batch:
             count = stop - done
             part = y[: SETS * count * n_y]
             self.kernel.run(*self.buffers.arguments(excitation.times, values, part))
-            yield done, stop, part.reshape(SETS, count, n_y)[: len(self.runs)]
+            outputs = part.reshape(SETS, count, n_y)[: len(self.runs)]
+            for k, run in enumerate(self.runs):
+                if run.scale:
+                    outputs[k] *= run.scale.outputs
+            yield done, stop, outputs
         self._give()
 
     def _ends(self, first: int) -> list[int]:

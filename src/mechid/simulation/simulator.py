@@ -21,6 +21,7 @@ from mechid.simulation.interruption import ask
 from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
+from mechid.simulation.time_scale import time_scale
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
@@ -29,6 +30,7 @@ JUMPS_EVERY = 4
 """Samples, in the mean of a block, for each jump there is room for: mechanisms come to one in twenty."""
 CLOSE_STEPS = 4
 """So many steps stand for one over the hundred samples behind the start and behind each break-away."""
+ON_TIME = Timing()
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
@@ -121,8 +123,7 @@ class Simulator:
         self,
         p: FloatArray,
         *,
-        time_offset_s: float = 0.0,
-        clock_ppm: float = 0.0,
+        timing: Timing = ON_TIME,
         substeps: int = 1,
         block: int | None = None,
         events: int | None = 0,
@@ -133,16 +134,16 @@ class Simulator:
 
         It logs so many switches; None notes instead, block by block, where outputs jump.
 
-        Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
+        `timing` says how record time becomes command time, and in which of the two the mechanism moves.
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
         `samples` for the first ones alone, `block` for blocks of so many.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
-        timing = Timing(time_offset_s, clock_ppm)
         run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), timing, substeps, block, events, wanted)
-        begin_off_rest(self.kernel, run.buffers, run.p, self.excitation.initial, self.command, self.start)
+        start = run.scale.start(self.start) if run.scale else self.start
+        begin_off_rest(self.kernel, run.buffers, run.p, self.excitation.initial, self.command, start)
         return run
 
 
@@ -160,6 +161,9 @@ class Run:
         events: int | None,
         directions: FloatArray,
     ) -> None:
+        self.scale = time_scale(simulator.plant, timing)
+        if self.scale:
+            p, directions = p * self.scale.parameters, directions * self.scale.parameters[:, None]
         self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
@@ -212,18 +216,19 @@ class Run:
     def blocks(self, stop: int | None = None) -> Iterator[Block]:
         """Yield the record, or its samples before `stop`, block by block; after a failure the samples are NaN.
 
-        Ask before each whether to go on.
+        Blocks end at the multiples of their size, wherever the motion begins: runs of one size can be compared block
+        by block. Ask before each whether to go on.
         """
-        done, total = 0, self.base.samples if stop is None else stop
-        for count in self._resting():
-            ask()
-            yield self._block(done, count)
-            done += count
-        self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = done
+        done, total, resting = 0, self.base.samples if stop is None else stop, self.resting
+        self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = resting
         while done < total:
             ask()
             count = min(self.block - done % self.block, total - done)
-            self._advance(count)
+            still = min(max(resting - done, 0), count)
+            if still:
+                self._rest(still)
+            if still < count:
+                self._advance(still, count)
             yield self._block(done, count)
             done += count
 
@@ -233,32 +238,23 @@ class Run:
         before = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
         return min(before, self.base.samples)
 
-    def _resting(self) -> Iterator[int]:
-        """Count the samples at rest, block by block."""
-        resting = self.resting
-        while resting > 0:
-            count = min(self.block, resting)
-            for array in (self.buffers.y, self.buffers.y_dot, self.buffers.J):
-                array[:] = 0.0
-            self._rest()
-            yield count
-            resting -= count
-
-    def _rest(self) -> None:
-        """Write angles, positions and currents of the start, which are no zeros also where nothing moves."""
+    def _rest(self, count: int) -> None:
+        """Write the first rows of a block at rest: angles, positions and currents of the start may be other than 0."""
         simulator, b = self.simulator, self.buffers
         directions = b.directions.reshape(len(self.p), b.lanes)
         module, inputs = simulator.kernel.module, simulator.excitation.initial
         y, J = resting_outputs(simulator.plant, module, self.p, inputs, directions, b.w)
-        b.y.reshape(-1, b.outputs)[:] = y
+        b.y.reshape(-1, b.outputs)[:count] = y
         if b.sensitive:
-            b.J.reshape(-1, b.outputs, b.lanes)[:] = J
+            b.y_dot.reshape(-1, b.outputs)[:count] = 0.0
+            b.J.reshape(-1, b.outputs, b.lanes)[:count] = J
 
     def prepare(self) -> None:
         """Work out what a run needs before its first sample, where its blocks are not consumed one by one."""
-        self._advance(0)
+        self._advance(0, 0)
 
-    def _advance(self, count: int) -> None:
+    def _advance(self, first: int, stop: int) -> None:
+        """Simulate the rows of a block from `first` to `stop`."""
         buffers, simulator = self.buffers, self.simulator
         if self.outcome is not SimulationOutcome.COMPLETE:
             buffers.y[:] = np.nan
@@ -270,14 +266,14 @@ class Run:
             self.grid,
             simulator.excitation.times,
             simulator._edge_values,
-            *buffers.run_arguments(count),
+            *buffers.run_arguments(first, stop),
         )
         self.outcome = outcome_of(int(status))
 
     def _block(self, start: int, count: int) -> Block:
         b, lanes = self.buffers, self.buffers.lanes
         rows = count if b.sensitive else 0
-        return Block(
+        block = Block(
             start,
             start + count,
             b.y[: count * b.outputs].reshape(count, b.outputs),
@@ -285,12 +281,14 @@ class Run:
             b.J[: rows * b.outputs * lanes].reshape(rows, b.outputs, lanes),
             self.jumps_noted(b.events, b.discrete, start, count),
         )
+        return self.scale.block(block) if self.scale else block
 
     def jumps_noted(self, events: FloatArray, discrete: IntArray, first: int, count: int) -> Jumps:
         """Return where outputs jump in so many samples from `first` on, a block that has just run, and forget it."""
         module, begins_s = self.simulator.kernel.module, self.start_s + first * self.interval_s
         own = (begins_s, self.interval_s, count)
-        return noted_jumps(module, events, discrete, self.jumping, *own) if self.jumping else NO_JUMPS
+        found = noted_jumps(module, events, discrete, self.jumping, *own) if self.jumping else NO_JUMPS
+        return self.scale.jumps(found) if self.scale else found
 
     @property
     def state(self) -> State:

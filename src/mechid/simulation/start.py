@@ -21,12 +21,12 @@ class Start:
     ----------
     values : mapping of str to float
         By the keys of `Plant.starts`; what is not among them is zero.
-    lanes : mapping of str to int
-        Lanes that carry the derivatives to them; what is not among them has none.
+    lanes : mapping of int to mapping of str to float
+        By lane that carries a derivative: by how much each of the values moves with what it is the derivative to.
     """
 
     values: Mapping[str, float]
-    lanes: Mapping[str, int] = field(default_factory=dict)
+    lanes: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
 
 
 AT_REST = Start({})
@@ -62,8 +62,9 @@ def begin_off_rest(
     w[int(module.AT_Z) :][: own.filter.size] = own.filter
     slopes = own.by_start * ~_held_at_rest(kernel, buffers)[:, None]
     keys = list(kernel.plant.starts)
-    for key, lane in start.lanes.items():
-        _carry(kernel, buffers, lane, slopes[:, keys.index(key)])
+    for lane, moved in start.lanes.items():
+        for key, slope in moved.items():
+            _carry(kernel, buffers, lane, slope * slopes[:, keys.index(key)])
 
 
 def states_in(kernel: Kernel, buffers: Buffers) -> FloatArray:
@@ -87,8 +88,8 @@ def _held_at_rest(kernel: Kernel, buffers: Buffers) -> BoolArray:
 
 
 def _carry(kernel: Kernel, buffers: Buffers, lane: int, slopes: FloatArray) -> None:
-    """Let a lane begin at derivatives of the states and the filter's, (n_x + n_f,)."""
+    """Add derivatives of the states and the filter's, (n_x + n_f,), to those at which a lane begins."""
     module = kernel.module
     for i, slope in enumerate(slopes):
-        buffers.w[lane_places(module, int(module.ROW_S) + i, buffers.lanes)[lane]] = slope
+        buffers.w[lane_places(module, int(module.ROW_S) + i, buffers.lanes)[lane]] += slope
     buffers.discrete[int(module.GROUPS) + lane // int(module.LANES_PER_GROUP)] = int(module.ALL)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mechid.errors import RecordError
 from mechid.units.closed_list import SPELLED_OUT, unit_names, unit_registry
 from mechid.units.quantities import FORCES, RATES, SI_UNIT, TORQUES, si_unit
 
 if TYPE_CHECKING:
-    from pint import Unit
+    from pint import Unit, UnitRegistry
 
 _GERMAN_DEGREE = "Grad"
 _AS_FORCE: Mapping[str, str] = {"kg": "kgf", "g": "gf", "lb": "lbf", "oz": "ozf"}
@@ -103,6 +103,30 @@ def conversion_factor(unit: str, to: str) -> float | None:
     if parsed is None or expected is None or not parsed.is_compatible_with(expected):
         return None
     return float(unit_registry().Quantity(1.0, parsed).to(expected).magnitude)
+
+
+def time_power(unit: str) -> float | None:
+    """Return the power of time in the unit of a parameter, newton and metre kept; None where it is not known.
+
+    Blocks declare their units in code, so any that Pint knows will do.
+
+    Examples
+    --------
+    >>> time_power("kg*m^2"), time_power("N m s/rad"), time_power("ohm")
+    (2.0, 1.0, -1.0)
+    """
+    try:
+        powers: Mapping[str, Any] = _all_units().parse_units(_normalised(unit)).dimensionality
+    except Exception:  # on nonsense Pint's parser raises whatever it stumbles over
+        return None
+    return float(powers.get("[time]", 0)) + 2.0 * float(powers.get("[mass]", 0))
+
+
+@lru_cache(maxsize=1)
+def _all_units() -> UnitRegistry[float]:
+    import pint
+
+    return pint.UnitRegistry()
 
 
 def _normalised(unit: str, quantity: str | None = None) -> str:

@@ -15,8 +15,9 @@ from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import key_in_record
+from mechid.command import Timing
 from mechid.identification.output_error.instants import INSTANTS
-from mechid.identification.output_error.target import TargetChannel, channel_of, latest_of
+from mechid.identification.output_error.target import TargetChannel, channel_of, is_clock, latest_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.reports.curves import rate_over
@@ -27,6 +28,7 @@ from mechid.signal.trend import Line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.start import Start
+from mechid.simulation.time_scale import clock_direction
 from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 
@@ -241,26 +243,30 @@ class Scene:
         direction = np.zeros(len(self.plant.parameters))
         if moves:
             direction = mechanism.with_values(replaced).kernel_jacobian()[moves]
+        elif own and is_clock(own):
+            p = mechanism.with_values(replaced).kernel_values()
+            direction = clock_direction(self.plant, p, self._timing(stretch))
         for block in self._run(mechanism, stretch, direction).blocks():
-            n = block.stop - block.start
-            slope[block.start : block.stop] = (
-                INSTANTS[own.declaration.key](self.base, block, self._output, n)
-                if own and not moves
-                else block.jacobian[:, self._output, 0]
-            )
+            n, lane = block.stop - block.start, block.jacobian[:, self._output, 0]
+            instants = INSTANTS[own.declaration.key](self.base, block, self._output, n) if own and not moves else 0.0
+            slope[block.start : block.stop] = instants + lane
         return slope
 
     @cached_property
     def _output(self) -> int:
         return list(self.plant.outputs).index(self.match.quantity)
 
+    def _timing(self, stretch: Stretch) -> Timing:
+        record, own = self.record, stretch.own
+        clock_ppm = own[record.clock.name] if record.clock else 0.0
+        return Timing(own[record.time_offset.name], clock_ppm, record.clock_reference)
+
     def _run(self, mechanism: Mechanism, stretch: Stretch, direction: FloatArray | None) -> Run:
         """Begin a simulation, with the sensitivity to one direction of the kernel's parameters where it is wanted."""
         record, own = self.record, stretch.own
         return self.simulator.run(
             mechanism.kernel_values({q.replaces: own[q.name] for q in record.replaced}),
-            time_offset_s=own[record.time_offset.name],
-            clock_ppm=own[record.clock.name] if record.clock else 0.0,
+            timing=self._timing(stretch),
             substeps=stretch.substeps,
             samples=self.samples(stretch.seconds),
             directions=None if direction is None else np.ascontiguousarray(direction[:, None]),

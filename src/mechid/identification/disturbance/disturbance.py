@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -17,6 +18,8 @@ from mechid.parameter import Parameter
 
 SAME_LINE_HZ = 1e-6
 """Frequencies that differ by no more are one line: rounding."""
+SAME_MULTIPLE_HZ = 10.0
+"""Lines of the grids' multiples are a multiple of this apart, and each is much nearer to it."""
 MAINS_PREFIX = "mains:"
 
 
@@ -50,8 +53,11 @@ class Disturbance:
     @property
     def seen_hz(self) -> float | None:
         """Frequency of the mains as it was seen; None where it is something else."""
-        hz, grid = next((hz for lines in self.lines_hz.values() for hz in lines), None), self.mains_hz
-        return hz / round(hz / grid) if hz and grid else None
+        grid = self.mains_hz
+        if grid is None:
+            return None
+        every = [hz / round(hz / grid) for lines in self.lines_hz.values() for hz in lines]
+        return statistics.median(every) if every else None
 
     @property
     def records(self) -> tuple[str, ...]:
@@ -160,6 +166,19 @@ def _disturbed_record(record: CampaignRecord, some: Sequence[Disturbance]) -> Ca
 def lines_of(problem: Problem) -> set[float]:
     """Return the lines in Hz that a problem projects out of any record."""
     return {turns * t.base.sample_rate_hz for t in problem.targets for turns in t.leading.turns}
+
+
+def lines_by_record(problem: Problem, records: Iterable[str]) -> dict[str, tuple[float, ...]]:
+    """Return the lines in Hz to be projected out of each of some records.
+
+    A record that the problem does not have gets those that its records have in common, the median of each.
+    """
+    own = {t.name: tuple(turns * t.base.sample_rate_hz for turns in t.leading.turns) for t in problem.targets}
+    by_whole: dict[int, list[float]] = {}
+    for hz in (hz for lines in own.values() for hz in lines):
+        by_whole.setdefault(round(hz / SAME_MULTIPLE_HZ), []).append(hz)
+    common = tuple(statistics.median(some) for _, some in sorted(by_whole.items()))
+    return {name: own.get(name, common) for name in records}
 
 
 def with_lines(record: CampaignRecord, lines_hz: Collection[float]) -> CampaignRecord:

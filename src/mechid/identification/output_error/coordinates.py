@@ -25,10 +25,11 @@ from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.latest import Latest
 from mechid.identification.output_error.means import Mean, means_of
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.output_error.target import Target
+from mechid.identification.output_error.target import Target, is_clock
 from mechid.parameter import Parameter
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
+from mechid.simulation.time_scale import clock_direction, output_slope
 from mechid.units import angle_difference
 
 ON_BOUND = 1e-6
@@ -46,7 +47,7 @@ class RecordCoordinate:
     parameter : Parameter
         Its name, start and bounds.
     lane : int or None
-        Of the kernel, that carries its derivative; None where it moves instants.
+        Of the kernel, that carries its derivative; None where it moves instants alone.
     """
 
     records: tuple[str, ...]
@@ -55,9 +56,12 @@ class RecordCoordinate:
 
     def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
         """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
+        moves = INSTANTS.get(self.parameter.declaration.key)
         if self.lane is None:
-            return INSTANTS[self.parameter.declaration.key](base, block, output, n)
-        return block.jacobian[-n:, output, self.lane]
+            assert moves is not None
+            return moves(base, block, output, n)
+        carried = block.jacobian[-n:, output, self.lane]
+        return carried if moves is None else carried + moves(base, block, output, n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +247,8 @@ class Coordinates:
 
     def timing(self, target: Target, q: FloatArray) -> Timing:
         """Return how record time becomes command time for a target at `q`."""
-        return Timing(self.value(target.time_offset, q), sum(self.value(clock, q) for clock in target.clocks))
+        clock_ppm = sum(self.value(clock, q) for clock in target.clocks)
+        return Timing(self.value(target.time_offset, q), clock_ppm, target.clock_reference)
 
     def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
         """Return the values at `q` that hold for a target alone, by the mechanism's names."""
@@ -272,6 +277,10 @@ class Coordinates:
         out[:, : self.space.size] = found[:, : self.space.size]
         for c, column in zip(carried, found[:, self.space.size :].T, strict=True):
             out[:, c.lane] = column
+        for c in lanes:
+            if is_clock(c.parameter):
+                plant, p = self.space.mechanism.plant, self.kernel(target, q)
+                out[:, c.lane] = clock_direction(plant, p, self.timing(target, q))
         return out
 
     def of(self, target: Target) -> list[RecordCoordinate]:
@@ -284,6 +293,8 @@ class Coordinates:
         rows[:moved, :n] = block.jacobian[-n:, output, :moved].T
         for j, c in enumerate(self.own, moved):
             rows[j, :n] = c.slope(target.base, block, output, n) if target.name in c.records else 0.0
+            if c.lane is not None and is_clock(c.parameter) and target.name in c.records:
+                rows[j, :n] += output_slope(self.space.mechanism.plant, output) * block.y[-n:, output]
             if c.lane is not None and c.lane < moved and target.name in c.records:
                 rows[c.lane, :n] = 0.0
 
@@ -303,8 +314,9 @@ def coordinates_of(
     """Return the coordinates of a mechanism and of what is free of its records' own."""
     moving = {p.name: p for t in targets for p in t.moved if not (p.replaces or is_of_start(p))}
     owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
-    instants = [RecordCoordinate(owners[name], p, None) for name, p in moving.items()]
-    carried = [c for target in targets for c in _carried(space, target)]
+    lane = space.size if any(_scales_time(t) for t in targets) else None
+    instants = [RecordCoordinate(owners[name], p, lane if is_clock(p) else None) for name, p in moving.items()]
+    carried = [c for target in targets for c in _carried(space, target, kept=lane is not None)]
     return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
 
 
@@ -314,13 +326,19 @@ def _mean_slope(mean: Mean, slope: Mapping[str, FloatArray]) -> FloatArray:
     return turn
 
 
-def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
+def _scales_time(target: Target) -> bool:
+    """Tell whether a target has a free clock that scales the mechanism's own time, for which a lane is kept."""
+    return target.clock_reference == "recorder" and any(map(is_clock, target.moved))
+
+
+def _carried(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[RecordCoordinate]:
     """Yield a target's own values of the mechanism and states of its start, each with its lane.
 
-    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one.
+    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one, behind
+    that of the clocks where one is `kept` for them.
     """
     idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
-    further = count(space.size)
+    further = count(space.size + kept)
     for p in (p for p in target.moved if p.replaces or is_of_start(p)):
         lane = idle.get(p.replaces)
         yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)

@@ -38,7 +38,7 @@ def target_digest(target: Target) -> str:
     command = [target.command.start_angle_deg, target.command.start, target.command.begun_s]
     channels = list(map(_weight, target.channels))
     own = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.own]
-    known = [base.sample_rate_hz, base.start_s, channels, command, own]
+    known = [base.sample_rate_hz, base.start_s, channels, command, own, target.clock_reference]
     total.update(digest(known).encode())
     return total.hexdigest()
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.coordinates import Coordinates
-from mechid.identification.output_error.target import Target
+from mechid.identification.output_error.target import Target, is_clock
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
+from mechid.simulation.time_scale import start_slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,7 @@ class Model:
         at, timing = self.coordinates, self.coordinates.timing(target, q)
         return self._simulator(target, self._start(target, q, carried=jacobian)).run(
             at.kernel(target, q),
-            time_offset_s=timing.offset_s,
-            clock_ppm=timing.clock_ppm,
+            timing=timing,
             substeps=self.substeps,
             directions=at.directions(target, q) if jacobian else None,
             samples=stop,
@@ -62,8 +62,7 @@ class Model:
         return [
             simulator.run(
                 at.kernel(target, q),
-                time_offset_s=timing.offset_s,
-                clock_ppm=timing.clock_ppm,
+                timing=timing,
                 substeps=self.substeps,
                 samples=stop,
                 events=None,
@@ -83,11 +82,16 @@ class Model:
         )
 
     def _start(self, target: Target, q: FloatArray, *, carried: bool) -> Start:
-        """Return where the run of a target begins at `q`, with lanes of the states that are free where `carried`."""
-        values = {key_in_record(p.name): self.coordinates.value(p, q) for p in target.own if is_of_start(p)}
-        free = [c for c in self.coordinates.of(target) if is_of_start(c.parameter)]
-        lanes = {key_in_record(c.parameter.name): c.lane for c in free if c.lane is not None}
-        return Start(values, lanes if carried else {})
+        """Return where the run of a target begins at `q`, with the lanes that carry derivatives where `carried`."""
+        at = self.coordinates
+        own = Start({key_in_record(p.name): at.value(p, q) for p in target.own if is_of_start(p)})
+        if not carried or not own.values:
+            return own
+        free = {c.lane: c.parameter for c in at.of(target) if c.lane is not None}
+        lanes = {n: {key_in_record(p.name): 1.0} for n, p in free.items() if is_of_start(p)}
+        clocks = [n for n, p in free.items() if is_clock(p)]
+        slopes = start_slopes(at.space.mechanism.plant, own, at.timing(target, q)) if clocks else {}
+        return replace(own, lanes={**lanes, **dict.fromkeys(clocks, slopes)})
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> tuple[FloatArray, ...]:
         """Return what the model gives of each channel over the first `stop` samples, (stop,); NaN where it failed."""

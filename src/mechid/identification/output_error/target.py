@@ -12,7 +12,7 @@ import numpy as np
 from mechid.arrays import IntArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start, record_parameter_name
-from mechid.command import Command, Excitation
+from mechid.command import ClockReference, Command, Excitation
 from mechid.command.timing import PPM
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
@@ -118,6 +118,8 @@ class Target:
         start. What several targets have under one name is one parameter that they share.
     burn_in : int
         Samples at its beginning that do not count.
+    clock_reference : {"recorder", "driver"}
+        Whose time is the true one, where the two clocks differ.
     """
 
     name: str
@@ -127,6 +129,7 @@ class Target:
     excitation: Excitation
     own: tuple[Parameter, ...] = ()
     burn_in: int = 0
+    clock_reference: ClockReference = "recorder"
 
     @property
     def samples(self) -> int:
@@ -214,6 +217,7 @@ def target_of(record: CampaignRecord) -> Target:
         excitation=excitation_over(record.command, base, latest_of(record.parameters, base)),
         own=record.parameters,
         burn_in=burn_in_of(record),
+        clock_reference=record.clock_reference,
     )
 
 

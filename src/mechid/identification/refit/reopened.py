@@ -111,9 +111,13 @@ def as_fitted(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
 def as_recorded(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
     """Return a campaign as its fit read it: records otherwise than declared, hum removed."""
     taken = {name: Reading.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
-    hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
-    campaign = campaign_as_read(campaign, taken)
-    return replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
+    campaign, found = campaign_as_read(campaign, taken), estimate["records"]
+    records = tuple(with_lines(r, _lines_removed(found[r.name])) if r.name in found else r for r in campaign.records)
+    return replace(campaign, records=records)
+
+
+def _lines_removed(record: Mapping[str, Any]) -> set[float]:
+    return {line[0] for channel in record["channels"].values() for line in channel.get("lines", ())}
 
 
 def _as_free(names: Iterable[str]) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
@@ -13,7 +12,7 @@ from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing, OwnValue, Suggested
+from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
@@ -148,12 +147,10 @@ class RecordFit:
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
 
     @property
-    def lines(self) -> dict[float, OwnValue]:
-        """Amplitude of each line that was removed of the leading channel, by its frequency in Hz."""
+    def lines(self) -> tuple[float, ...]:
+        """Frequency in Hz of each line that was removed of the leading channel."""
         channel = next(iter(self.channels.values()), None)
-        error = self.residual_rms * math.sqrt(2.0 / max(self.samples, 1))
-        lines = channel.lines if channel else ()
-        return {hz: OwnValue(value=size, std_error=error, unit=channel.unit) for hz, size, _ in lines if channel}
+        return tuple(hz for hz, _, _ in channel.lines) if channel else ()
 
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""
@@ -244,6 +241,8 @@ class Fit(Shown):
         Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
+    mains_hz : float or None
+        Frequency of the grid, Hz, whose hum was removed or is left in the records; None where none is evident.
     campaign : Campaign or None
         Of which it was identified, where it is at hand: of fits that `mechid.identify` and `mechid.load_fit` give.
     """
@@ -260,6 +259,7 @@ class Fit(Shown):
     notes: tuple[str, ...]
     provenance: Mapping[str, object]
     consistency: Consistency | None = None
+    mains_hz: float | None = None
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
@@ -334,6 +334,7 @@ class Fit(Shown):
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
+            "mains_hz": self.mains_hz,
             "missing": [one.to_dict() for one in self.missing],
             "suggested": [asdict(one) for one in self.suggested],
             "beside": self.beside.to_dict() if self.beside else None,

@@ -86,6 +86,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
             name=name,
             prior=PriorShare(**p["prior"]) if p["prior"] else None,
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
+            std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
             **_kept(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
@@ -114,6 +115,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         consistency=Consistency.from_dict(content["consistency"]) if content["consistency"] else None,
         grade=Grade(content["grade"]),
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
+        mains_hz=content.get("mains_hz"),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
         beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),

@@ -13,7 +13,10 @@ from scipy.special import chdtrc
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.disturbance.declared import declared_toml
 from mechid.identification.disturbance.disturbance import Disturbance, Found
+from mechid.signal.grid import together
 
+NEAR = 0.01
+"""Relative distance within which lines are those of one multiple of the grid."""
 MOST_NAMED = 8
 """Values that a warning names; a choice, not measured."""
 
@@ -102,15 +105,30 @@ class Suggested:
     p_value: float
 
 
-class Hummed(Protocol):
-    """A record as it was fitted, of which lines were removed."""
+class HummedChannel(Protocol):
+    """A channel as it was fitted: its lines removed, each with frequency in Hz, amplitude and phase, and its unit."""
 
     @property
-    def lines(self) -> Mapping[float, OwnValue]:
-        """Amplitude of each line by its frequency in Hz."""
+    def lines(self) -> tuple[tuple[float, float, float], ...]: ...  # noqa: D102
+
+    @property
+    def unit(self) -> str: ...  # noqa: D102
 
 
-def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, Hummed]) -> Missing:
+class HummedRecord(Protocol):
+    """A record as it was fitted, its leading channel first."""
+
+    @property
+    def channels(self) -> Mapping[str, HummedChannel]: ...  # noqa: D102
+
+    @property
+    def residual_rms(self) -> float: ...  # noqa: D102
+
+    @property
+    def samples(self) -> int: ...  # noqa: D102
+
+
+def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, HummedRecord]) -> Missing:
     """Return the entry of a disturbance that was put into a fit, with the values that the fit gives it.
 
     Of mains hum these are the grid's frequency and the amplitude of each line in each record.
@@ -130,17 +148,31 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
     )
 
 
-def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]:
+def _hum(one: Disturbance, records: Mapping[str, HummedRecord]) -> dict[str, OwnValue]:
     """Return what a fit gives of mains hum, by dotted name; nothing of other disturbances."""
     grid_hz, seen_hz = one.mains_hz, one.seen_hz
     if grid_hz is None or seen_hz is None:
         return {}
     own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz, std_error=None, unit="Hz")}
     for name, lines in one.lines_hz.items():
-        for hz, amplitude in records[name].lines.items():
-            if any(math.isclose(hz, other) for other in lines):
-                own[record_parameter_name(name, f"mains_{round(hz / grid_hz)}")] = amplitude
+        multiples = sorted({round(hz / grid_hz) for hz in lines})
+        for multiple, amplitude in ((k, _amplitude_near(records[name], k * grid_hz)) for k in multiples):
+            if amplitude is not None:
+                own[record_parameter_name(name, f"mains_{multiple}")] = amplitude
     return own
+
+
+def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
+    """Return the amplitude of the lines of one multiple of the grid; None where there is none.
+
+    Of several lines, which follow a slow drift, it is that of one sine of the same power.
+    """
+    channel = next(iter(record.channels.values()), None)
+    near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < NEAR]
+    if channel is None or not near:
+        return None
+    error = record.residual_rms * math.sqrt(2.0 / max(record.samples, 1))
+    return OwnValue(value=together(near), std_error=error, unit=channel.unit)
 
 
 def missing_warning(missing: Missing) -> str:

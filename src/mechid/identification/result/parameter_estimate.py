@@ -39,7 +39,9 @@ class ParameterEstimate:
     """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
 
     `std_error` holds where the model lacks something too, `std_error_noise` counts noise of any colour alone,
-    `std_error_white` white noise alone; all are None unless the parameter is free. `dof`: degrees of freedom of
+    `std_error_white` white noise alone; all are None unless the parameter is free. `std_error_clock` is the part of
+    `std_error` by which the value moves where the driver's clock is right instead of the recorder's; None where the two
+    agree, or it is declared which one is right. `dof`: degrees of freedom of
     Student's t, by which the interval follows from `std_error`; None: so many that it is the normal distribution.
     `local_only`: the cost within its standard error is not what the derivatives
     say, so that the error is none to rely on; `reason` says where. `contradicted`: the records want it beyond
@@ -60,6 +62,7 @@ class ParameterEstimate:
     local_only: bool = False
     prior: PriorShare | None = None
     std_error_noise: float | None = None
+    std_error_clock: float | None = None
     dof: float | None = None
     contradicted: bool = False
     one_sided: tuple[float, float] | None = None
@@ -81,6 +84,7 @@ class ParameterEstimate:
             "std_error": self.std_error,
             "std_error_noise": self.std_error_noise,
             "std_error_white": self.std_error_white,
+            "std_error_clock": self.std_error_clock,
             "dof": self.dof,
             "ci95": list(self.ci95) if self.ci95 else None,
             "start": self.start,

@@ -1,8 +1,9 @@
 """Standard errors in the file's coordinates: colour, what the model lacks, bounds, priors, held parameters.
 
 What is beyond noise is added as variances: the scatter of the records' parts (`model_error`), what a contradicted
-bound forces on the others (`bounds`), the step that a stick/slip refused the solver, held parameters (`consider`), and
-what the mean of the records' values of a parameter may be from the mechanism's (`means`).
+bound forces on the others (`bounds`), the step that a stick/slip refused the solver, held parameters (`consider`), what
+the mean of the records' values of a parameter may be from the mechanism's (`means`), and the choice of the clock that
+is right, where the campaign leaves it open (`clock_error`).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import SINGULAR
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds
+from mechid.identification.uncertainty.clock_error import clock_step, clocks_differ
 from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import Scores, covariances, scores
 from mechid.identification.uncertainty.draws import Departure, departures, told_by
@@ -55,6 +57,9 @@ class StandardErrors:
     correlation : (n, n)
     noise, white : (n, n)
         Covariances by noise alone, of any colour and white, in the file's coordinates and units.
+    clock : (n,)
+        How far each moves where the driver's time is the true one instead of the recorder's; within `sigma`. Empty
+        where the clocks agree, or the campaign says which one is right.
     without_priors : (n,)
         White standard errors of the records alone; empty where no prior counts.
     local_only : dict of str to str
@@ -70,6 +75,7 @@ class StandardErrors:
     correlation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     noise: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     white: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    clock: FloatArray = field(default_factory=lambda: np.zeros(0))
     without_priors: FloatArray = field(default_factory=lambda: np.zeros(0))
     local_only: dict[str, str] = field(default_factory=dict)
     on_bounds: dict[str, OnBound] = field(default_factory=dict)
@@ -86,6 +92,7 @@ class StandardErrors:
             held=float(self.sigma[i]),
             noise=_root(self.noise[i, i]),
             white=_root(self.white[i, i]),
+            clock=abs(float(self.clock[i])) if self.clock.size else None,
             dof=dof if math.isfinite(dof) else None,
         )
 
@@ -107,6 +114,7 @@ class StandardErrors:
             correlation=self.correlation[square],
             noise=self.noise[square],
             white=self.white[square],
+            clock=self.clock[kept] if self.clock.size else self.clock,
             without_priors=self.without_priors[kept] if self.without_priors.size else self.without_priors,
         )
 
@@ -118,16 +126,24 @@ class StandardErrors:
 
 @dataclass(frozen=True)
 class ParameterErrors:
-    """Standard errors of a parameter: that which holds, by noise of any colour, by white noise; degrees of freedom."""
+    """Standard errors of a parameter: that which holds, by noise of any colour, by white noise, by the choice of clock.
+
+    And the degrees of freedom of the first.
+    """
 
     held: float | None = None
     noise: float | None = None
     white: float | None = None
+    clock: float | None = None
     dof: float | None = None
 
 
-def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> StandardErrors:
+def standard_errors(
+    state: SearchState, seed: int, triangle: Triangle, verdict: Verdict, *, clock_declared: bool = False
+) -> StandardErrors:
     """Return the standard errors at the point of a verdict; `seed` is that of the draws.
+
+    Where it is not declared which clock is right, that counts too.
 
     A fit that has failed, or was interrupted in its search, has none; those of one that is not good are not tested by
     draws. Draws leave held parameters where they are held. Draws and switches are looked at within the errors of noise,
@@ -147,11 +163,14 @@ def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: 
     considered = consider_covariance(problem, q, windows, state.frozen, names, white)
     spread = _Spread(maps)
     consistency, bounded = _gather(spread, state, triangle, verdict, found)
-    sigma, dof, correlation = spread.result(considered)
     noise = maps @ by_noise.robust @ maps.T + considered
     if not consistency.agrees:
-        widened = sigma / np.sqrt(np.maximum(np.diag(noise), 1e-300))
+        widened = spread.result(considered)[0] / np.sqrt(np.maximum(np.diag(noise), 1e-300))
         consistency = replace(consistency, parameter=names[int(np.argmax(widened))] if names else None)
+    undecided = not clock_declared and clocks_differ(problem, q)
+    step = clock_step(problem, q, windows, triangle, verdict.counted) if undecided else np.zeros(q.size)
+    spread.add_shift(step)
+    sigma, dof, correlation = spread.result(considered)
     local = departures(problem, q, windows, by_noise.robust, seed) if state.outcome.good else []
     grazing = grazing_switches(problem, q, windows, by_noise.robust)
     return StandardErrors(
@@ -161,6 +180,7 @@ def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: 
         correlation=correlation,
         noise=noise,
         white=white + considered,
+        clock=maps @ step if undecided else np.zeros(0),
         without_priors=_without_priors(state, q, verdict, maps),
         local_only=_concerned(state, q, verdict, local),
         on_bounds={b.name: b for b in bounded},

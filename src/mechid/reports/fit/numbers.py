@@ -97,6 +97,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "std_error": p.std_error,
         "std_error_noise": p.std_error_noise,
         "std_error_white": p.std_error_white,
+        "std_error_clock": p.std_error_clock,
         "ci95": list(p.ci95) if p.ci95 else None,
         "truth": truth,
         "deviation_sigmas": deviation,

@@ -1,0 +1,249 @@
+"""Frequency of the electric grid as its hum shows it in several series, and how it drifts within one.
+
+Hum stands at multiples of one frequency in all series, whatever else differs between them, so that all of them tell it
+together. It drifts by some mHz in a minute: within a long series its line is broader than a sine's, and a few sines
+close to one another follow it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import fft, ifft, next_fast_len
+from scipy.special import gammainccinv
+
+from mechid.arrays import ComplexArray, FloatArray
+from mechid.signal import stored
+from mechid.signal.mains import HIGHEST_HZ
+from mechid.signal.series import Series, blocks
+from mechid.signal.window import hann
+
+OFF_HZ = 0.2
+"""Distance from its nominal frequency within which a grid is looked for."""
+LOOKED_AT = (1, 2, 3)
+"""Multiples that tell the frequency."""
+BY_CHANCE = 1e-8
+"""How often noise alone explains as much as hum that counts as evident."""
+OF_ITS_OWN = 9.0
+"""By how much more a series has to explain by a frequency of its own: three standard errors."""
+AROUND_HZ, AROUND_BINS = 2.0, 20.0
+"""Reach of the surroundings of a line, whichever is more: in Hz, and in inverse durations."""
+FINE = 8
+"""Frequencies looked at in an inverse duration."""
+APART = 0.5
+"""Distance of the sines that follow a drift, in inverse durations; with three on each side 20 mHz in 60 s leave 0.3 %
+of the third multiple."""
+MOST_BESIDE, SHORTEST_S, ENVELOPE_HZ = 10, 8.0, 4.0
+"""Most sines on each side; duration from which a drift can be seen; samples of the slow envelope in a second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hummed:
+    """A series in which hum is looked for.
+
+    Attributes
+    ----------
+    series : Series of N samples
+    sample_rate_hz : float
+    is_clear : callable
+        Tells of a frequency and a reach, Hz, whether nothing else has a line there.
+    """
+
+    series: Series
+    sample_rate_hz: float
+    is_clear: Callable[[float, float], bool] = lambda hz, reach: True
+
+    @property
+    def duration_s(self) -> float:
+        """Of its samples that are looked at."""
+        return min(self.series.size, stored.IN_MEMORY) / self.sample_rate_hz
+
+    def reaches(self, hz: float) -> bool:
+        """Whether its samples are close enough for a frequency, and many enough for its surroundings."""
+        return hz + AROUND_HZ < min(HIGHEST_HZ, 0.45 * self.sample_rate_hz) and self.series.size > 4 * AROUND_BINS
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a series says of a grid's frequency.
+
+    Attributes
+    ----------
+    frequency_hz : (F,)
+    gain : (F,)
+        Power over that of the noise around, summed over the multiples that are clear.
+    summed : int
+        How many these are.
+    """
+
+    frequency_hz: FloatArray
+    gain: FloatArray
+    summed: int
+
+    @property
+    def best_hz(self) -> float:
+        """Frequency of the largest gain, between those looked at by a parabola."""
+        at = int(np.argmax(self.gain))
+        if not 0 < at < self.gain.size - 1:
+            return float(self.frequency_hz[at])
+        left, peak, right = self.gain[at - 1 : at + 2].tolist()
+        bend = left - 2.0 * peak + right
+        off = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+        return float(self.frequency_hz[at] + off * (self.frequency_hz[1] - self.frequency_hz[0]))
+
+    def at(self, hz: float) -> float:
+        """Return the gain at a frequency."""
+        return float(np.interp(hz, self.frequency_hz, self.gain))
+
+    @property
+    def is_evident(self) -> bool:
+        """Whether the largest gain is more than noise makes: of noise each part is exponentially distributed."""
+        return self.summed > 0 and self.at(self.best_hz) > float(gammainccinv(self.summed, BY_CHANCE))
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A grid whose hum is evident in series.
+
+    Attributes
+    ----------
+    hz : float
+        Its frequency, common to all series.
+    own_hz : tuple of float
+        That in each series: another than the common one where it tells so.
+    shown : tuple of bool
+        Whether each series shows it by itself.
+    """
+
+    hz: float
+    own_hz: tuple[float, ...]
+    shown: tuple[bool, ...]
+
+
+def evident_grid(some: Sequence[Hummed], nominal_hz: float) -> Grid | None:
+    """Return the grid that several series show together; None where no hum is evident.
+
+    Parameters
+    ----------
+    some : sequence of Hummed
+    nominal_hz : float
+        About which it is looked for.
+    """
+    longest = max((one.duration_s for one in some), default=0.0)
+    if longest == 0.0:
+        return None
+    count = int(2.0 * OFF_HZ * FINE * max(LOOKED_AT) * longest) + 3
+    frequency = nominal_hz + np.linspace(-OFF_HZ, OFF_HZ, count)
+    each = [_evidence(one, frequency, nominal_hz) for one in some]
+    together = Evidence(frequency, np.sum([e.gain for e in each], axis=0), sum(e.summed for e in each))
+    if not together.is_evident:
+        return None
+    hz = together.best_hz
+    return Grid(hz, tuple(_own(e, hz) for e in each), tuple(e.at(hz) > OF_ITS_OWN for e in each))
+
+
+def _own(evidence: Evidence, common_hz: float) -> float:
+    best = evidence.best_hz
+    is_own = evidence.is_evident and evidence.at(best) > evidence.at(common_hz) + OF_ITS_OWN
+    return best if is_own else common_hz
+
+
+def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence:
+    """Return power over noise at frequencies, (F,), summed over the multiples that are clear."""
+    total = np.zeros(frequency.size)
+    multiples = [k for k in LOOKED_AT if one.reaches(k * nominal_hz)]
+    clear = [k for k in multiples if one.is_clear(k * nominal_hz, k * OFF_HZ + 2.0 / one.duration_s)]
+    if not clear:
+        return Evidence(frequency, total, 0)
+    y = np.asarray(one.series[: stored.IN_MEMORY])
+    y = (y - y.mean()) * hann(y.size)
+    for k in clear:
+        reach = min(max(AROUND_HZ, AROUND_BINS / one.duration_s), k * nominal_hz)
+        surroundings = k * nominal_hz + np.arange(-reach, reach, 1.0 / one.duration_s)
+        outside = np.abs(surroundings - k * nominal_hz) > k * OFF_HZ + 2.0 / one.duration_s
+        if not outside.any():
+            continue
+        level = float(np.median(_power(y, one.sample_rate_hz, surroundings)[outside])) / math.log(2.0)
+        if level > 0.0:
+            total += _power(y, one.sample_rate_hz, k * frequency) / level
+    return Evidence(frequency, total, len(clear))
+
+
+def _power(y: FloatArray, sample_rate_hz: float, hz: FloatArray) -> FloatArray:
+    """Return |sum of y exp(-2 pi i hz t)|^2 at evenly spaced frequencies, (m,), by Bluestein's chirp.
+
+    `scipy.signal.zoom_fft` does the same and takes 0.4 s to import, which every identification would pay.
+    """
+    n, m = y.size, hz.size
+    first, step = hz[0] / sample_rate_hz, (hz[-1] - hz[0]) / max(m - 1, 1) / sample_rate_hz
+    k = np.arange(max(n, m))
+    chirp = np.exp(1j * np.pi * ((step * k * k) % 2.0))
+    turned = y * np.exp(-2j * np.pi * ((first * k[:n]) % 1.0)) / chirp[:n]
+    size = next_fast_len(n + m - 1)
+    answer = np.zeros(size, dtype=np.complex128)
+    answer[:m] = chirp[:m]
+    answer[size - n + 1 :] = chirp[1:n][::-1]
+    found = ifft(fft(turned, size) * fft(answer))[:m]
+    return np.asarray(np.abs(found) ** 2, dtype=np.float64)
+
+
+def drifting_lines(one: Hummed, hz: float) -> tuple[float, ...]:
+    """Return the lines in Hz that follow a line of slowly drifting phase and size: itself, and others close to it.
+
+    As many are taken as pay for themselves by the Bayesian criterion.
+    """
+    n = one.series.size
+    duration_s = n / one.sample_rate_hz
+    if duration_s < SHORTEST_S:
+        return (hz,)
+    slow = _envelope(one, hz)
+    t = np.arange(1, slow.size + 1) / ENVELOPE_HZ
+    best, least = 0, np.inf
+    for beside in range(MOST_BESIDE + 1):
+        columns = np.exp(2j * np.pi * np.outer(t, _beside(beside, duration_s)))
+        left = slow - columns @ np.linalg.lstsq(columns, slow, rcond=1e-6)[0]
+        power = max(float(np.mean(np.abs(left) ** 2)), 1e-300)
+        score = slow.size * np.log(power) + (2 * beside + 1) * np.log(2.0 * slow.size)
+        if score < least:
+            best, least = beside, score
+    return tuple((hz + _beside(best, duration_s)).tolist())
+
+
+def together(lines: Sequence[tuple[float, float, float]]) -> float:
+    """Return the amplitude of a sine of the power that lines of one drift have together, in their unit.
+
+    Parameters
+    ----------
+    lines : sequence of (float, float, float)
+        Frequency in Hz, amplitude, and phase at the first sample in rad, as `drifting_lines` sets them apart.
+    """
+    hz, size, phase = np.array(lines).T
+    if hz.size == 1:
+        return float(size[0])
+    duration_s = APART / float(np.min(np.diff(np.sort(hz))))
+    t = np.linspace(0.0, duration_s, 64 * hz.size)
+    envelope = np.exp(2j * np.pi * np.outer(t, hz - hz.mean())) @ (size * np.exp(1j * phase))
+    return float(np.sqrt(np.mean(np.abs(envelope) ** 2)))
+
+
+def _beside(count: int, duration_s: float) -> FloatArray:
+    return np.asarray(np.arange(-count, count + 1) * APART / duration_s, dtype=np.float64)
+
+
+def _envelope(one: Hummed, hz: float) -> ComplexArray:
+    """Return the slow complex envelope of a line, under Hann windows of half a second that overlap by half.
+
+    The windows keep lines farther away, as other multiples are, from appearing as slow changes of this one.
+    """
+    each = max(int(one.sample_rate_hz / ENVELOPE_HZ), 1)
+    windows, weights = max(one.series.size // each - 1, 1), hann(2 * each) / each
+    found = np.zeros(windows + 2, dtype=np.complex128)
+    for part in blocks(min((windows + 1) * each, one.series.size)):
+        k = np.arange(part.start, part.stop)
+        turned = np.asarray(one.series[part]) * np.exp(-2j * np.pi * ((hz / one.sample_rate_hz * k) % 1.0))
+        for window in (k // each, k // each + 1):  # the one that a sample is late in, and the one that it is early in
+            np.add.at(found, window, weights[k - (window - 1) * each] * turned)
+    return np.asarray(found[1 : windows + 1])

@@ -1,0 +1,88 @@
+"""A mechanism whose own time is not that of its command: the same kernel, its values in the driver's seconds.
+
+Steps come when the driver's clock says so; all else happens in true time. Where the recorder's time is the true one and
+the driver's seconds are shorter by a factor s, the kernel goes through the driver's time as ever, with each value
+multiplied by s to its power of time (`mechid.plant.time_powers`), and its outputs are multiplied back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.command import Timing
+from mechid.command.timing import PPM
+from mechid.plant.plant import Plant
+from mechid.plant.time_powers import output_time_powers, time_powers, unit_time_power
+from mechid.simulation.block import Block
+from mechid.simulation.noted import Jumps
+from mechid.simulation.start import Start
+
+
+@dataclass(frozen=True, eq=False)
+class TimeScale:
+    """Factors between values in the mechanism's own time and in the driver's.
+
+    Attributes
+    ----------
+    parameters : (n_p,)
+        By which the kernel's parameters are multiplied.
+    outputs : (n_y,)
+        By which its outputs are multiplied.
+    starts : dict of str to float
+        By which states of a start are multiplied, by key.
+    """
+
+    parameters: FloatArray
+    outputs: FloatArray
+    starts: dict[str, float]
+
+    def start(self, start: Start) -> Start:
+        """Return a start in the driver's time."""
+        lanes = {n: {k: self.starts[k] * slope for k, slope in own.items()} for n, own in start.lanes.items()}
+        return replace(start, values={k: self.starts[k] * value for k, value in start.values.items()}, lanes=lanes)
+
+    def block(self, block: Block) -> Block:
+        """Return a block, whose jumps are so already, with its outputs in the mechanism's own units."""
+        if np.all(self.outputs == 1.0):
+            return block
+        y, rate, jacobian = block.y * self.outputs, block.rate * self.outputs, block.jacobian * self.outputs[:, None]
+        return replace(block, y=y, rate=rate, jacobian=jacobian)
+
+    def jumps(self, jumps: Jumps) -> Jumps:
+        """Return jumps in the mechanism's own units."""
+        return replace(jumps, rises=jumps.rises * self.outputs) if jumps.samples.size else jumps
+
+
+def time_scale(plant: Plant, timing: Timing) -> TimeScale | None:
+    """Return the factors for a record's timing; None where the mechanism's own time is the driver's."""
+    s = timing.stretch
+    if s == 1.0:
+        return None
+    starts = {key: s ** unit_time_power(d.unit) for key, d in plant.starts.items()}
+    return TimeScale(s ** time_powers(plant), s ** -output_time_powers(plant), starts)
+
+
+def clock_direction(plant: Plant, p: FloatArray, timing: Timing) -> FloatArray:
+    """Return d(value)/d(clock_ppm) of the kernel's parameters that a clock amounts to, (n_p,).
+
+    Zero where the driver's time is the right one: a clock then only moves the instants of the samples.
+    """
+    return time_powers(plant) * p * _relative(timing)
+
+
+def start_slopes(plant: Plant, start: Start, timing: Timing) -> dict[str, float]:
+    """Return the same of the states of a start, by key."""
+    relative = _relative(timing)
+    return {k: unit_time_power(plant.starts[k].unit) * value * relative for k, value in start.values.items()}
+
+
+def output_slope(plant: Plant, output: int) -> float:
+    """Return the relative change of an output, by its number, with ``clock_ppm``, beside what parameters do to it."""
+    return -PPM * float(output_time_powers(plant)[output])
+
+
+def _relative(timing: Timing) -> float:
+    return PPM / timing.stretch if timing.reference == "recorder" else 0.0
