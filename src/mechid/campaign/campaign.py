@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.command import Command, Timing
 from mechid.errors import UsageError, did_you_mean
-from mechid.parameter import Declaration, Parameter
+from mechid.parameter import Declaration, Parameter, Status
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Mounting, Record, RecordSpec
 from mechid.records.in_memory import SampleColumns
@@ -140,6 +140,13 @@ class CampaignRecord:
     def clock(self) -> Parameter | None:
         """By how many ppm the driver's clock runs faster than its recorder's; None where nothing is said of it."""
         return next((q for q in self.parameters if q.declaration.key == CLOCK.key), None)
+
+    def holding(self, values: Mapping[str, float]) -> CampaignRecord:
+        """Return the record with those of its own parameters known that have a value here, by dotted name."""
+        held = (
+            replace(q, value=values[q.name], status=Status.KNOWN) if q.name in values else q for q in self.parameters
+        )
+        return replace(self, parameters=tuple(held))
 
     @property
     def timing(self) -> Timing:

@@ -16,6 +16,7 @@ from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
 from mechid.identification.grading import Evidence, graded
+from mechid.identification.held_out_nuisance import with_nuisance
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
@@ -81,9 +82,11 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         missing=missing,
     )
     if state.beside is None:
-        return graded(fit, evidence)
+        return with_nuisance(graded(fit, evidence), written, state)
     judged = graded(replace(fit, parameters={n: p for n, p in parameters.items() if n not in terms}), evidence)
-    return as_written(replace(judged, parameters=parameters), written, state, state.beside)
+    return with_nuisance(
+        as_written(replace(judged, parameters=parameters), written, state, state.beside), written, state
+    )
 
 
 def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:

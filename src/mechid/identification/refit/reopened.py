@@ -113,7 +113,14 @@ def as_recorded(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
     taken = {name: Reading.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
     hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
     campaign = campaign_as_read(campaign, taken)
-    return replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
+    own = {name: p["value"] for r in estimate["records"].values() for name, p in _nuisance(r).items()}
+    return replace(campaign, records=tuple(with_lines(record.holding(own), hum) for record in campaign.records))
+
+
+def _nuisance(record: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what was fitted of a held-out record on its first part, by dotted name."""
+    own: Mapping[str, Any] = (record.get("nuisance") or {}).get("parameters", {})
+    return own
 
 
 def _as_free(names: Iterable[str]) -> dict[str, Any]:

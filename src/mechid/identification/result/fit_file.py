@@ -18,6 +18,7 @@ from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
+from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.terms_beside import TermsBeside
@@ -95,7 +96,11 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
         name: RecordFit(
-            name=name, channels=_channels(r["channels"]), taken=Reading.from_dict(r["taken"]), **_kept(r, ESTIMATED)
+            name=name,
+            channels=_channels(r["channels"]),
+            taken=Reading.from_dict(r["taken"]),
+            nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
+            **_kept(r, ESTIMATED),
         )
         for name, r in content["records"].items()
     }
