@@ -20,6 +20,7 @@ from mechid.identification.held_out_nuisance import with_nuisance
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
+from mechid.identification.output_error.coordinates import ON_BOUND
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
@@ -170,10 +171,9 @@ def _estimate(
         reason = f"follows {before.tied_to}"
     own = errors.of(before.name) if status is Status.FREE else ParameterErrors()
     bounded_at = errors.on_bounds.get(before.name) if status is Status.AT_BOUND else None
-    contradicted = bounded_at is not None and bounded_at.contradicted
-    beyond = (
-        f"the records want it {bounded_at.beyond:.3g} standard errors beyond" if contradicted and bounded_at else ""
-    )
+    excluded = bounded_at is not None and bounded_at.contradicted
+    physical = excluded and _is_limit_of_physics(before, value)
+    beyond = f"the records want it {bounded_at.beyond:.3g} standard errors beyond" if excluded and bounded_at else ""
     local = errors.local_only.get(before.name, "") if own.held is not None else ""
     bounded = before.is_free and not before.is_periodic
     prior = _prior(before, start, errors)
@@ -194,9 +194,18 @@ def _estimate(
         reason="; ".join(filter(None, (reason, beyond, local, mainly))),
         local_only=bool(local),
         prior=prior,
-        contradicted=contradicted,
-        one_sided=bounded_at.interval if bounded_at and not contradicted else None,
+        contradicted=excluded and not physical,
+        one_sided=bounded_at.interval if bounded_at and (physical or not excluded) else None,
+        at_physical_limit=physical,
     )
+
+
+def _is_limit_of_physics(p: Parameter, value: float) -> bool:
+    """Tell whether a parameter on its bound is where nothing of its kind can go on, as a damping or a friction at 0."""
+    reach = ON_BOUND * (p.max - p.min) if math.isfinite(p.max - p.min) else 0.0
+    lowest = p.min == p.declaration.lower and value - p.min <= reach
+    highest = p.max == p.declaration.upper and p.max - value <= reach
+    return lowest or highest
 
 
 def _start_notes(campaign: Campaign) -> tuple[str, ...]:

@@ -86,6 +86,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         name: ParameterEstimate(
             name=name,
             prior=PriorShare(**p["prior"]) if p["prior"] else None,
+            at_physical_limit=bool(p.get("at_physical_limit")),
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
             **_kept(p, PARAMETER),
         )

@@ -109,7 +109,7 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
 def _predicted(row: Data) -> str:
     """Return how a record that was held out is predicted, and which part of it where one was fitted."""
     fit = f"predicted with a fit of {row['text']['fit_percent']} %."
-    if row["judged_from_s"] is None:
+    if row.get("judged_from_s") is None:
         return f"Record {_called(row)} was held out and is {fit}"
     own, until = ", ".join(row["fitted_of_its_own"]), digits(row["judged_from_s"], 4)
     return f"Record {_called(row)} was held out: {own} fitted on its first part, up to {until} s; the rest is {fit}"
