@@ -151,7 +151,7 @@ def test_what_the_first_part_does_not_tell_keeps_its_value():
     assert found.samples == 5000  # half of it at most
     assert found.values[OFFSET] == 0.0
     assert found.parameters[OFFSET].std_error is None
-    assert any("record.held.time_offset_s" in line and "is not told" in line for line in fit.warnings)
+    assert any("record.held.time_offset_s" in line and "does not show" in line for line in fit.warnings)
 
 
 def test_an_offset_at_its_bound_is_warned_of():

@@ -7,7 +7,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.draws import departures, told_by
+from mechid.identification.uncertainty.draws import examine_draws, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
 from synthetic import COMMANDS, NOISE_NM, displaced, measured, record, truth, with_leading
 
@@ -26,7 +26,7 @@ def at_truth(names, *records, seconds, changes=None):
 
 def test_a_smooth_cost_departs_nowhere():
     """Truth: over 0.1 s of full steps the torque is all but linear in the gear within its errors."""
-    assert departures(*at_truth(GEAR, "full_46", "micro_46", seconds=0.1), 0) == []
+    assert examine_draws(*at_truth(GEAR, "full_46", "micro_46", seconds=0.1), 0).departures == ()
 
 
 def switches(problem, target, q):
@@ -112,7 +112,7 @@ def test_a_stick_that_comes_and_goes_is_found_in_its_record_and_instant():
     value, instant = hanging()
     problem, q, windows, own = at_truth((COULOMB,), "full_46", "micro_92", seconds=0.3, changes={COULOMB: value})
     assert np.sqrt(own[0, 0]) > 1e-6  # the thread lies within the error
-    (found,) = departures(problem, q, windows, own, 0)
+    (found,) = examine_draws(problem, q, windows, own, 0).departures
     assert found.record == "full_46"
     assert 5 <= found.draws <= 25  # half of them fall to the other side
     assert abs(found.instant_s - instant) < 5e-3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.metadata import version
 
@@ -27,10 +27,12 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain
+from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
@@ -38,13 +40,21 @@ from mechid.plant.mechanism import Mechanism
 
 ONE_RECORD = "One record only: how far other conditions would move the values is not tested."
 MAINLY_PRIOR = "its standard error is mainly its prior's"
+GoOn = Callable[[SearchState, LowerPoint], SearchState | None]
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
-def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> Fit:
-    """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
+def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, go_on: GoOn = lambda *_: None) -> Fit:
+    """Return the fit of a search that has ended, whatever its outcome; it took so many seconds.
+
+    Where a draw within the errors has a lower cost than the estimate, `go_on` continues the search from there; where it
+    gives that up, the fit has not converged.
+    """
     problem, windows, taken = state.problem, state.windows, state.taken
-    written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
+    declared, written = (
+        campaign,
+        disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found]),
+    )
     hum = lines_of(problem)
     written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
     campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
@@ -52,8 +62,13 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
-    evidence = _evidence(campaign, state, seed, triangle, verdict)
     errors = standard_errors(state, seed, triangle, verdict)
+    if errors.lower is not None:
+        further = go_on(state, errors.lower)
+        if further is not None:
+            return conclude(declared, further, seed, seconds, go_on)
+        state = state.ending(FitOutcome.NOT_CONVERGED).saying(_lower_warning(errors.lower))
+    evidence = _evidence(campaign, state, seed, triangle, verdict, errors.lower)
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
@@ -90,7 +105,22 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     )
 
 
-def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:
+def _lower_warning(lower: LowerPoint) -> str:
+    return (
+        f"a draw within the standard errors has a cost {lower.gain:.3g} lower than the estimate, after the search has "
+        "gone on from such draws before: the cost has many small minima here, and the lowest is not found; try another "
+        "seed"
+    )
+
+
+def _evidence(
+    campaign: Campaign,
+    state: SearchState,
+    seed: int,
+    triangle: Triangle,
+    verdict: Verdict,
+    lower: LowerPoint | None,
+) -> Evidence:
     """Return what the grade rests on beside the fit."""
     problem, windows, lost = state.problem, state.windows, not math.isfinite(triangle.norm)
     targets = {t.name: t for t in problem.targets}
@@ -109,7 +139,7 @@ def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Trian
         campaign=str(campaign.path),
         used=windows,
         used_to_s=used_to_s,
-        promised_fall=math.nan if lost else refused_gain(triangle, verdict.counted),
+        promised_fall=math.nan if lost else max(refused_gain(triangle, verdict.counted), lower.gain if lower else 0.0),
         cost=triangle.cost,
         lost=lost,
         contradicted=state.contradicted,

@@ -240,6 +240,6 @@ def _doubts(record: CampaignRecord, found: Nuisance) -> Iterator[str]:
         reason = (
             f"lies at its bound {own.value:.6g} {q.declaration.unit}; give it a wider range"
             if at_bound
-            else f"is not told by it; the value in the campaign file, {own.value:.6g} {q.declaration.unit}, is used"
+            else f"does not show in it; the value in the campaign file, {own.value:.6g} {q.declaration.unit}, is used"
         )
         yield f"{q.name}: fitted on the record's first part, up to {found.until_s:.4g} s, it {reason}"

@@ -14,7 +14,7 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.conclude import conclude
+from mechid.identification.conclude import GoOn, conclude
 from mechid.identification.disturbance.disturbance import with_disturbances
 from mechid.identification.disturbance.mains import mains
 from mechid.identification.identifiability.ambiguity import refuse_free_supply
@@ -35,10 +35,13 @@ from mechid.identification.stages.imitated import without_imitations
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
 ROUGH = 1e-6
 """Relative fall of the cost at which the fit before the release of the noise may stop; a choice, not measured."""
+MOST_FROM_DRAWS = 3
+"""Times that a search goes on from a draw that is lower than its optimum; a choice, not measured."""
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
@@ -108,7 +111,7 @@ def identify(
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
         state = state.saying(*rejection_warnings(state.problem))
         try:
-            return conclude(campaign, state, seed, watch.seconds)
+            return conclude(campaign, state, seed, watch.seconds, _from_draws(watch))
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
             return conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
 
@@ -176,6 +179,21 @@ def _follow_plan(
     if growth.complete and near is None:
         state = confirmed(watch, state, names, seed)
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))
+
+
+def _from_draws(watch: Watch) -> GoOn:
+    """Return what continues a search from a draw of lower cost than its optimum, a few times."""
+    left = MOST_FROM_DRAWS
+
+    def go_on(state: SearchState, lower: LowerPoint) -> SearchState | None:
+        nonlocal left
+        if left == 0:
+            return None
+        left -= 1
+        names = tuple(dict.fromkeys(state.problem.coordinates.names))
+        return watch.note(_judged(joint_fit(watch, state.at(lower.q), "from a lower draw", names)))
+
+    return go_on
 
 
 def _judged(state: SearchState) -> SearchState:
