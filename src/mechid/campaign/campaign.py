@@ -57,6 +57,8 @@ class Match:
         Standard deviation that its residual is to be judged by, in the file's numbers; None takes its noise floor.
     lines_hz : tuple of float
         Lines that are projected out, such as mains hum.
+    offset_assumed : bool
+        Whether `offset` is a default, which nobody has written.
     """
 
     quantity: str = "torque"
@@ -66,6 +68,7 @@ class Match:
     quantisation: float = 0.0
     noise_sigma: float | None = None
     lines_hz: tuple[float, ...] = ()
+    offset_assumed: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

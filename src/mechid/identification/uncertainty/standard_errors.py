@@ -302,7 +302,7 @@ def _warning(departure: Departure) -> str:
     side = "above" if departure.excess > 0.0 else "below"
     return (
         f"{departure}: near a stick/slip threshold: in {departure.draws} of 30 draws within the standard errors a "
-        f"stick/slip falls the other way there, with the cost up to {abs(departure.excess):.3g} {side} the quadratic that "
-        "standard errors rest on; those that rest on this record hold on this side of the threshold only; see `mechid "
-        "profile` and `mechid bootstrap`"
+        f"stick/slip falls the other way there, with the cost up to {abs(departure.excess):.3g} {side} the quadratic "
+        "that standard errors rest on; those that rest on this record hold on this side of the threshold only; see "
+        "`mechid profile` and `mechid bootstrap`"
     )
