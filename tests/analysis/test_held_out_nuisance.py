@@ -27,6 +27,7 @@ from mechid.identification.refit.reopened import as_recorded
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.parameter import Parameter, Status
+from mechid.web.estimate import estimate_of
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, displaced, measured, record, truth
 
 LATE_S = 1.6e-3
@@ -91,6 +92,13 @@ def test_every_prediction_takes_it(example):
     assert p.judged.base.start_s == pytest.approx(fit.records["held"].nuisance.until_s)
     content = json.loads(json.dumps(fit.to_dict()))
     assert as_recorded(of, content).record("held").time_offset.value == pytest.approx(LATE_S, abs=1e-5)
+
+
+def test_the_explorer_begins_with_it(example):
+    of, fit = example
+    found = estimate_of(fit, of, "here")
+    assert found.values[OFFSET] == fit.records["held"].nuisance.values[OFFSET]
+    assert found.sigmas[OFFSET] > 0.0
 
 
 def test_the_emission_bound_holds_nothing_of_the_offset(example):
