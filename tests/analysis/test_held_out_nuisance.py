@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fits_by_hand import fit_by_hand
 from mechid.analysis import compare, validate
 from mechid.analysis.prediction import as_fitted, predict
 from mechid.analysis.residual_file import residual_content
@@ -20,12 +19,13 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.cli.app import app
 from mechid.command import Command, RateProfile
 from mechid.errors import UsageError
-from mechid.identification.held_out_nuisance import first_part
-from mechid.identification.identify import identify
+from mechid.identification.held_out_nuisance import first_part, with_nuisance
+from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.target import target_of
 from mechid.identification.refit.reopened import as_recorded
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.search_state import SearchState
 from mechid.parameter import Parameter, Status
 from mechid.web.estimate import estimate_of
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, displaced, measured, record, truth
@@ -167,12 +167,12 @@ def test_an_offset_at_its_bound_is_warned_of():
     assert any("lies at its bound" in line for line in fit.warnings)
 
 
-def test_an_interrupted_fit_leaves_it_alone(example, monkeypatch):
-    of, _ = example
-    from mechid.identification import held_out_nuisance as module
-
-    fit = fit_by_hand(truth(), parameters={})
-    assert module.with_nuisance(replace(fit, outcome=FitOutcome.INTERRUPTED), of, None).records == fit.records
+def test_an_interrupted_fit_leaves_it_alone_and_says_so(example):
+    of, fit = example
+    stopped = replace(fit, outcome=FitOutcome.INTERRUPTED, warnings=())
+    found = with_nuisance(stopped, of, SearchState(make_problem(of, 1), np.zeros(0), {}))
+    assert found.records == fit.records
+    assert found.warnings == ("record held: held out, and predicted at the values that its table begins with",)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.noise import without_spikes
 from mechid.signal.moments import norm
+from mechid.signal.series import blocks
 
 FIRST_SHARE, LARGEST_SHARE = 0.1, 0.5
 """Of the record from where its motion begins, that the first part is at least; of the whole record, at most."""
@@ -62,12 +63,13 @@ def with_nuisance(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
         Its held-out records predicted with what was found, over the rest; what was found is in its notes, what the
         first part does not tell in its warnings.
     """
-    if fit.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED):
-        return fit
     records, notes, warnings = dict(fit.records), list(fit.notes), list(fit.warnings)
     for record in (r for r in campaign.validated if r.data is not None and r.name in records):
         known = record.holding({name: p.value for name, p in fit.parameters.items()})
         if not any(q.is_free for q in known.parameters):
+            continue
+        if fit.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED):
+            warnings.append(f"record {record.name}: held out, and predicted at the values that its table begins with")
             continue
         found = _fitted(known, fit, campaign, state)
         records[record.name] = _judged(known, found, fit, state)
@@ -101,10 +103,14 @@ def _steps(target: Target) -> tuple[int, int]:
 
 def _measured_motion(target: Target) -> tuple[int, int]:
     """Return the sample at which a record under a measured input begins to move, twice."""
-    y = np.asarray(target.leading.measured[:])
-    swing = np.abs(y - y[0])
-    begins = int(np.argmax(swing >= MOVES * swing.max()))
-    return begins, begins
+    y = target.leading.measured
+    first = float(y[0:1][0])
+    largest = max(float(np.max(np.abs(y[part] - first))) for part in blocks(y.size))
+    for part in blocks(y.size):
+        moving = np.flatnonzero(np.abs(y[part] - first) >= MOVES * largest)
+        if moving.size:
+            return (begins := part.start + int(moving[0])), begins
+    return 0, 0
 
 
 def _fitted(record: CampaignRecord, fit: Fit, campaign: Campaign, state: SearchState) -> Nuisance:
