@@ -27,6 +27,7 @@ STAGE_NAMES = (
     "spikes rejected",
     "growth again",
     "along a threshold",
+    "from a lower draw",
 )
 
 

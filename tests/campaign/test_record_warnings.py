@@ -120,3 +120,55 @@ def test_a_noise_level_that_leaves_nothing_to_be_told_is_refused(changed, sigma)
 @pytest.mark.parametrize("sigma", ["1e-5", "10.0"])
 def test_any_other_noise_level_is_the_users(changed, sigma):
     assert load_campaign(with_noise(changed, sigma)).warnings == ()
+
+
+MOTOR = """assembly = "brushed_dc_drive"
+
+[motor]
+resistance = { value = 1.5, min = 0.5, max = 5.0 }
+inductance = 2e-3
+torque_constant = 0.05
+inertia = 1e-4
+
+[friction]
+coulomb = 0.01
+viscous = 1e-5
+"""
+
+
+@pytest.mark.parametrize(
+    ("volts", "own", "warned"),
+    [
+        ("constant", "", True),
+        ("pulses", "", True),
+        ("to and fro", "", False),
+        ("constant", ", offset = false", False),
+        ("constant", ", offset = true", False),
+    ],
+)
+def test_a_mean_that_is_taken_for_an_offset_is_asked_about(tmp_path, volts, own, warned):
+    """Truth: the mean current of a motor at a constant voltage is what its resistance and friction make it."""
+    t = np.arange(500) / 1000.0
+    u = {"constant": np.full(t.size, 6.0), "pulses": 12.0 * (t % 0.02 < 0.01), "to and fro": np.sin(60.0 * t)}[volts]
+    y = np.random.default_rng(0).normal(0.3, 0.01, (2, t.size))
+    np.savetxt(tmp_path / "run.csv", np.stack([t, u, *y], axis=1), "%.6g", ",", header="t,u,i,w", comments="")
+    (tmp_path / "mechanism.toml").write_text(MOTOR)
+    (tmp_path / "campaign.toml").write_text(
+        f"""mechanism = "mechanism.toml"
+
+[[record]]
+name = "run"
+file = "run.csv"
+time = {{ column = "t", unit = "s" }}
+channels = [
+  {{ quantity = "voltage", column = "u", unit = "V", role = "input" }},
+  {{ quantity = "current", column = "i", unit = "A"{own} }},
+  {{ quantity = "rotor_rate", column = "w", unit = "rad/s" }},
+]
+"""
+    )
+    said = [line for line in load_campaign(tmp_path).warnings if "projected out" in line]
+    assert len(said) == warned
+    for line in said:
+        assert line.startswith('record "run": current: ')
+        assert "write offset = false in its channel" in line

@@ -1,15 +1,22 @@
 """Whether the likelihood around an estimate is what its derivatives say, and which switches graze."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from mechid.identification.conclude import conclude
+from mechid.identification.identify import make_problem
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.draws import departures, told_by
+from mechid.identification.result.grade import Cause
+from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.solve import covariance, solve
+from mechid.identification.uncertainty.draws import examine_draws, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
-from synthetic import COMMANDS, NOISE_NM, displaced, measured, record, truth, with_leading
+from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth, with_leading
 
 GEAR = ("gear.stiffness", "gear.damping")
 
@@ -26,7 +33,7 @@ def at_truth(names, *records, seconds, changes=None):
 
 def test_a_smooth_cost_departs_nowhere():
     """Truth: over 0.1 s of full steps the torque is all but linear in the gear within its errors."""
-    assert departures(*at_truth(GEAR, "full_46", "micro_46", seconds=0.1), 0) == []
+    assert examine_draws(*at_truth(GEAR, "full_46", "micro_46", seconds=0.1), 0).departures == ()
 
 
 def switches(problem, target, q):
@@ -112,7 +119,7 @@ def test_a_stick_that_comes_and_goes_is_found_in_its_record_and_instant():
     value, instant = hanging()
     problem, q, windows, own = at_truth((COULOMB,), "full_46", "micro_92", seconds=0.3, changes={COULOMB: value})
     assert np.sqrt(own[0, 0]) > 1e-6  # the thread lies within the error
-    (found,) = departures(problem, q, windows, own, 0)
+    (found,) = examine_draws(problem, q, windows, own, 0).departures
     assert found.record == "full_46"
     assert 5 <= found.draws <= 25  # half of them fall to the other side
     assert abs(found.instant_s - instant) < 5e-3
@@ -125,3 +132,52 @@ def test_a_standard_error_rests_on_the_record_that_tells_it():
     every = np.ones(1, dtype=bool)
     assert told_by(problem, q, windows, ["full_46"], every) == ("gear.stiffness",)
     assert told_by(problem, q, windows, ["micro_92"], every) == ()
+
+
+@pytest.fixture(scope="module")
+def beside_the_optimum():
+    """Return a campaign and a state that calls itself converged 2.5 standard errors beside its optimum."""
+    rng, made_by = np.random.default_rng(81), truth()
+    start = displaced(made_by, dict.fromkeys(GEAR, 1.0))
+    names = ("full_46", "micro_46")
+    records = [record(n, measured(made_by, COMMANDS[n], rng, seconds=0.3), COMMANDS[n]) for n in names]
+    of = campaign(start, *records)
+    problem = make_problem(of, 1)
+    problem = replace(problem, targets=tuple(with_leading(t, sigma=NOISE_NM) for t in problem.targets), substeps=2)
+    windows = problem.whole()
+    best = solve(problem, problem.start, windows)
+    q = best.q + 2.5 * np.sqrt(np.diag(covariance(best.triangle))) * [1.0, 0.0]
+    state = SearchState(problem, q, windows, outcome=FitOutcome.CONVERGED, searched=True)
+    return of, state, best
+
+
+def test_a_draw_that_is_lower_than_the_point_it_is_drawn_about_is_found(beside_the_optimum):
+    """Truth: the costs, simulated again; 2.5 standard errors off the cost is 6.25 above that of the optimum."""
+    _, state, best = beside_the_optimum
+    lower = examine_draws(state.problem, state.q, state.windows, covariance(best.triangle), 0).lower
+    costs = [state.problem.total_norm(q, state.windows) ** 2 for q in (state.q, lower.q)]
+    assert costs[0] - costs[1] == pytest.approx(lower.gain, rel=1e-6)
+    assert 1.0 < lower.gain <= 6.3
+    assert examine_draws(state.problem, best.q, state.windows, covariance(best.triangle), 0).lower is None
+
+
+def test_a_fit_goes_on_from_a_lower_draw_and_converges(beside_the_optimum):
+    of, state, best = beside_the_optimum
+
+    def go_on(was, lower):
+        return replace(was, q=solve(was.problem, lower.q, was.windows).q)
+
+    fit = conclude(of, state, 0, 0.0, go_on)
+    assert fit.outcome is FitOutcome.CONVERGED
+    expected = state.problem.coordinates.values(best.q)
+    for name in GEAR:
+        assert fit.parameters[name].value == pytest.approx(expected[name], rel=1e-5)
+
+
+def test_where_the_search_does_not_go_on_the_fit_has_not_converged(beside_the_optimum):
+    """A fall of the cost by hundreds once stood beside "converged"."""
+    of, state, _ = beside_the_optimum
+    fit = conclude(of, state, 0, 0.0)
+    assert fit.outcome is FitOutcome.NOT_CONVERGED
+    assert fit.reasons[0].cause is Cause.NEAR_OPTIMUM
+    assert any("lower than the estimate" in line for line in fit.warnings)

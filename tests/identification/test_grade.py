@@ -187,7 +187,7 @@ def test_a_record_that_is_not_followed_is_c_with_instant_cause_and_command():
     assert found.grade is Grade.C
     assert (reason.cause, reason.record, reason.instant_s) == (Cause.NOT_FOLLOWED, "sweep", 0.85)
     assert reason.text == f"Record sweep is not followed at 0.85 s, and in 2.5 % of it altogether: {EVENT}."
-    assert reason.next_command == "mechid check bench"
+    assert reason.next_command.startswith("mechid diagnose ")
 
 
 def test_a_motor_out_of_step_is_c_also_where_the_residual_is_small_beside_the_travel():
@@ -226,6 +226,39 @@ def test_a_contradicted_bound_is_c(most, remedy):
     found = graded(fit(parameters=(held,)), EVIDENCE)
     assert (found.grade, only(found).cause, only(found).parameter) == (Grade.C, Cause.BOUND_CONTRADICTED, held.name)
     assert remedy in only(found).next_command
+
+
+@pytest.mark.parametrize(
+    ("name", "like"),
+    [
+        ("gear.damping", "backlash or hysteresis"),
+        ("friction.viscous", "another law of friction"),
+        ("motor.inertia", ""),
+    ],
+)
+def test_a_limit_of_physics_is_b_with_its_interval_and_a_remedy_of_its_own(name, like):
+    """No wider range mends a damping at 0, and a law of friction is no remedy of a gear."""
+    held = parameter(
+        name, value=2e-13, min=0.0, max=50.0, unit="N m s/rad", reason="6.7 beyond", at_physical_limit=True,
+        one_sided=(0.0, 0.21),
+    )  # fmt: skip
+    found = graded(fit(parameters=(held,)), EVIDENCE)
+    reason = only(found)
+    assert (found.grade, reason.cause, reason.parameter) == (Grade.B, Cause.PHYSICAL_LIMIT, name)
+    assert f"{name} is held at 0 N m s/rad" in reason.text
+    assert "one-sided, 0 to 0.21 N m s/rad" in reason.text
+    assert like in reason.text
+    assert ("friction" in reason.text.removeprefix(name)) is name.startswith("friction")
+    assert reason.next_command.startswith("mechid diagnose ")
+
+
+@pytest.mark.parametrize("over", [0.4, 5.0])
+def test_what_is_unexplained_is_diagnosed_and_a_level_too_high_corrected(over):
+    own = record("full")
+    own = replace(own, channels={"torque": replace(own.channels["torque"], residual_rms=over * 2e-3)})
+    command = only(graded(fit(own), EVIDENCE)).next_command
+    assert command.startswith("mechid diagnose ") is (over > 1.0)
+    assert ("the right noise_sigma of record full" in command) is (over < 1.0)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Records whose start is found from them: cut out of longer ones, wound up, with a burn-in. Truth: what made them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -57,6 +58,19 @@ def cut(folder, free, names=tuple(CUTS), shorter=1.0, seed=5):
     (folder / "mechanism.toml").write_text(catalogue(bench))
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
     return load_campaign(folder), bench.truth
+
+
+def test_a_held_out_record_gets_its_start_from_its_first_part(tmp_path):
+    """Truth: a stretch of 0.57 s that begins in motion; from the start that the command gives it is missed."""
+    of, truth = cut(tmp_path, ("gear.stiffness",), ("micro_46", "full_46"))
+    held = replace(of.record("full_46"), use="validate")
+    of = replace(of, records=(of.record("micro_46"), held))
+    fit = identify(of, near={name: value for name, value in truth.items() if name == "gear.stiffness"}, workers=1)
+    found = fit.records["full_46"].nuisance
+    assert {name.removeprefix("record.full_46.start.") for name in found.parameters} >= {"angle", "rate", "current_a"}
+    channel = validate(of, fit)["full_46"].channels["torque"]
+    assert channel.fit_percent > 95.0
+    assert channel.samples == held.data.samples - found.samples
 
 
 def assert_within(fit, truth, sigmas=3.5):

@@ -22,7 +22,7 @@ SHOWN = 8
 
 @dataclass(frozen=True, kw_only=True)
 class RecordEvidence:
-    """One record as a hypothesis predicts it, over all of its samples.
+    """One record as a hypothesis predicts it, over all of its samples or the rest of a held-out one.
 
     Attributes
     ----------
@@ -40,6 +40,8 @@ class RecordEvidence:
         How many of offset and drift, cosine and sine of lines were fitted.
     command : mapping
         How the driver was taken to step.
+    judged_from_s : float or None
+        Record time from which on a held-out record is judged, behind the part on which its own values were fitted.
     """
 
     name: str
@@ -52,6 +54,7 @@ class RecordEvidence:
     fit_percent: float
     projected: int
     command: Mapping[str, Any]
+    judged_from_s: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,6 +207,7 @@ def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
         fit_percent=_number(channel["fit_percent"]),
         projected=(r["offset"] is not None) + (r["drift"] is not None) + 2 * _lines(r),
         command=r["validation"]["command"],
+        judged_from_s=r["validation"].get("judged_from_s"),
     )
 
 
@@ -229,6 +233,14 @@ def _refuse_other_records(first: Hypothesis, other: Hypothesis) -> None:
             digests = f"sha256 {b.digest[:SHOWN]}, {a.digest[:SHOWN]} in {first.name}"
             said = f'record "{name}": other samples ({digests})'
             raise UsageError(f"{other.name}: {said}: another file, column, unit, gain or clock; {remedy}")
+        if a.judged_from_s != b.judged_from_s:
+            here, there = (
+                "as a whole" if x is None else f"from {x:.4g} s on" for x in (b.judged_from_s, a.judged_from_s)
+            )
+            said = (
+                f'record "{name}": judged {here}, {there} in {first.name}, where values of its own were fitted before'
+            )
+            raise UsageError(f"{other.name}: {said}; declare the same of its values as free in both campaign files")
         if LEFT_OUT in (a.use, b.use) and a.use != b.use:
             of = first if a.use == LEFT_OUT else other
             said = f'record "{name}": {of.name} left it out, because it contradicts the others'

@@ -19,7 +19,7 @@ from mechid.identification.output_error.target import Samples, TargetChannel, ch
 from mechid.identification.result.fit import Fit
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
-from mechid.signal.series import Series, is_finite, no_samples
+from mechid.signal.series import Series, is_finite, no_samples, stretch_of
 from mechid.signal.trend import Line
 from mechid.simulation.accuracy import accurate_outputs
 from mechid.simulation.simulator import Simulator, TimeBase
@@ -63,6 +63,8 @@ class Prediction:
     quantity : str
     rejected : (s,) of int
         Samples that do not count.
+    rest : Prediction or None
+        The same from behind the first part of a held-out record, on which what it has of its own was fitted.
     """
 
     measured: Series
@@ -72,6 +74,17 @@ class Prediction:
     base: TimeBase
     quantity: str = "torque"
     rejected: Samples = field(default_factory=no_samples)
+    rest: Prediction | None = None
+
+    @property
+    def judged(self) -> Prediction:
+        """The part by which the record is judged: all of it, but for a first part on which its nuisance was fitted."""
+        return self.rest or self
+
+    @property
+    def judged_from(self) -> int:
+        """The first sample of that part."""
+        return self.base.samples - self.judged.base.samples
 
     @property
     def level(self) -> Remainder:
@@ -90,11 +103,14 @@ class Prediction:
 
 
 def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
-    """Return a record of the campaign as a fit took it: sign, command, use, and the disturbances that it found."""
+    """Return a record of the campaign as a fit took it: sign, command, use, disturbances, nuisance if held out."""
     own = fit.records.get(record.name)
     record = recalled_record(record, _found_by(fit), fit.mechanism.plant)
     record = with_lines(record, own.lines if own else ())
-    return record_as_read(record, own.taken) if own else record
+    if own is None:
+        return record
+    record = record_as_read(record, own.taken)
+    return record.holding(own.nuisance.values) if own.nuisance else record
 
 
 def _found_by(fit: Fit) -> dict[str, Declared]:
@@ -117,9 +133,11 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
     travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
+    own = fit.records.get(record.name)
+    begin = own.nuisance.samples if own and own.nuisance else 0
     return {
         channel.quantity: _beside(
-            _as_counted(channel, fit, record.name), outputs[channel.quantity], travel, target.base
+            _as_counted(channel, fit, record.name), outputs[channel.quantity], travel, target.base, begin
         )
         for channel in (*target.channels, *others)
     }
@@ -132,10 +150,23 @@ def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
     return replace(channel, rejected=np.union1d(channel.rejected, samples_of(runs))) if runs else channel
 
 
-def _beside(channel: TargetChannel, modelled: Series, travel: Travel, base: TimeBase) -> Prediction:
+def _beside(
+    channel: TargetChannel, modelled: Series, travel: Travel, base: TimeBase, judged_from: int = 0
+) -> Prediction:
+    """Return a channel beside its prediction, and the same of the samples from the one on by which it is judged."""
     removed = Line(math.nan, math.nan)
     if is_finite(modelled):
         removed = channel.line(Remainder(channel.measured, model=modelled), channel.rejected)
+    rest = None
+    if judged_from:
+        later = replace(
+            channel,
+            measured=stretch_of(channel.measured, judged_from, base.samples),
+            rejected=channel.rejected_within((judged_from, base.samples)),
+        )
+        left = TimeBase(base.sample_rate_hz, base.samples - judged_from, base.start_s + judged_from * base.interval_s)
+        stretch = stretch_of(modelled, judged_from, base.samples)
+        rest = _beside(later, stretch, replace(travel, base=left), left)
     return Prediction(
         measured=channel.measured,
         removed=removed,
@@ -144,4 +175,5 @@ def _beside(channel: TargetChannel, modelled: Series, travel: Travel, base: Time
         base=base,
         quantity=channel.quantity,
         rejected=channel.rejected,
+        rest=rest,
     )

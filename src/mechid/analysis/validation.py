@@ -19,6 +19,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.nuisance import Nuisance
 from mechid.records import COMPONENTS, Mounting
 from mechid.shown import Shown
 from mechid.signal import (
@@ -33,7 +34,7 @@ from mechid.signal import (
     third_octaves,
 )
 from mechid.signal.remainder import Remainder
-from mechid.signal.series import Series, blocks
+from mechid.signal.series import Series, blocks, stretch_of
 from mechid.signal.trend import fit_line
 from mechid.units import SI_UNIT
 
@@ -56,14 +57,16 @@ class BandError:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChannelValidation:
-    """The prediction of one channel over the whole of its record, offset and drift removed.
+    """The prediction of one channel, offset and drift removed: over the whole record, or the rest of a held-out one.
+
+    Where a held-out record has values of its own that were fitted on its first part, the rest of it counts.
 
     Attributes
     ----------
     quantity, unit : str
     samples : int
     samples_sha256 : str
-        Digest of the samples as compared, their rate and start: equal where the data are.
+        Digest of all samples of the record, their rate and start: equal where the data are.
     fit_percent : float
     residual_rms : float
         In the channel's unit.
@@ -123,7 +126,7 @@ class RecordValidation:
     """The validation of a record: how it was taken to be driven, and its channels by quantity.
 
     `side` are the lines over the rate of its `components` beside the drive torque, about the mounting point; none where
-    it has none.
+    it has none. `nuisance` is what a held-out record has of its own, fitted on a first part; the rest is judged then.
     """
 
     name: str
@@ -133,11 +136,13 @@ class RecordValidation:
     components: tuple[str, ...] = ()
     side: tuple[SideAtRate, ...] = ()
     mounting: Mounting | None = None
+    nuisance: Nuisance | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the record's ``validation`` table in estimate.json."""
         channels = {quantity: channel.to_dict() for quantity, channel in self.channels.items()}
-        return {"command": dict(self.command), "channels": channels}
+        judged_from_s = self.nuisance.until_s if self.nuisance else None
+        return {"command": dict(self.command), "judged_from_s": judged_from_s, "channels": channels}
 
 
 class Validations(Shown, dict[str, RecordValidation]):
@@ -149,8 +154,9 @@ class Validations(Shown, dict[str, RecordValidation]):
 def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> Validations:
     """Predict each record of a campaign with a fit, untouched, and judge the residual.
 
-    The whole record counts, also where a stage used a window of it or the model follows it in part. A record
-    whose simulation fails gets NaN throughout.
+    The whole record counts, also where a stage used a window of it or the model follows it in part; of a held-out
+    record whose own values were fitted on its first part, the rest. A record whose simulation fails gets NaN
+    throughout.
 
     Parameters
     ----------
@@ -198,6 +204,7 @@ def _validated(
         components=components,
         side=_side(fitted, components, predicted[TORQUE], fit.mains_hz) if components else (),
         mounting=campaign.mounting if components else None,
+        nuisance=fit.records[record.name].nuisance if record.name in fit.records else None,
     )
 
 
@@ -212,11 +219,11 @@ def _side(
 ) -> tuple[SideAtRate, ...]:
     """Return the lines of the components with their phase to the torque as the fit took it, offsets and drifts out."""
     assert record.data is not None
-    level: list[Series] = [torque.level]
+    level: list[Series] = [torque.judged.level]
     for quantity in components:
-        data = record.data.channel(quantity).data
+        data = stretch_of(record.data.channel(quantity).data, torque.judged_from, torque.base.samples)
         level.append(Remainder(data, fit_line(data, 2)))
-    return side_components(level, torque.travel, torque.base.sample_rate_hz, mains_hz)
+    return side_components(level, torque.judged.travel, torque.base.sample_rate_hz, mains_hz)
 
 
 def _only_compared(record: CampaignRecord, quantity: str) -> str:
@@ -233,6 +240,8 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
 
 def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float | None = None) -> ChannelValidation:
     """Return the judgement on one predicted channel; hum of a grid of this frequency is no emission."""
+    samples = _digest(p)
+    p = p.judged
     measured, r = p.level, p.residual
     counted, emits = r.size - p.rejected.size, p.finite and quantity == TORQUE
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
@@ -241,7 +250,7 @@ def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float 
         quantity=quantity,
         unit=unit,
         samples=r.size,
-        samples_sha256=_digest(p),
+        samples_sha256=samples,
         fit_percent=fit_percent(measured, r, p.rejected) if p.finite else math.nan,
         residual_rms=math.sqrt(sum(float(np.sum(r[part] ** 2)) for part in blocks(r.size)) / counted),
         theil=theil_inequality(measured, p.modelled, p.rejected),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.command import ClockReference, Command, Timing
 from mechid.errors import UsageError, did_you_mean
-from mechid.parameter import Declaration, Parameter
+from mechid.parameter import Declaration, Parameter, Status
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Mounting, Record, RecordSpec
 from mechid.records.in_memory import SampleColumns
@@ -57,6 +57,8 @@ class Match:
         Standard deviation that its residual is to be judged by, in the file's numbers; None takes its noise floor.
     lines_hz : tuple of float
         Lines that are projected out, such as mains hum.
+    offset_assumed : bool
+        Whether `offset` is a default, which nobody has written.
     """
 
     quantity: str = "torque"
@@ -66,6 +68,7 @@ class Match:
     quantisation: float = 0.0
     noise_sigma: float | None = None
     lines_hz: tuple[float, ...] = ()
+    offset_assumed: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -143,6 +146,13 @@ class CampaignRecord:
     def clock(self) -> Parameter | None:
         """By how many ppm the driver's clock runs faster than its recorder's; None where nothing is said of it."""
         return next((q for q in self.parameters if q.declaration.key == CLOCK.key), None)
+
+    def holding(self, values: Mapping[str, float]) -> CampaignRecord:
+        """Return the record with those of its own parameters known that have a value here, by dotted name."""
+        held = (
+            replace(q, value=values[q.name], status=Status.KNOWN) if q.name in values else q for q in self.parameters
+        )
+        return replace(self, parameters=tuple(held))
 
     @property
     def timing(self) -> Timing:

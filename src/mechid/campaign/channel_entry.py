@@ -109,6 +109,7 @@ def _match(table: Mapping[str, Any], place: Place, own: Mapping[str, bool]) -> M
         drift=flag(table.get("drift", own.get("drift", quantity in DRIFTING)), place.key("drift")),
         quantisation=_size(table, "quantisation", place) or 0.0,
         noise_sigma=_size(table, "noise_sigma", place),
+        offset_assumed="offset" not in table and "offset" not in own,
     )
 
 

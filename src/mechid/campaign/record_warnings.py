@@ -5,18 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place
 from mechid.command import MeasuredCommand
 from mechid.errors import UsageError
 from mechid.records import Record, Role
 from mechid.signal.moments import standard_deviation
+from mechid.units import SI_UNIT
 
 FAR_OFF = 1e6
 """Times a channel's standard deviation, or a share of it, beyond which no noise level is meant."""
 RADIANS = 3e-4
 """How near to a multiple of pi/4 a start angle is one."""
 TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in kHz"
+MEAN_SHARE = 0.5
+"""Of an input's RMS, above which it has a mean that outputs answer; a choice, not measured."""
+WITH_MEAN = ("current", "current_phase_a", "current_phase_b", "rotor_rate", "output_rate", "velocity")
+"""Outputs whose mean follows from that of what drives them; an angle's follows from where its encoder has its zero."""
 SLACK_SAMPLES = 1.5
 """A record of a command's own length ends one sample interval before the command does."""
 
@@ -39,6 +46,7 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
     lines += _radians(record.command.start_angle_deg)
     if record.data is not None:
         lines += [*record.data.warnings, *_noise_levels(record, record.data, place)]
+    lines += _means_removed(record)
     if record.data is not None and not isinstance(record.command, MeasuredCommand):
         lines += [*_start(record, record.data), *_end(record, record.data)]
         lines += _edges(record, record.data, place)
@@ -74,6 +82,23 @@ def _unused_channels(record: CampaignRecord) -> Iterator[str]:
     others = [quantity for quantity in outputs if quantity not in {match.quantity for match in record.matches}]
     if others:
         yield f"{', '.join(others)}: not used, the mechanism does not give it"
+
+
+def _means_removed(record: CampaignRecord) -> Iterator[str]:
+    """Warn where a channel's mean is taken for an offset although what drives the record has a mean that it answers."""
+    if not isinstance(record.command, MeasuredCommand):
+        return
+    for channel in record.command.channels:
+        mean, rms = float(np.mean(channel.samples)), float(np.sqrt(np.mean(np.square(channel.samples))))
+        if not abs(mean) > MEAN_SHARE * rms > 0.0:
+            continue
+        for match in (m for m in record.matches if m.offset_assumed and m.offset and m.quantity in WITH_MEAN):
+            what, of = match.quantity, f"{mean:.4g} {SI_UNIT[channel.quantity]}"
+            yield (
+                f"{what}: its mean is projected out as an offset, by default, although the {channel.quantity} that "
+                f"drives it has a mean, {of}: the mean of the {what} then says nothing of resistance or friction; "
+                "write offset = false in its channel, or offset = true if its zero is not known"
+            )
 
 
 def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:

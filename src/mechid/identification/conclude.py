@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.metadata import version
 
@@ -17,9 +17,11 @@ from mechid.identification.contradiction.departure import departure
 from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_by_record, with_lines
 from mechid.identification.disturbance.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
+from mechid.identification.held_out_nuisance import with_nuisance
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
+from mechid.identification.output_error.coordinates import ON_BOUND
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
@@ -32,6 +34,7 @@ from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain
 from mechid.identification.uncertainty.clock_error import clock_warnings
+from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
@@ -39,12 +42,18 @@ from mechid.plant.mechanism import Mechanism
 
 ONE_RECORD = "One record only: how far other conditions would move the values is not tested."
 MAINLY_PRIOR = "its standard error is mainly its prior's"
+GoOn = Callable[[SearchState, LowerPoint], SearchState | None]
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
-def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> Fit:
-    """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
+def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, go_on: GoOn = lambda *_: None) -> Fit:
+    """Return the fit of a search that has ended, whatever its outcome; it took so many seconds.
+
+    Where a draw within the errors has a lower cost than the estimate, `go_on` continues the search from there; where it
+    gives that up, the fit has not converged.
+    """
     problem, windows, taken = state.problem, state.windows, state.taken
+    declared = campaign
     written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
     hum = lines_by_record(problem, [record.name for record in written.records])
     written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
@@ -53,8 +62,13 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
-    evidence = _evidence(campaign, state, seed, triangle, verdict)
     errors = standard_errors(state, seed, triangle, verdict, clock_declared=campaign.clock_reference is not None)
+    if errors.lower is not None:
+        further = go_on(state, errors.lower)
+        if further is not None:
+            return conclude(declared, further, seed, seconds, go_on)
+        state = state.ending(FitOutcome.NOT_CONVERGED).saying(_lower_warning(errors.lower))
+    evidence = _evidence(campaign, state, seed, triangle, verdict, errors.lower)
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
@@ -85,12 +99,29 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
     )
     if state.beside is None:
-        return graded(fit, evidence)
+        return with_nuisance(graded(fit, evidence), written, state)
     judged = graded(replace(fit, parameters={n: p for n, p in parameters.items() if n not in terms}), evidence)
-    return as_written(replace(judged, parameters=parameters), written, state, state.beside)
+    return with_nuisance(
+        as_written(replace(judged, parameters=parameters), written, state, state.beside), written, state
+    )
 
 
-def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:
+def _lower_warning(lower: LowerPoint) -> str:
+    return (
+        f"a draw within the standard errors has a cost {lower.gain:.3g} lower than the estimate, after the search has "
+        "gone on from such draws before: the cost has many small minima here, and the lowest is not found; try another "
+        "seed"
+    )
+
+
+def _evidence(
+    campaign: Campaign,
+    state: SearchState,
+    seed: int,
+    triangle: Triangle,
+    verdict: Verdict,
+    lower: LowerPoint | None,
+) -> Evidence:
     """Return what the grade rests on beside the fit."""
     problem, windows, lost = state.problem, state.windows, not math.isfinite(triangle.norm)
     targets = {t.name: t for t in problem.targets}
@@ -109,7 +140,7 @@ def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Trian
         campaign=str(campaign.path),
         used=windows,
         used_to_s=used_to_s,
-        promised_fall=math.nan if lost else refused_gain(triangle, verdict.counted),
+        promised_fall=math.nan if lost else max(refused_gain(triangle, verdict.counted), lower.gain if lower else 0.0),
         cost=triangle.cost,
         lost=lost,
         contradicted=state.contradicted,
@@ -171,10 +202,9 @@ def _estimate(
         reason = f"follows {before.tied_to}"
     own = errors.of(before.name) if status is Status.FREE else ParameterErrors()
     bounded_at = errors.on_bounds.get(before.name) if status is Status.AT_BOUND else None
-    contradicted = bounded_at is not None and bounded_at.contradicted
-    beyond = (
-        f"the records want it {bounded_at.beyond:.3g} standard errors beyond" if contradicted and bounded_at else ""
-    )
+    excluded = bounded_at is not None and bounded_at.contradicted
+    physical = excluded and _is_limit_of_physics(before, value)
+    beyond = f"the records want it {bounded_at.beyond:.3g} standard errors beyond" if excluded and bounded_at else ""
     local = errors.local_only.get(before.name, "") if own.held is not None else ""
     bounded = before.is_free and not before.is_periodic
     prior = _prior(before, start, errors)
@@ -196,9 +226,18 @@ def _estimate(
         reason="; ".join(filter(None, (reason, beyond, local, mainly))),
         local_only=bool(local),
         prior=prior,
-        contradicted=contradicted,
-        one_sided=bounded_at.interval if bounded_at and not contradicted else None,
+        contradicted=excluded and not physical,
+        one_sided=bounded_at.interval if bounded_at and (physical or not excluded) else None,
+        at_physical_limit=physical,
     )
+
+
+def _is_limit_of_physics(p: Parameter, value: float) -> bool:
+    """Tell whether a parameter on its bound is where nothing of its kind can go on, as a damping or a friction at 0."""
+    reach = ON_BOUND * (p.max - p.min) if math.isfinite(p.max - p.min) else 0.0
+    lowest = p.min == p.declaration.lower and value - p.min <= reach
+    highest = p.max == p.declaration.upper and p.max - value <= reach
+    return lowest or highest
 
 
 def _start_notes(campaign: Campaign) -> tuple[str, ...]:

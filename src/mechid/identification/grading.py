@@ -15,6 +15,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.search.doubts import WORTH_SAYING
 from mechid.identification.uncertainty.noise import MISFIT
+from mechid.plant.tables import table_of
 
 NEAR_OPTIMUM = 0.1
 """Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in
@@ -24,6 +25,14 @@ NEAR_BOUND = 1e-3
 LEAST_OF_NOISE = 0.5
 """Residual over noise below which what is declared as noise is none: a residual holds all of it; a choice, not
 measured."""
+DIAGNOSE = "mechid diagnose FIT --out DIR, FIT being the result folder"
+"""What to do where the model lacks something: `mechid check` looks at declarations before a fit, and knows none."""
+LIKE_LESS: Mapping[str, str] = {
+    "gear": "backlash or hysteresis of the gear, or channels that are not sampled at the same time",
+    "friction": "another law of friction, or torque that the input channel does not hold",
+    "output_friction": "another law of friction, or cables that push the load",
+}
+"""By table of the mechanism file: what may look like less than none of its damping or friction."""
 PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
 
 
@@ -80,6 +89,7 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         return
     yield from (_value(name, text, again) for name, text in evidence.contradicted.items())
     yield from (_bound(p, again) for p in fit.parameters.values() if p.contradicted)  # why records are not followed
+    yield from (_physical_limit(p) for p in fit.parameters.values() if p.at_physical_limit)
     for record in fit.records.values():
         yield from _record_reasons(record, evidence)
     yield from _search_reasons(fit, evidence)
@@ -129,7 +139,7 @@ def _loss(cause: Cause, record: str, at_s: float, text: str, evidence: Evidence)
         record=record,
         instant_s=at_s,
         text=f"{text}{f': {happens}' if happens else ''}.",
-        next_command=again if cause is Cause.USED_IN_PART else f"mechid check {evidence.campaign}",
+        next_command=again if cause is Cause.USED_IN_PART else DIAGNOSE,
     )
 
 
@@ -146,6 +156,19 @@ def _bound(p: ParameterEstimate, again: str) -> Reason:
     of_file = any(limit is not None and math.isclose(p.value, limit, rel_tol=1e-6) for limit in (p.min, p.max))
     wider = f", with a wider range of {p.name} in the mechanism file" if of_file else ", with another friction law"
     return Reason(cause=Cause.BOUND_CONTRADICTED, parameter=p.name, text=text, next_command=again + wider)
+
+
+def _physical_limit(p: ParameterEstimate) -> Reason:
+    """Return that a parameter is at a limit of physics, as a damping at 0, which is no contradiction by itself."""
+    limit = p.min if p.min is not None and abs(p.value - p.min) <= abs(p.value - (p.max or 0.0)) else p.max
+    at, interval = f"{limit:g} {p.unit}".rstrip(), p.ci95
+    like = LIKE_LESS.get(table_of(p.name), "")
+    text = f"{p.name} is held at {at}: {p.reason}. The model lacks something that acts like less of it"
+    text += f" ({like})" if like else ""
+    if interval is not None:
+        text += f"; its 95 % interval is one-sided, {interval[0]:.3g} to {interval[1]:.3g} {p.unit}".rstrip()
+    text += ". What this may shift of the other values counts in their errors."
+    return Reason(cause=Cause.PHYSICAL_LIMIT, parameter=p.name, text=text, next_command=DIAGNOSE)
 
 
 def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
@@ -195,8 +218,9 @@ def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
                 "nothing shows whether noise of some colour or a lack of the model leaves it: the errors count it as "
                 "noise."
             )
-            check = f"mechid check {evidence.campaign}"
-            yield Reason(cause=Cause.UNEXPLAINED, record=record.name, text=text, next_command=check)
+            level = f"mechid identify {evidence.campaign} --out DIR, with the right noise_sigma of record {record.name}"
+            then = level if ratio < LEAST_OF_NOISE else DIAGNOSE
+            yield Reason(cause=Cause.UNEXPLAINED, record=record.name, text=text, next_command=then)
 
 
 def _percent(fall: float, cost: float) -> str:
@@ -225,7 +249,7 @@ def _disagreement(fit: Fit, found: Consistency, evidence: Evidence) -> Reason:
         text=text,
         widened_most=most,
         widened_median=middle,
-        next_command=f"mechid check {evidence.campaign}",
+        next_command=DIAGNOSE,
     )
 
 

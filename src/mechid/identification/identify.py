@@ -12,7 +12,7 @@ from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
-from mechid.identification.conclude import conclude
+from mechid.identification.conclude import GoOn, conclude
 from mechid.identification.disturbance.disturbance import lines_of, with_disturbances
 from mechid.identification.disturbance.mains import mains, read_anew
 from mechid.identification.identifiability.ambiguity import refuse_free_supply
@@ -33,10 +33,15 @@ from mechid.identification.stages.imitated import without_imitations
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
 ROUGH = 1e-6
 """Relative fall of the cost at which the fit before the release of the noise may stop; a choice, not measured."""
+RELEASED = "noise re-estimated"
+"""The stage by which the last fit is named where it stops at a threshold."""
+MOST_FROM_DRAWS = 3
+"""Times that a search goes on from a draw that is lower than its optimum; a choice, not measured."""
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
@@ -107,14 +112,16 @@ def identify(
             else:
                 state = _follow_plan(watch, state, campaign, seed, near, patient=patient)
             if state.outcome.has_optimum:
-                state = freeze_dependent(watch, state, with_terms(campaign, state))
+                held = freeze_dependent(watch, state, with_terms(campaign, state))
+                again = held.frozen != state.frozen and not campaign.stages
+                state = _past_cliffs_again(watch, state, held, seed) if again else held
             watch.keep(state)
             state = replace(state, searched=True)
         except KeyboardInterrupt:
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
         state = state.saying(*rejection_warnings(state.problem))
         try:
-            return conclude(campaign, state, seed, watch.seconds)
+            return conclude(campaign, state, seed, watch.seconds, _from_draws(watch))
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
             return conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
 
@@ -187,9 +194,39 @@ def _follow_plan(
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))
 
 
+def _past_cliffs_again(watch: Watch, before: SearchState, state: SearchState, seed: int) -> SearchState:
+    """Return the state after a parameter was held, gone on along a threshold at which that fit has stopped.
+
+    What was said of the threshold before it was held holds no longer.
+    """
+    stale = threshold_warnings(RELEASED, before)
+    state = replace(state, warnings=tuple(line for line in state.warnings if line not in stale))
+    state = state.ending(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
+    return watch.note(_judged(fit_past_cliffs(watch, state, _names(state), seed)))
+
+
+def _names(state: SearchState) -> tuple[str, ...]:
+    """Return the names of all that a state's problem moves."""
+    return tuple(dict.fromkeys(state.problem.coordinates.names))
+
+
+def _from_draws(watch: Watch) -> GoOn:
+    """Return what continues a search from a draw of lower cost than its optimum, a few times."""
+    left = MOST_FROM_DRAWS
+
+    def go_on(state: SearchState, lower: LowerPoint) -> SearchState | None:
+        nonlocal left
+        if left == 0:
+            return None
+        left -= 1
+        return watch.note(_judged(joint_fit(watch, state.at(lower.q), "from a lower draw", _names(state))))
+
+    return go_on
+
+
 def _judged(state: SearchState) -> SearchState:
     """Return the state at the end of the plan with what its last joint fit leaves in doubt."""
-    said = threshold_warnings("noise re-estimated", state)
+    said = threshold_warnings(RELEASED, state)
     state = state.saying(*said)
     if state.outcome.has_optimum and said:
         return state.ending(FitOutcome.CLIFF)

@@ -28,7 +28,7 @@ class Estimate:
     source : str
         Where it comes from, in words.
     values : mapping of str to float
-        Of all parameters, by dotted name.
+        Of all parameters, by dotted name, and of what held-out records have of their own.
     sigmas : mapping of str to float
         Standard errors of those that have one.
     summary : mapping
@@ -64,10 +64,12 @@ class Estimate:
 def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
     """Return what a fit of the campaign says; its records are simulated again to judge it."""
     data = report_data(fit, validation=validate(campaign, fit))
+    nuisance = {n: own for r in fit.records.values() if r.nuisance for n, own in r.nuisance.parameters.items()}
     return Estimate(
         source=source,
-        values={name: p.value for name, p in fit.parameters.items()},
-        sigmas={name: p.std_error for name, p in fit.parameters.items() if p.std_error},
+        values={n: p.value for n, p in fit.parameters.items()} | {n: own.value for n, own in nuisance.items()},
+        sigmas={n: p.std_error for n, p in fit.parameters.items() if p.std_error}
+        | {n: own.std_error for n, own in nuisance.items() if own.std_error},
         summary=report_contents(data, campaign, fit)["summary"],
         angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
         records=tuple(as_fitted(record, fit) for record in campaign.records),

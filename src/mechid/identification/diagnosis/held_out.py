@@ -29,7 +29,7 @@ class HeldOut:
 
 
 def held_out(before: Model, after: Model, campaign: Campaign, estimate: Mapping[str, Any]) -> tuple[HeldOut, ...]:
-    """Return how well each record that was held out is predicted; what records have of their own is not known there."""
+    """Return how well each record that was held out is predicted, with what the fit found on its first part."""
     kept = tuple(replace(r, use="estimate") for r in as_recorded(campaign, estimate).records if r.use == "validate")
     if not kept:
         return ()

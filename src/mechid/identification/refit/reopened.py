@@ -112,12 +112,22 @@ def as_recorded(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
     """Return a campaign as its fit read it: records otherwise than declared, hum removed."""
     taken = {name: Reading.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
     campaign, found = campaign_as_read(campaign, taken), estimate["records"]
-    records = tuple(with_lines(r, _lines_removed(found[r.name])) if r.name in found else r for r in campaign.records)
-    return replace(campaign, records=records)
+    own = {name: p["value"] for r in found.values() for name, p in _nuisance(r).items()}
+    records = (record.holding(own) for record in campaign.records)
+    return replace(
+        campaign,
+        records=tuple(with_lines(r, _lines_removed(found[r.name])) if r.name in found else r for r in records),
+    )
 
 
 def _lines_removed(record: Mapping[str, Any]) -> set[float]:
     return {line[0] for channel in record["channels"].values() for line in channel.get("lines", ())}
+
+
+def _nuisance(record: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what was fitted of a held-out record on its first part, by dotted name."""
+    own: Mapping[str, Any] = (record.get("nuisance") or {}).get("parameters", {})
+    return own
 
 
 def _as_free(names: Iterable[str]) -> dict[str, Any]:

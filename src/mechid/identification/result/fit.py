@@ -13,6 +13,7 @@ from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
+from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
@@ -51,8 +52,7 @@ class ChannelFit:
     rejected : int
         Samples that do not count, of those used.
     rejected_runs : tuple of (int, int)
-        All samples of the record that do not count, gaps that were bridged and spikes: first and last-plus-one of
-        each run.
+        All samples that do not count, bridged gaps and spikes: first and last-plus-one of each run.
     noise_rests_on : str
         A `NoiseSource`'s words; empty in files of versions before it was written.
     noise_known : float or None
@@ -115,8 +115,7 @@ class RecordFit:
     samples : int
         Samples used.
     horizon_s : float
-        How far the residual stays within what the noise explains, s from the first sample; where a model lacks
-        something that is not far, and yet the record may be followed.
+        How far the residual stays within what the noise explains, s from the first sample; a small lack ends it early.
     prefilter_order : int
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
@@ -125,6 +124,8 @@ class RecordFit:
         Each of its channels, the leading one first.
     taken : Reading
         How it was taken, where that is not as the campaign file declares it.
+    nuisance : Nuisance or None
+        Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
     """
 
     name: str
@@ -140,6 +141,7 @@ class RecordFit:
     rejected: int = 0
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Reading = DECLARED
+    nuisance: Nuisance | None = None
 
     @property
     def followed_percent(self) -> float:
@@ -189,6 +191,7 @@ class RecordFit:
             "noise_known": self.noise_known,
             "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
             "taken": self.taken.to_dict(),
+            "nuisance": self.nuisance.to_dict() if self.nuisance else None,
         }
 
 

@@ -18,6 +18,7 @@ from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
+from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.terms_beside import TermsBeside
@@ -85,6 +86,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         name: ParameterEstimate(
             name=name,
             prior=PriorShare(**p["prior"]) if p["prior"] else None,
+            at_physical_limit=bool(p.get("at_physical_limit")),
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
             std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
             **_kept(p, PARAMETER),
@@ -96,7 +98,11 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
         name: RecordFit(
-            name=name, channels=_channels(r["channels"]), taken=Reading.from_dict(r["taken"]), **_kept(r, ESTIMATED)
+            name=name,
+            channels=_channels(r["channels"]),
+            taken=Reading.from_dict(r["taken"]),
+            nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
+            **_kept(r, ESTIMATED),
         )
         for name, r in content["records"].items()
     }

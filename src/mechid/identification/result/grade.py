@@ -42,6 +42,7 @@ class Cause(StrEnum):
     OUT_OF_STEP = "out_of_step"
     VALUE_CONTRADICTED = "value_contradicted"
     BOUND_CONTRADICTED = "bound_contradicted"
+    PHYSICAL_LIMIT = "physical_limit"
     NOT_CONVERGED = "not_converged"
     INCOMPLETE = "incomplete"
     PARTS_DISAGREE = "parts_disagree"
@@ -60,6 +61,7 @@ class Cause(StrEnum):
 
 OF_USE = (
     Cause.INCOMPLETE,
+    Cause.PHYSICAL_LIMIT,
     Cause.PARTS_DISAGREE,
     Cause.THRESHOLD,
     Cause.NEAR_OPTIMUM,
@@ -78,6 +80,7 @@ CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.OUT_OF_STEP: "out of step",
     Cause.VALUE_CONTRADICTED: "value contradicted",
     Cause.BOUND_CONTRADICTED: "bound contradicted",
+    Cause.PHYSICAL_LIMIT: "at a limit of physics",
     Cause.NOT_CONVERGED: "not converged",
     Cause.INCOMPLETE: "mechanism incomplete",
     Cause.PARTS_DISAGREE: "model error",

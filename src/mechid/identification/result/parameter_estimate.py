@@ -45,7 +45,8 @@ class ParameterEstimate:
     Student's t, by which the interval follows from `std_error`; None: so many that it is the normal distribution.
     `local_only`: the cost within its standard error is not what the derivatives
     say, so that the error is none to rely on; `reason` says where. `contradicted`: the records want it beyond
-    its bound by more than chance. `one_sided`: its 95 % interval where it lies on a bound that the records allow.
+    its bound by more than chance; `at_physical_limit`: the same of a limit of physics, as a damping at 0, which no
+    wider range mends. `one_sided`: its 95 % interval on a bound that is not contradicted, or on a limit of physics.
     """
 
     name: str
@@ -66,6 +67,7 @@ class ParameterEstimate:
     dof: float | None = None
     contradicted: bool = False
     one_sided: tuple[float, float] | None = None
+    at_physical_limit: bool = False
 
     @property
     def ci95(self) -> tuple[float, float] | None:
@@ -95,4 +97,5 @@ class ParameterEstimate:
             "local_only": self.local_only,
             "prior": asdict(self.prior) if self.prior else None,
             "contradicted": self.contradicted,
+            "at_physical_limit": self.at_physical_limit,
         }

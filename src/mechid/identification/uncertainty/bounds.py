@@ -31,7 +31,8 @@ class OnBound:
     beyond : float
         How far beyond it the records want it, in standard errors.
     interval : (float, float)
-        95 % of what they leave within, in the file's unit, the bound first or last.
+        95 % of what they leave within, in the file's unit, the bound first or last. Where they contradict the bound,
+        the contradiction counts as a further error.
     """
 
     name: str
@@ -80,11 +81,24 @@ def on_bounds(
         sigma = math.sqrt(max(float(outward @ covariance @ outward), 0.0))
         away = max(float(outward @ step), 0.0)
         beyond = away / sigma if sigma > 0.0 else 0.0
-        inside = sigma * -float(ndtri(0.05 * float(ndtr(-min(beyond, CONTRADICTED))))) - away
+        # Beyond chance the model is wrong by as much as the records are off: that counts as an error of its own.
+        spread = math.hypot(sigma, away) if beyond >= CONTRADICTED else sigma
+        outside = away / spread if spread > 0.0 else 0.0
+        inside = spread * -float(ndtri(0.05 * float(ndtr(-outside)))) - away
         within = problem.coordinates.clip(q - inside * outward)
-        ends = [problem.coordinates.values(x)[name] for x in (q, within)]
+        ends = [problem.coordinates.values(x)[name] for x in (_at_edge(problem, q, int(j), outward), within)]
         found[name] = OnBound(name, beyond, (min(ends), max(ends)))
     return list(found.values())
+
+
+def _at_edge(problem: Problem, q: FloatArray, j: int, outward: FloatArray) -> FloatArray:
+    """Return a point with a coordinate on its very bound, which the solver only comes near; a detent's as it is."""
+    at = problem.coordinates
+    if j < at.space.size and at.space.coordinates[j].kind == "cosine":
+        return q
+    edge = q.copy()
+    edge[j] = at.lower[j] if outward[j] < 0.0 else at.upper[j]
+    return edge
 
 
 def _outward(problem: Problem, q: FloatArray, j: int) -> FloatArray:

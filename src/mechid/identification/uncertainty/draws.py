@@ -17,6 +17,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.doubts import WORTH_SAYING
 from mechid.kernel.batch.source import SETS
 from mechid.simulation.block import Block
 
@@ -49,8 +50,24 @@ class Departure:
         return f"record {self.record} at {self.instant_s:.6g} s"
 
 
-def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray, seed: int) -> list[Departure]:
-    """Return the records whose cost departs from the quadratic in some of 30 draws from the covariance.
+@dataclass(frozen=True, eq=False)
+class LowerPoint:
+    """A point of lower cost than the estimate: (n,), and by how much lower, in sigmas squared."""
+
+    q: FloatArray
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """What 30 draws around an estimate show: where the cost departs from the quadratic, and a lower point if any."""
+
+    departures: tuple[Departure, ...] = ()
+    lower: LowerPoint | None = None
+
+
+def examine_draws(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray, seed: int) -> Draws:
+    """Simulate 30 draws from the covariance, and return what their cost says of the estimate.
 
     Parameters
     ----------
@@ -65,7 +82,8 @@ def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: Fl
     used = [t for t in problem.targets if t.name in windows]
     triangles = problem.triangles(q, windows)
     points = _drawn(problem, q, covariance, seed)
-    excess = _excess(problem, q, windows, triangles, points)
+    cost = _costs(problem, windows, points)
+    excess = cost - _promised(q, triangles, points)
     total = np.abs(excess.sum(axis=1)) > DEPARTURE
     found = []
     for k, target in enumerate(used):
@@ -75,7 +93,19 @@ def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: Fl
             instant = _instant(problem, target, q, points[worst], windows[target.name])
             across = _across(problem, points, off, covariance)
             found.append(Departure(target.name, instant, int(off.sum()), float(excess[worst, k]), across))
-    return found
+    return Draws(tuple(found), _lowest(problem, q, points, cost.sum(axis=1), sum(t.cost for t in triangles)))
+
+
+def _lowest(problem: Problem, q: FloatArray, points: FloatArray, costs: FloatArray, here: float) -> LowerPoint | None:
+    """Return the draw of the lowest cost, priors counted; None where none is lower by more than is worth saying."""
+    gains = here + _prior_cost(problem, q) - costs - [_prior_cost(problem, point) for point in points]
+    best = int(np.argmax(gains))
+    return LowerPoint(points[best], float(gains[best])) if gains[best] > WORTH_SAYING else None
+
+
+def _prior_cost(problem: Problem, q: FloatArray) -> float:
+    away, _ = problem.coordinates.prior_rows(q)
+    return float(np.sum(away**2))
 
 
 def told_by(
@@ -117,18 +147,20 @@ def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -
     return np.asarray(problem.coordinates.clip(q + steps), dtype=np.float64)
 
 
-def _excess(
-    problem: Problem, q: FloatArray, windows: Windows, triangles: Sequence[Triangle], points: FloatArray
-) -> FloatArray:
-    """Return how far each record's cost at each point exceeds the quadratic, (points, records) in sigmas squared."""
+def _costs(problem: Problem, windows: Windows, points: FloatArray) -> FloatArray:
+    """Return the cost of each record at each point, (points, records) in sigmas squared."""
     used = [t for t in problem.targets if t.name in windows]
-    promised = [[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points]
     names = [t.name for t in sorted(used, key=lambda t: -windows[t.name][1])]
     tasks = [(name, points[k : k + SETS]) for name in names for k in range(0, len(points), SETS)]
     norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
     of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
-    return np.asarray(np.where(np.isfinite(found), found, 1e12) - promised, dtype=np.float64)
+    return np.where(np.isfinite(found), found, 1e12)
+
+
+def _promised(q: FloatArray, triangles: Sequence[Triangle], points: FloatArray) -> FloatArray:
+    """Return what the quadratic at `q` makes of the cost of each record at each point, (points, records)."""
+    return np.array([[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points])
 
 
 def _norms(problem: Problem, windows: Windows, task: tuple[str, FloatArray]) -> list[float]:

@@ -9,7 +9,7 @@ is right, where the campaign leaves it open (`clock_error`).
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,7 +26,7 @@ from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bo
 from mechid.identification.uncertainty.clock_error import clock_step, clocks_differ
 from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import Scores, covariances, scores
-from mechid.identification.uncertainty.draws import Departure, departures, told_by
+from mechid.identification.uncertainty.draws import Departure, Draws, LowerPoint, examine_draws, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
 from mechid.identification.uncertainty.model_error import Comparison, ModelError
 
@@ -66,6 +66,8 @@ class StandardErrors:
     on_bounds : dict of str to OnBound
     consistency : Consistency or None
         None where nothing is estimated.
+    lower : LowerPoint or None
+        A draw whose cost is lower than that of the estimate, which is no optimum then.
     warnings : tuple of str
     """
 
@@ -80,6 +82,7 @@ class StandardErrors:
     local_only: dict[str, str] = field(default_factory=dict)
     on_bounds: dict[str, OnBound] = field(default_factory=dict)
     consistency: Consistency | None = None
+    lower: LowerPoint | None = None
     warnings: tuple[str, ...] = ()
 
     def of(self, name: str) -> ParameterErrors:
@@ -171,7 +174,8 @@ def standard_errors(
     step = clock_step(problem, q, windows, triangle, verdict.counted) if undecided else np.zeros(q.size)
     spread.add_shift(step)
     sigma, dof, correlation = spread.result(considered)
-    local = departures(problem, q, windows, by_noise.robust, seed) if state.outcome.good else []
+    drawn = examine_draws(problem, q, windows, by_noise.robust, seed) if state.outcome.good else Draws()
+    local = drawn.departures
     grazing = grazing_switches(problem, q, windows, by_noise.robust)
     return StandardErrors(
         names=names,
@@ -185,6 +189,7 @@ def standard_errors(
         local_only=_concerned(state, q, verdict, local),
         on_bounds={b.name: b for b in bounded},
         consistency=consistency,
+        lower=drawn.lower,
         warnings=(*map(_warning, local), *map(str, grazing), *_beyond_what_is_seen(consistency)),
     )
 
@@ -304,7 +309,7 @@ def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: F
     return np.where(unseen, np.inf, np.sqrt(variance))
 
 
-def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: list[Departure]) -> dict[str, str]:
+def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: Sequence[Departure]) -> dict[str, str]:
     if not local:
         return {}
     names = told_by(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
@@ -314,9 +319,10 @@ def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: list[
 
 
 def _warning(departure: Departure) -> str:
+    side = "above" if departure.excess > 0.0 else "below"
     return (
         f"{departure}: near a stick/slip threshold: in {departure.draws} of 30 draws within the standard errors a "
-        f"stick/slip falls the other way there, which changes the cost by up to {departure.excess:.3g}; the standard "
-        "errors that rest on this record hold on this side of the threshold only; see `mechid profile` and `mechid "
-        "bootstrap`"
+        f"stick/slip falls the other way there, with the cost up to {abs(departure.excess):.3g} {side} the quadratic "
+        "that standard errors rest on; those that rest on this record hold on this side of the threshold only; see "
+        "`mechid profile` and `mechid bootstrap`"
     )

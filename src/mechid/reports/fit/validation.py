@@ -64,6 +64,8 @@ def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]
         "name": record.name,
         "use": channel.use or record.use,
         "quantity": channel.quantity,
+        "fitted_of_its_own": list(record.nuisance.words()) if record.nuisance else [],
+        "judged_from_s": record.nuisance.until_s if record.nuisance else None,
         **{key: entry for key, entry in row.items() if key != "orders"},
         "text": {
             "fit_percent": digits(channel.fit_percent, 4),

@@ -100,13 +100,19 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
     lines += [_misfit(row, residual) for row, residual in _misfits(data, residuals)]
     lines += [left_out_words(_called(row), row["text"]["fit_percent"]) for row in left_out(rows)]
     tested = held_out(rows)
-    lines += [
-        f"Record {_called(row)} was held out and is predicted with a fit of {row['text']['fit_percent']} %."
-        for row in tested
-    ]
+    lines += [_predicted(row) for row in tested]
     if rows and not tested:
         lines.append('No record was held out (use = "validate"): the prediction of new records is not tested.')
     return lines
+
+
+def _predicted(row: Data) -> str:
+    """Return how a record that was held out is predicted, and which part of it where one was fitted."""
+    fit = f"predicted with a fit of {row['text']['fit_percent']} %."
+    if row.get("judged_from_s") is None:
+        return f"Record {_called(row)} was held out and is {fit}"
+    own, until = ", ".join(row["fitted_of_its_own"]), digits(row["judged_from_s"], 4)
+    return f"Record {_called(row)} was held out: {own} fitted on its first part, up to {until} s; the rest is {fit}"
 
 
 def _capital(sentence: str) -> str:

@@ -1,0 +1,251 @@
+"""Fit of what a held-out record has of its own, on its first part, with the mechanism held at the estimate.
+
+A time offset, a gain or a supply voltage that a held-out record declares as free says nothing of the mechanism, and no
+record that is fitted shows it. Taken at the file's value it would be counted as an error of the mechanism.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from mechid.arrays import BoolArray, FloatArray
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.command import MeasuredCommand
+from mechid.command.edges import steps_travelled
+from mechid.identification.identifiability.verdict import seen_coordinates
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import Target, is_time_offset, target_of
+from mechid.identification.result.channel_noise import channel_noises
+from mechid.identification.result.fit import Fit, RecordFit
+from mechid.identification.result.missing import OwnValue
+from mechid.identification.result.nuisance import Nuisance
+from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.record_fit import record_fit
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.run_up import run_up
+from mechid.identification.search.solve import solve
+from mechid.identification.uncertainty.covariance import residual, uncertainty
+from mechid.identification.uncertainty.noise import without_spikes
+from mechid.signal.moments import norm
+from mechid.signal.series import blocks
+
+FIRST_SHARE, LARGEST_SHARE = 0.1, 0.5
+"""Of the record from where its motion begins, that the first part is at least; of the whole record, at most."""
+FIRST_STEPS = 16.0
+"""Full steps that the first part holds, four electrical turns; a choice, not measured."""
+MOVES = 0.1
+"""Share of the largest swing of a record under a measured input, from which on it moves; a choice, not measured."""
+LOOKED_AT = 20_000
+"""Instants at which the travel of a command is looked at."""
+MOST_OFFSETS, FINE_OFFSETS, BRANCHES = 256, 33, 3
+"""Time offsets that are tried over the declared range, and about each of the best, before those are refined."""
+
+
+def with_nuisance(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
+    """Return a fit with what its held-out records have of their own fitted on their first parts.
+
+    Parameters
+    ----------
+    fit : Fit
+    campaign : Campaign
+        Its records as the fit read them.
+    state : SearchState
+        At the end of the search: its targets have the noise levels found, its problem the priors.
+
+    Returns
+    -------
+    Fit
+        Its held-out records predicted with what was found, over the rest; what was found is in its notes, what the
+        first part does not tell in its warnings.
+    """
+    records, notes, warnings = dict(fit.records), list(fit.notes), list(fit.warnings)
+    for record in (r for r in campaign.validated if r.data is not None and r.name in records):
+        known = record.holding({name: p.value for name, p in fit.parameters.items()})
+        if not any(q.is_free for q in known.parameters):
+            continue
+        if fit.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED):
+            warnings.append(f"record {record.name}: held out, and predicted at the values that its table begins with")
+            continue
+        found = _fitted(known, fit, campaign, state)
+        records[record.name] = _judged(known, found, fit, state)
+        notes.append(_note(record.name, found))
+        warnings += _doubts(known, found)
+    return replace(fit, records=records, notes=tuple(notes), warnings=tuple(warnings))
+
+
+def first_part(record: CampaignRecord, target: Target) -> int:
+    """Return the samples of the first part of a record: a tenth of its motion, and 16 full steps at least.
+
+    It follows from the record and its command alone, so that any two fits are judged by the same rest. Half of the
+    record is left for that in any case.
+    """
+    n = target.samples
+    begins, enough = _measured_motion(target) if isinstance(record.command, MeasuredCommand) else _steps(target)
+    stop = max(begins + math.ceil(FIRST_SHARE * (n - begins)), enough, target.burn_in + 1)
+    return max(min(stop, math.floor(LARGEST_SHARE * n)), 1)
+
+
+def _steps(target: Target) -> tuple[int, int]:
+    """Return the samples at which a command begins to step and has made enough steps, at its latest time offset."""
+    offset, base = target.time_offset, target.base
+    times = base.start_s + np.linspace(0.0, base.duration_s, min(LOOKED_AT, base.samples))
+    travelled = steps_travelled(target.command.rate, times - (offset.max if offset.is_free else offset.value))
+    travelled -= travelled[0]
+    places = np.searchsorted(travelled, [1e-9, FIRST_STEPS]) / max(times.size - 1, 1) * (base.samples - 1)
+    begins, enough = np.ceil(places).astype(int).tolist()
+    return min(begins, base.samples), min(enough, base.samples)
+
+
+def _measured_motion(target: Target) -> tuple[int, int]:
+    """Return the sample at which a record under a measured input begins to move, twice."""
+    y = target.leading.measured
+    first = float(y[0:1][0])
+    largest = max(float(np.max(np.abs(y[part] - first))) for part in blocks(y.size))
+    for part in blocks(y.size):
+        moving = np.flatnonzero(np.abs(y[part] - first) >= MOVES * largest)
+        if moving.size:
+            return (begins := part.start + int(moving[0])), begins
+    return 0, 0
+
+
+def _fitted(record: CampaignRecord, fit: Fit, campaign: Campaign, state: SearchState) -> Nuisance:
+    """Return what a record has of its own at the least squares of its first part."""
+    problem, target = _problem(record, fit, campaign, state)
+    windows = {target.name: (0, first_part(record, target))}
+    solutions = [solve(problem, q, windows) for q in _starts(problem, target, windows[target.name])]
+    best = min(solutions, key=lambda s: s.triangle.norm if np.isfinite(s.triangle.norm) else math.inf)
+    q, (_, stop) = best.q, windows[target.name]
+    if np.isfinite(best.triangle.norm):
+        seen = seen_coordinates(problem, best.triangle)
+        q = np.where(seen, q, problem.start)
+        counted = seen & ~problem.coordinates.on_bound(q)
+        variance = _by_noise(problem, target, q, stop, counted) + _by_mechanism(problem, target, q, stop, counted, fit)
+        errors = np.where(counted, np.sqrt(variance), np.nan)
+    else:
+        q, errors = problem.start, np.full(q.size, np.nan)
+    units = {p.name: p.declaration.unit for p in target.moved}
+    named = zip(problem.coordinates.own_names, q.tolist(), errors.tolist(), strict=True)
+    own = {n: OwnValue(value=x, std_error=e if math.isfinite(e) else None, unit=units[n]) for n, x, e in named}
+    return Nuisance(samples=stop, until_s=target.base.start_s + stop * target.base.interval_s, parameters=own)
+
+
+def _problem(record: CampaignRecord, fit: Fit, campaign: Campaign, state: SearchState) -> tuple[Problem, Target]:
+    """Return the problem of one record with the mechanism held, its channels at the noise levels of the fit."""
+    noises = channel_noises(record, state.problem.targets)
+    target = target_of(record)
+    if campaign.options.spikes == "reject":
+        target = without_spikes(target)
+    target = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].found.sigma))
+    wanted = () if campaign.options.priors == "none" else target.moved
+    priors = {p.name: (p.value, p.sigma) for p in wanted if p.sigma}
+    space, was = SearchSpace(fit.mechanism.with_free(())), state.problem
+    return Problem(space, (target,), priors, substeps=was.substeps, workers=was.workers), target
+
+
+def _starts(problem: Problem, target: Target, window: tuple[int, int]) -> list[FloatArray]:
+    """Return where the search begins: the file's values, and the best time offsets where that is free.
+
+    The misfit over a time offset has a valley for each period of whatever swings, so that the nearest one is often
+    not the deepest.
+    """
+    start = run_up(problem, problem.start)
+    place = next((j for j, c in enumerate(problem.coordinates.own) if is_time_offset(c.parameter)), None)
+    if place is None:
+        return [start]
+    low, high = float(problem.coordinates.lower[place]), float(problem.coordinates.upper[place])
+    count = int(np.clip(math.ceil((high - low) / (2.0 * target.base.interval_s)) + 1, 5, MOST_OFFSETS))
+    apart = (high - low) / (count - 1)
+    found = [start]
+    for offset in _best(problem, target, window, start, place, np.linspace(low, high, count))[:BRANCHES]:
+        about = np.clip(np.linspace(offset - apart, offset + apart, FINE_OFFSETS), low, high)
+        fine = _best(problem, target, window, start, place, about)[:1]
+        found += [_with_offset(start, place, x) for x in fine]
+    return found
+
+
+def _best(
+    problem: Problem, target: Target, window: tuple[int, int], start: FloatArray, place: int, offsets: FloatArray
+) -> list[float]:
+    """Return the offsets at which the misfit is less than beside them, the least misfit first."""
+    points = [_with_offset(start, place, float(x)) for x in offsets]
+    norms = np.array(problem.norms_at(target, points, window))
+    around = np.concatenate([[math.inf], np.where(np.isfinite(norms), norms, math.inf), [math.inf]])
+    least = np.flatnonzero((around[1:-1] <= around[:-2]) & (around[1:-1] <= around[2:]) & np.isfinite(norms))
+    return [float(offsets[k]) for k in least[np.argsort(norms[least], kind="stable")]]
+
+
+def _with_offset(q: FloatArray, place: int, offset: float) -> FloatArray:
+    out = q.copy()
+    out[place] = offset
+    return out
+
+
+def _by_noise(problem: Problem, target: Target, q: FloatArray, stop: int, counted: BoolArray) -> FloatArray:
+    """Return variances at a point, (n,), by the residual of the first part, of any colour; 0 of what is not counted."""
+    window = (0, stop)
+    series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+    sizes = {c.quantity: norm(series[c.quantity]) / math.sqrt(stop) for c in target.channels}
+    judged = target.each(lambda channel: replace(channel, sigma=max(channel.sigma, sizes[channel.quantity])))
+    problem = replace(problem, targets=(judged,))
+    windows = {target.name: window}
+    robust = uncertainty(problem, q, windows, problem.joint(q, windows), counted).robust
+    return np.maximum(np.diag(robust), 0.0)
+
+
+def _by_mechanism(
+    problem: Problem, target: Target, q: FloatArray, stop: int, counted: BoolArray, fit: Fit
+) -> FloatArray:
+    """Return variances at a point, (n,), by the errors of the mechanism, which is held: they move what is fitted."""
+    names = [name for name in fit.correlation_names if name in fit.mechanism.parameters]
+    if not names or not counted.any():
+        return np.zeros(q.size)
+    space = SearchSpace(fit.mechanism.with_free(tuple(names)))
+    moved = replace(problem, space=space)
+    values, slopes = moved.coordinates.value_slopes(point := np.concatenate([space.start, q]))
+    J = moved.triangle(moved.targets[0], point, (0, stop)).jacobian
+    own = J[:, space.size :][:, counted]
+    by_coordinate = -np.linalg.lstsq(own, J[:, : space.size], rcond=None)[0]
+    by_value = by_coordinate @ np.linalg.pinv(slopes[: len(space.mechanism.free), : space.size])
+    places = [fit.correlation_names.index(name) for name in values[: len(space.mechanism.free)]]
+    variance = np.zeros(q.size)
+    variance[counted] = np.diag(by_value @ fit.covariance[np.ix_(places, places)] @ by_value.T)
+    return np.maximum(np.nan_to_num(variance), 0.0)
+
+
+def _judged(record: CampaignRecord, found: Nuisance, fit: Fit, state: SearchState) -> RecordFit:
+    """Return how well the rest of a record is predicted with what was found."""
+    settled = record.holding(found.values)
+    problem = replace(state.problem, space=SearchSpace(fit.mechanism.with_free(())))
+    target = target_of(settled)
+    rest = {record.name: (found.samples, target.samples)}
+    q = problem.coordinates.point({name: p.value for name, p in fit.parameters.items()})
+    own = record_fit(settled, problem, q, rest)
+    return replace(own, taken=fit.records[record.name].taken, nuisance=found)
+
+
+def _note(record: str, found: Nuisance) -> str:
+    """Say what was fitted of a record that is held out, and on which part."""
+    return (
+        f"record {record}: held out; {', '.join(found.words())} fitted on its first part, up to {found.until_s:.4g} s, "
+        "with the mechanism held; its figures are those of the rest"
+    )
+
+
+def _doubts(record: CampaignRecord, found: Nuisance) -> Iterator[str]:
+    """Warn of what the first part does not tell, or wants beyond its bounds."""
+    for q in (q for q in record.parameters if q.name in found.parameters):
+        own = found.parameters[q.name]
+        if own.std_error is not None:
+            continue
+        at_bound = min(abs(own.value - q.min), abs(own.value - q.max)) < 1e-6 * (q.max - q.min)
+        reason = (
+            f"lies at its bound {own.value:.6g} {q.declaration.unit}; give it a wider range"
+            if at_bound
+            else f"does not show in it; the value in the campaign file, {own.value:.6g} {q.declaration.unit}, is used"
+        )
+        yield f"{q.name}: fitted on the record's first part, up to {found.until_s:.4g} s, it {reason}"
