@@ -15,7 +15,7 @@ from bokeh.server.contexts import BokehSessionContext
 from jinja2 import Template
 
 from mechid.errors import MechidError, UsageError
-from mechid.reports.template import asset, environment
+from mechid.reports.template import asset, environment, page_style
 from mechid.web.diagnosed_shown import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
@@ -37,7 +37,7 @@ def page_template() -> Template:
     templates = environment(PACKAGE)
     own = files(PACKAGE).joinpath("templates")
     templates.globals |= {
-        "style": asset("report.css") + own.joinpath("explorer.css").read_text(encoding="utf-8"),
+        "style": page_style() + own.joinpath("explorer.css").read_text(encoding="utf-8"),
         "script": asset("painted.js") + own.joinpath("explorer.js").read_text(encoding="utf-8"),
     }
     return templates.get_template("explorer.html")
