@@ -38,6 +38,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "format": FORMAT,
         "file": file.path.name,
         "estimate": str(file.estimate),
+        "synthetic": budget.estimate.synthetic,
         "structure": file.structure.name,
         "line_of_sight": list(file.structure.line_of_sight),
         "model_discrepancy": budget.estimate.discrepancy.overall,

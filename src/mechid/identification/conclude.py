@@ -79,6 +79,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
+        synthetic=campaign.synthetic,
     )
     if state.beside is None:
         return graded(fit, evidence)

@@ -106,8 +106,9 @@ def identified_into(
             validation = validate(campaign, fit, illustration.begin)
             fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, say=audience.say)
             name = mechanism_name(campaign, folder)
-            fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
-            data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+            fit = replace(fit, synthetic=fit.synthetic or truth is not None)
+            fit = signed(fit, name, estimated_text(fit))
+            data = report_data(fit, truth, validation=validation)
             files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
             shown = _report(data, campaign, fit, validation, folder, audience.say, illustration)
             files += [journal, *diagnosed, *shown]

@@ -266,6 +266,7 @@ class Fit(Shown):
     suggested: tuple[Suggested, ...] = ()
     beside: TermsBeside | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
+    synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
 
     def linear(
@@ -328,6 +329,7 @@ class Fit(Shown):
         return {
             "format": FORMAT,
             "grade": str(self.grade),
+            "synthetic": self.synthetic,
             "grade_reasons": [reason.to_dict() for reason in self.reasons],
             "outcome": {"code": self.outcome.code, "message": self.outcome.value},
             "parameters": {name: p.to_dict() for name, p in self.parameters.items()},

@@ -11,7 +11,7 @@ from rich.console import Console
 from mechid.reports.budget.contents import budget_contents
 from mechid.reports.budget.tables import mode_table, requirement_table, side_table
 from mechid.reports.budget.verdict import deciding_coupling
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 
 SHOWN_SHARES, SHOWN_CROSSINGS = 3, 12
 
@@ -20,6 +20,7 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
     """Print what `budget_data` made, and where the files are."""
     data = budget_contents(data)
     verdict = data["verdict"]
+    say_if_synthetic(console, data)
     say(console, verdict["headline"], "bold")
     print_lines(console, "margin", verdict["questions"][0]["answers"] if data["requirements"] else [])
     say(console, "Modes of operation, at the rate of the largest one-way line-of-sight RMS in full steps/s", "bold")
