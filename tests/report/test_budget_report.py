@@ -11,6 +11,7 @@ import pytest
 from rich.console import Console
 
 from browser import chromium, faults, printed_to_pdf, requests, shown
+from colours_drawn import wrong_colours
 from mechid.budgets.budget import _with_deciding, make_budget
 from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.example import BUDGET, write_example
@@ -189,6 +190,12 @@ def test_no_legend_lies_over_curves(data):
         boxes = [(b.x0 + 1, b.y0 + 1, b.x1 - 1, b.y1 - 1) for b in (legend.get_window_extent() for legend in legends)]
         over = [1 for x0, y0, x1, y1 in boxes for a in axes if x0 < a.x1 and x1 > a.x0 and y0 < a.y1 and y1 > a.y0]
         assert not over, name
+
+
+def test_colours_mean_what_they_mean_elsewhere(data):
+    """Truth: the one table of colours."""
+    figures = budget_figures(budget_contents(data))
+    assert [line for figure in figures.values() for line in wrong_colours(figure)] == []
 
 
 def test_only_shares_that_can_be_seen_are_named(data):

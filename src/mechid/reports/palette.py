@@ -49,7 +49,7 @@ _SERIES = (  # the first and third are a digit off `effect` and `estimate`: each
     Colour("#B8A900", "#9a8d00", "#cfc23a"),
     Colour("#8C8C8C", "#8c8c8c", "#8c8c8c"),
     Colour("#B9A3E3", "#a48bd8", "#8f78c4"),
-    Colour("#3B6E6E", "#3b6e6e", "#7fb5b5"),
+    Colour("#1F7A8C", "#1f7a8c", "#6fc0d0"),
 )
 SERIES = tuple(colour.paper for colour in _SERIES)
 """Told apart by eye from one another and from measured, modelled, residual and noise."""
