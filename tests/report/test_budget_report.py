@@ -198,6 +198,18 @@ def test_colours_mean_what_they_mean_elsewhere(data):
     assert [line for figure in figures.values() for line in wrong_colours(figure)] == []
 
 
+@pytest.mark.parametrize("is_so", [True, False])
+def test_terminal_page_and_markdown_say_that_records_were_simulated(data, tmp_path, is_so):
+    """Truth: what the estimate says."""
+    changed = {**data, "synthetic": is_so}
+    console = Console(width=200, file=io.StringIO())
+    print_budget(changed, console)
+    write_budget_report(changed, tmp_path)
+    said = [(tmp_path / name).read_text(encoding="utf-8") for name in ("budget.html", "budget.md")]
+    for text in (console.file.getvalue(), *said):
+        assert ("records were simulated" in text) == is_so
+
+
 def test_only_shares_that_can_be_seen_are_named(data):
     """Truth: the shares themselves."""
     figure = budget_figures(budget_contents(data))["budget_shares"]

@@ -51,7 +51,7 @@ def test_no_colour_stands_anywhere_but_in_the_table():
     for path in root.rglob("*.py"):
         if path.name != "palette.py":
             assert LITERAL.findall(path.read_text(encoding="utf-8")) == [], path
-    for path in (*root.rglob("*.css"), *root.rglob("*.html")):
+    for path in (*root.rglob("*.css"), *root.rglob("*.html"), *root.rglob("*.js")):
         text = path.read_text(encoding="utf-8")
         assert [name for name in MEANINGS if f"--{name}:" in text] == [], path
     assert all(colour_style().count(f"--{name}:") == 4 for name in MEANINGS)
