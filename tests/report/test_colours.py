@@ -57,6 +57,14 @@ def test_no_colour_stands_anywhere_but_in_the_table():
     assert all(colour_style().count(f"--{name}:") == 4 for name in MEANINGS)
 
 
+def test_style_sheets_use_a_meaning_for_nothing_else():
+    """Truth: the classes that name it, in the keys of the explorer's figures."""
+    for path in Path(str(files("mechid"))).rglob("*.[ch][st]*"):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            for name in FOUR:
+                assert line.count(f"var(--{name})") == line.count(f".line-{name}::before"), (path, line)
+
+
 def test_the_figures_of_a_report(reported, tmp_path):
     asked = []
 
