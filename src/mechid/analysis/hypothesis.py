@@ -74,6 +74,8 @@ class Hypothesis:
     name : str
         Of its folder.
     grade : Grade
+    synthetic : bool
+        Whether its records were simulated.
     outcome : FitOutcome
     equations : str
         Digest of the plant.

@@ -236,6 +236,8 @@ class Fit(Shown):
         What the fit is worth.
     reasons : tuple of Reason
         Why it has no better grade.
+    synthetic : bool
+        Whether the records were simulated.
     missing : tuple of Missing
         What the files do not declare and the records ask for, put into the fit.
     suggested : tuple of Suggested
