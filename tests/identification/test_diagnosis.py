@@ -1,6 +1,7 @@
 """A diagnosis names what a mechanism file lacks, proposes a file that has it, and names nothing where nothing is."""
 
 import json
+import re
 import tomllib
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import mechid
+from colours_drawn import wrong_colours
 from diagnosis_bench import HARMONIC, made, tables
 from mechid.analysis.preference import ComparisonOutcome
 from mechid.campaign import catalogue_mechanism
@@ -20,10 +22,14 @@ from mechid.identification.identify import identify
 from mechid.reports import report_data
 from mechid.reports.console import console_on
 from mechid.reports.diagnosis.contents import diagnosis_data, evidence_lines
+from mechid.reports.diagnosis.figures import diagnosis_figures
 from mechid.reports.diagnosis.files import DATA_NAME, PROPOSED_NAME, write_diagnosis
 from mechid.reports.diagnosis.terminal import print_diagnosis
 from mechid.signal.strongest import strongest
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
+
+COMPLETED = ("modelled, with the effects", "residual, with the effects")
+"""Of the completed model, in the colour of effects."""
 
 
 def test_what_is_missing_is_named_with_its_value(lacking):
@@ -86,6 +92,9 @@ def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
     assert appended["stepper"]["torque_harmonic"][0]["amplitude"]["value"] == pytest.approx(0.01, rel=0.1)
     assert (tmp_path / "out" / PROPOSED_NAME).is_file()
     folder = tmp_path / "out"
+    assert [
+        line for _, figure in diagnosis_figures(found.pictures) for line in wrong_colours(figure, other=COMPLETED)
+    ] == []
     figures = {path.name for path in (folder / "figures").glob("*.svg")}
     drawn = {"diagnosis_stretch.svg", *(f"diagnosis_{name}_spectrum.svg" for name in one["records"])}
     assert figures == drawn
@@ -207,6 +216,9 @@ def test_nothing_is_named_where_nothing_is_missing():
     assert found.unexplained == 0.0
     assert "Nothing is left to explain" in found.words
     assert found.pictures.spectra == ()
+    tried = {one.name: one.why for one in found.tried}
+    assert {"stepper.detent:0.9deg", "gear.kinematic_error:1", "stepper.torque_harmonic:3"} <= tried.keys()
+    assert all(re.search("of the misfit, chi-square .* is asked for|not looked for", why) for why in tried.values())
 
 
 def test_a_failed_fit_is_refused_with_what_to_do():

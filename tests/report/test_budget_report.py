@@ -4,17 +4,20 @@ import copy
 import io
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from browser import chromium, faults, printed_to_pdf, requests, shown
-from mechid.budgets.budget import make_budget
+from colours_drawn import wrong_colours
+from mechid.budgets.budget import _with_deciding, make_budget
 from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.example import BUDGET, write_example
 from mechid.budgets.margins import margins
 from mechid.budgets.numbers import budget_data
+from mechid.budgets.standing import nominal_level
 from mechid.identification.result.estimate_file import json_text
 from mechid.reports.budget.contents import budget_contents
 from mechid.reports.budget.figures import budget_figures
@@ -71,12 +74,47 @@ def test_the_two_way_margin_decides_where_it_was_worked_out(data, made):
     assert margins(slew, None)["decided"] == {
         "coupling": "one-way",
         "level_rad": slew.level.value,
+        "sigma_rad": slew.level.sigma,
+        "sampling_sigma_rad": slew.sampling_rad,
+        "residual_rad": slew.residual_rad,
         "margin": pytest.approx(slew.margin),
         "margin95": pytest.approx(list(slew.margin95)),
         "met": slew.margin95[0] >= 0.0,
     }
     by_duty = data["requirements"][-1]
     assert (by_duty["mode"], by_duty["decided"]["coupling"]) == ("all modes, by duty", "two-way")
+
+
+def test_levels_over_the_rate_and_rates_to_avoid_are_those_of_the_margin_that_decides(data, made):
+    """Truth: the rule, and the two-way responses. The curve peaks at the level and the band that decide."""
+    scan, over = data["modes"][0], data["modes"][0]["over_rate"]
+    assert over["decided"]["coupling"] == "two-way"
+    for row in data["requirements"][:2]:
+        name, decided = row["requirement"], row["decided"]
+        levels = np.array(over["decided"]["levels_rad"][name])
+        assert levels.max() == pytest.approx(decided["level_rad"])
+        assert scan["rates"][int(levels.argmax())] == decided["at_rate"]
+        nominal = [
+            nominal_level(made.file.requirements[0], [(1.0, r)], made.file.errors) for r in made.modes[0].two_way
+        ]
+        if name == made.file.requirements[0].name:
+            np.testing.assert_allclose(levels / levels.max(), np.array(nominal) / max(nominal))
+        high = np.array(over["decided"]["levels_ci95_rad"][name])[:, 1]
+        assert high[int(levels.argmax())] == pytest.approx(row["limit_rad"] * (1.0 - decided["margin95"][0]))
+        assert decided["met"] == (not scan["avoid"][name]) == bool(np.all(high <= row["limit_rad"]))
+
+
+def test_a_requirement_that_only_one_way_exceeds_has_no_rates_to_avoid(made):
+    """Truth: the two levels. At a limit between the two-way and the one-way level nothing is to be avoided."""
+    mode = made.modes[0]
+    s = mode.standings[0]
+    two_way = mode.two_way_levels[s.requirement.name][1] / s.nominal_rad * s.level.ci95[1]
+    limit = 0.5 * (two_way + s.level.value)
+    assert two_way < limit < s.level.value
+    other = replace(s, requirement=replace(s.requirement, limit_rad=limit))
+    assert _with_deciding(replace(mode, standings=(other,))).avoid[s.requirement.name] == ()
+    one_way = replace(mode, standings=(other,), two_way_curves={}, two_way_levels={})
+    assert _with_deciding(one_way).avoid[s.requirement.name] != ()
 
 
 def test_one_number_decides_what_is_met(data):
@@ -106,7 +144,7 @@ def test_the_tables_of_terminal_and_markdown_print_in_bold_what_decides(data, fo
     assert re.findall(r"[*][*](.*?)[*][*]", table) == deciding
     console = Console(width=300, force_terminal=True, file=io.StringIO())
     print_budget(data, console)
-    rows = re.findall(r"^.*(?:met|not sure|exceeded) *$", console.file.getvalue(), re.MULTILINE)
+    rows = re.findall(r"^(?:met|not sure|exceeded) .*$", console.file.getvalue(), re.MULTILINE)
     bold = [re.findall(r"\x1b\[1m *([-0-9.]+)\x1b", row) for row in rows]
     assert bold == [[one] for one in deciding]
 
@@ -152,6 +190,24 @@ def test_no_legend_lies_over_curves(data):
         boxes = [(b.x0 + 1, b.y0 + 1, b.x1 - 1, b.y1 - 1) for b in (legend.get_window_extent() for legend in legends)]
         over = [1 for x0, y0, x1, y1 in boxes for a in axes if x0 < a.x1 and x1 > a.x0 and y0 < a.y1 and y1 > a.y0]
         assert not over, name
+
+
+def test_colours_mean_what_they_mean_elsewhere(data):
+    """Truth: the one table of colours."""
+    figures = budget_figures(budget_contents(data))
+    assert [line for figure in figures.values() for line in wrong_colours(figure)] == []
+
+
+@pytest.mark.parametrize("is_so", [True, False])
+def test_terminal_page_and_markdown_say_that_records_were_simulated(data, tmp_path, is_so):
+    """Truth: what the estimate says."""
+    changed = {**data, "synthetic": is_so}
+    console = Console(width=200, file=io.StringIO())
+    print_budget(changed, console)
+    write_budget_report(changed, tmp_path)
+    said = [(tmp_path / name).read_text(encoding="utf-8") for name in ("budget.html", "budget.md")]
+    for text in (console.file.getvalue(), *said):
+        assert ("records were simulated" in text) == is_so
 
 
 def test_only_shares_that_can_be_seen_are_named(data):
@@ -211,7 +267,8 @@ def test_a_budget_without_requirements_or_modes_to_join(data, tmp_path):
         mode["line_of_sight_rms_two_way_rad"] = None
         mode["avoid"] = {}
     scan = changed["modes"][0]
-    scan["over_rate"] |= {"rms_two_way_rad": None, "levels_rad": {}, "levels_ci95_rad": {}}
+    none = {"levels_rad": {}, "levels_ci95_rad": {}}
+    scan["over_rate"] |= {"rms_two_way_rad": None, **none, "decided": {"coupling": "one-way", **none}}
     scan["lines"]["line_of_sight_two_way_rad"] = None
     write_budget_report(changed, tmp_path)
     text = (tmp_path / "budget.html").read_text(encoding="utf-8")
@@ -234,6 +291,10 @@ def test_the_page_opens_without_network_or_error_and_without_overflow(browser, f
     assert faults(browser) == []
     assert browser.title == "budget.toml · mechid budget"
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    table = "const t = document.querySelector('#requirements ~ .scroll'); return [t.scrollWidth, t.clientWidth, "
+    wide, room, first = browser.execute_script(table + "t.querySelector('tbody tr').cells[0].textContent]")
+    assert wide <= room
+    assert first in ("met", "not sure", "exceeded")
 
 
 def test_the_page_shows_the_numbers_of_the_dict(browser, folder, data):
@@ -263,7 +324,7 @@ def test_the_page_shows_in_bold_the_margin_that_decides(browser, folder, data):
     shown(browser, folder / "budget.html", 1400)
     bold = browser.execute_script(
         "return [...document.querySelector('#requirements ~ .scroll table').tBodies[0].rows].map((row) => "
-        "[...row.cells].slice(1, -1).filter((c) => getComputedStyle(c).fontWeight >= 600)"
+        "[...row.cells].slice(1).filter((c) => getComputedStyle(c).fontWeight >= 600)"
         ".map((c) => c.innerText.split('\\n')[0]))"
     )
     rows = budget_contents(data)["requirements"]

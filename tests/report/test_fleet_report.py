@@ -5,13 +5,18 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.collections import Collection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from rich.console import Console
 
 import mechid
 from browser import chromium, faults, requests, shown
+from colours_drawn import SAID, colours_of, wrong_colours
 from estimates import free
 from mechid.fleets.numbers import fleet_data
 from mechid.reports.fleet.contents import fleet_contents
+from mechid.reports.fleet.figures import fleet_figures
 from mechid.reports.fleet.files import write_fleet_report
 from mechid.reports.fleet.terminal import print_fleet
 from mechid.reports.fleet.verdict import fleet_verdict
@@ -89,3 +94,57 @@ def test_the_page_stands_alone_in_a_browser(data, tmp_path):
             assert len(browser.find_elements("css selector", ".ink svg")) == 3
             assert faults(browser) == []
             assert requests(browser) == [page.as_uri()]
+
+
+ODD = "FM 1#2 50%"
+"""A folder's name that is none of a link as it stands."""
+
+
+def test_colours_mean_what_they_mean_elsewhere(data):
+    """Truth: the one table of colours; what a fleet draws is neither measured nor modelled, residual or noise."""
+    for _, figure in fleet_figures(fleet_contents(data)):
+        assert wrong_colours(figure) == []
+        drawn = {colour for axes in figure.axes for artist in axes.get_children() for colour in colours_if_any(artist)}
+        assert drawn.isdisjoint(colour.lower() for colour in SAID)
+
+
+def colours_if_any(artist):
+    return colours_of(artist) if isinstance(artist, Line2D | Collection | Patch) else set()
+
+
+def test_links_lead_to_reports_after_the_whole_was_moved(tmp_path):
+    """Truth: the file that the browser opens, of a unit within the fleet's folder and of one beside it."""
+    drawn = np.random.default_rng(5)
+    folders = [tmp_path / "here" / name for name in (ODD, "fleet/units/FM2", "FM3")]
+    for folder in folders:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        write_fit(folder, Truth().estimated(Truth().unit(drawn), drawn, 0.0))
+        (folder / "report.html").write_text(f"<title>{folder.name.replace('%', '')}</title>", encoding="utf-8")
+    out = tmp_path / "here" / "fleet"
+    write_fleet_report(fleet_data(mechid.fleet(*folders, out=out), out), out)
+    assert str(tmp_path) not in (out / "fleet.html").read_text(encoding="utf-8")
+    (tmp_path / "here").rename(tmp_path / "moved")
+    with chromium() as browser:
+        page = tmp_path / "moved" / "fleet" / "fleet.html"
+        for number, title in enumerate(("FM 1#2 50", "FM2", "FM3")):
+            shown(browser, page, 1200)
+            browser.find_elements("css selector", "#campaigns ~ .scroll a")[number].click()
+            assert browser.title == title
+
+
+def test_a_report_on_another_drive_is_named_without_a_link(tmp_path, monkeypatch):
+    """Truth: Windows, where no relative path leads to another drive; `os.path.relpath` says so."""
+
+    def other_drive(path, start):
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    drawn = np.random.default_rng(5)
+    write_fit(tmp_path / "FM1", Truth().estimated(Truth().unit(drawn), drawn, 0.0))
+    (tmp_path / "FM1" / "report.html").write_text("", encoding="utf-8")
+    fleet = mechid.fleet(tmp_path / "FM1", out=tmp_path / "out")
+    monkeypatch.setattr("mechid.fleets.numbers.os.path.relpath", other_drive)
+    data = fleet_data(fleet, tmp_path / "out")
+    assert data["campaigns"][0]["folder"] == str(tmp_path / "FM1")
+    page = write_fleet_report(data, tmp_path / "out")[0].read_text(encoding="utf-8")
+    assert "<a href=" not in page.split('id="campaigns"')[1].split("</table>")[0]
+    assert "FM1" in page

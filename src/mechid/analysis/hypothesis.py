@@ -10,7 +10,7 @@ from typing import Any
 
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.output_error.declaration import LEFT_OUT
-from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
+from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.parameter import Status
@@ -77,6 +77,8 @@ class Hypothesis:
     name : str
         Of its folder.
     grade : Grade
+    synthetic : bool
+        Whether its records were simulated.
     outcome : FitOutcome
     equations : str
         Digest of the plant.
@@ -85,6 +87,7 @@ class Hypothesis:
 
     name: str
     grade: Grade
+    synthetic: bool = False
     outcome: FitOutcome
     equations: str
     parameters: Mapping[str, Believed]
@@ -163,6 +166,7 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
         return Hypothesis(
             name=name,
             grade=Grade(content["grade"]),
+            synthetic=is_synthetic(content),
             outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
             equations=str(content["provenance"].get("plant", "")),
             parameters={n: _believed(n, p) for n, p in entries_by_what_tells_them(content["parameters"]).items()},

@@ -20,10 +20,11 @@ from mechid.budgets.ensemble import Ensemble, make_ensemble
 from mechid.budgets.findings import findings
 from mechid.budgets.flying_mechanism import Estimate, on_modes, read_flying
 from mechid.budgets.line_of_sight import LineOfSight, Response, respond
+from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orders import Crossing, crossings, rates_to_avoid
-from mechid.budgets.over_rate import level_curve, rms_bands, total_bands
+from mechid.budgets.over_rate import deciding_curve, level_curve, rms_bands, total_bands, two_way_curve
 from mechid.budgets.profile_run import run_profile
 from mechid.budgets.requirement import Requirement, Standing
 from mechid.budgets.side_response import SideResponse, side_response
@@ -177,11 +178,7 @@ class _Maker:
         two_way = self._joined(on_modes(self.estimate.mechanism, joined), mode, found) if joined else ()
         lines = responses[worst].state.frequency_hz
         gain = largest_loop_gain(file.structure, self.estimate.mechanism, lines, mode.command)
-        several = mode.rates.size > 1
-        avoid = {
-            r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
-            for r in (file.requirements if several else ())
-        }
+        curves = {r.name: two_way_curve(r, levels[r.name], two_way, file.errors) for r in file.requirements if two_way}
         exerted = tuple(emission(r, self.estimate, mode.highest_hz, file.seed) for r in responses)
         made = ModeBudget(
             mode,
@@ -194,10 +191,10 @@ class _Maker:
             two_way=two_way,
             loop_gain=gain,
             levels=levels,
-            two_way_levels=self._two_way_levels(two_way),
-            avoid=avoid,
+            two_way_curves=curves,
+            two_way_levels={name: (int(c.level.argmax()), float(c.level.max())) for name, c in curves.items()},
         )
-        return self._with_standings(made)
+        return _with_deciding(self._with_standings(made))
 
     def _joined(
         self, mechanism: Mechanism, mode: OperatingMode, found: Sequence[Sequence[SteadyState]]
@@ -233,7 +230,7 @@ class _Maker:
             two_way = run_profile(moving, mode, (), enough_substeps(moving, mode), file.structure)
         frequency = np.linspace(1.0, mode.highest_hz, 2000)
         gain = largest_loop_gain(file.structure, mechanism, frequency, mode.command)
-        levels = self._two_way_levels([two_way]) if two_way else {}
+        levels = self._two_way_levels(two_way) if two_way else {}
         made = ModeBudget(mode, course=course, two_way_course=two_way, loop_gain=gain, two_way_levels=levels)
         return self._with_standings(made)
 
@@ -243,12 +240,9 @@ class _Maker:
             return None
         return coupled_modes(self.file.structure, self.file.coupled_below_hz)
 
-    def _two_way_levels(self, responses: Sequence[LineOfSight]) -> dict[str, tuple[int, float]]:
-        out = {}
-        for r in self.file.requirements if responses else ():
-            levels = [nominal_level(r, [(1.0, one)], self.file.errors) for one in responses]
-            out[r.name] = (int(np.argmax(levels)), max(levels))
-        return out
+    def _two_way_levels(self, course: LineOfSight) -> dict[str, tuple[int, float]]:
+        """Return the level of a profile's joined response, by requirement."""
+        return {r.name: (0, nominal_level(r, [(1.0, course)], self.file.errors)) for r in self.file.requirements}
 
     def _with_standings(self, made: ModeBudget) -> ModeBudget:
         self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
@@ -276,6 +270,20 @@ class _Maker:
             if len(parts) == len(modes):
                 out[r.name] = nominal_level(r, parts, self.file.errors)
         return out
+
+
+def _with_deciding(made: ModeBudget) -> ModeBudget:
+    """Return a mode of steady rates with the levels over the rate that decide, and the rates to avoid."""
+    rates, curves = made.mode.rates, made.levels | made.two_way_curves
+    deciding, avoid = {}, {}
+    for s in made.standings:
+        r = s.requirement
+        decided = margins(s, made.two_way_levels.get(r.name, (0, None))[1])["decided"]
+        low, high = (r.limit_rad * (1.0 - margin) for margin in decided["margin95"][::-1])
+        deciding[r.name] = deciding_curve(curves[r.name], decided["level_rad"], (low, high))
+        if rates.size > 1:
+            avoid[r.name] = tuple(rates_to_avoid(rates, deciding[r.name].band[:, 1], r.limit_rad))
+    return replace(made, deciding=deciding, avoid=avoid)
 
 
 def _reached(

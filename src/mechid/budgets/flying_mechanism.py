@@ -18,7 +18,7 @@ from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
 from mechid.budgets.residual_source import ResidualSource
 from mechid.errors import InputFileError, did_you_mean
-from mechid.identification.result.estimate_file import WITH_ERRORS, read_estimate
+from mechid.identification.result.estimate_file import WITH_ERRORS, is_synthetic, read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.terms_beside import TermsBeside
@@ -55,6 +55,8 @@ class Estimate:
         Forces and moments that the bench measured beside the torque; None where it did not.
     lacking : str
         What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
+    synthetic : bool
+        Whether its records were simulated.
     """
 
     mechanism: Mechanism
@@ -66,6 +68,7 @@ class Estimate:
     residual: ResidualSource | None = None
     side: SideRecords | None = None
     lacking: str = ""
+    synthetic: bool = False
 
 
 def read_flying(path: Path, flight: Flight) -> Estimate:
@@ -108,6 +111,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         outcome=_doubt(content),
         residual=source,
         side=read_components(content, path.parent),
+        synthetic=is_synthetic(content),
         lacking=_lacking(content),
     )
 

@@ -13,6 +13,8 @@ def margins(standing: Standing, two_way_rad: float | None) -> dict[str, Any]:
     The joined mechanism and structure decide where they were worked out, since they leave nothing out; else one-way.
     What is met is judged by the lower 95 % limit of the margin that decides, the first of its `margin95`.
 
+    The level that decides is of that coupling, with its standard error and the parts of it.
+
     Parameters
     ----------
     standing : Standing
@@ -35,6 +37,9 @@ def _margin(standing: Standing, scale: float) -> dict[str, Any]:
     low, high = (1.0 - scale * (1.0 - margin) for margin in standing.margin95)
     return {
         "level_rad": scale * standing.level.value,
+        "sigma_rad": scale * standing.level.sigma,
+        "sampling_sigma_rad": scale * standing.sampling_rad,
+        "residual_rad": scale * standing.residual_rad,
         "margin": 1.0 - scale * (1.0 - standing.margin),
         "margin95": [low, high],
         "met": low >= 0.0,

@@ -45,13 +45,18 @@ class ModeBudget:
         Largest |receptance x dynamic stiffness| at the lines of the worst rate, of a profile below the highest
         frequency that counts; NaN where not known.
     levels : mapping of requirement to LevelCurve
-        Over the rates; of a steady mode.
+        One-way, over the rates; of a steady mode.
+    two_way_curves : mapping of requirement to LevelCurve
+        The same two-way, where the structure's modes are joined with the mechanism.
     two_way_levels : mapping of requirement to (position, level)
         Of the nominal unit over time, rad, at the worst rate of the two-way responses.
     standings : tuple of Standing
         At the worst rate of each requirement.
+    deciding : mapping of requirement to LevelCurve
+        Over the rates, of the coupling that decides, scaled to the level and band of the margin that decides.
     avoid : mapping of requirement to ranges
-        Rates, from and to, at which the level's upper 95 % end exceeds the limit; of a mode with several rates.
+        Rates, from and to, at which the upper 95 % end of the level that decides exceeds the limit; of a mode with
+        several rates.
     """
 
     mode: OperatingMode
@@ -66,8 +71,10 @@ class ModeBudget:
     two_way_course: ProfileResponse | None = None
     loop_gain: float = float("nan")
     levels: dict[str, LevelCurve] = field(default_factory=dict)
+    two_way_curves: dict[str, LevelCurve] = field(default_factory=dict)
     two_way_levels: dict[str, tuple[int, float]] = field(default_factory=dict)
     standings: tuple[Standing, ...] = ()
+    deciding: dict[str, LevelCurve] = field(default_factory=dict)
     avoid: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
     @property

@@ -38,6 +38,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "format": FORMAT,
         "file": file.path.name,
         "estimate": str(file.estimate),
+        "synthetic": budget.estimate.synthetic,
         "structure": file.structure.name,
         "line_of_sight": list(file.structure.line_of_sight),
         "model_discrepancy": budget.estimate.discrepancy.overall,
@@ -207,6 +208,11 @@ def _over_rate(made: ModeBudget) -> dict[str, Any]:
         "rms_two_way_rad": two_way,
         "levels_rad": {name: curve.level.tolist() for name, curve in made.levels.items()},
         "levels_ci95_rad": {name: curve.band.tolist() for name, curve in made.levels.items()},
+        "decided": {
+            "coupling": "two-way" if made.two_way_curves else "one-way",
+            "levels_rad": {name: curve.level.tolist() for name, curve in made.deciding.items()},
+            "levels_ci95_rad": {name: curve.band.tolist() for name, curve in made.deciding.items()},
+        },
     }
 
 
@@ -283,6 +289,7 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
     if s.mode != BY_DUTY:
         two_way = next(m.two_way_levels.get(r.name, (0, None))[1] for m in budget.modes if m.mode.name == s.mode)
     both = margins(s, two_way)
+    both["decided"]["at_rate"] = _rate(budget, s, both["decided"]["coupling"])
     return {
         "requirement": r.name,
         "mode": s.mode,
@@ -306,7 +313,7 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
         "ci95_rad": list(s.level.ci95),
         "ecss_summation_rad": s.ecss_rad,
         "two_way_rad": two_way,
-        "at_rate": _rate(budget, s),
+        "at_rate": _rate(budget, s, "one-way"),
         "margin": s.margin,
         "margin95": list(s.margin95),
         **both,
@@ -316,9 +323,10 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
     }
 
 
-def _rate(budget: Budget, s: Standing) -> float | None:
-    """Return the rate at which a mode's standing is taken, None of a profile and of all modes together."""
+def _rate(budget: Budget, s: Standing, coupling: str) -> float | None:
+    """Return the rate of a mode's largest level, None of a profile and of all modes together."""
     for made in budget.modes:
         if made.mode.name == s.mode and made.responses:
-            return float(made.mode.rates[int(made.levels[s.requirement.name].level.argmax())])
+            curves = made.deciding if coupling == "two-way" else made.levels
+            return float(made.mode.rates[int(curves[s.requirement.name].level.argmax())])
     return None

@@ -173,6 +173,49 @@ def level_curve(
     return LevelCurve(np.array(levels), np.array(bands), tuple(worst))
 
 
+def two_way_curve(
+    requirement: Requirement, one_way: LevelCurve, joined: Sequence[Response], errors: Sequence[OtherError]
+) -> LevelCurve:
+    """Return the level over the rate with the structure's modes joined, which decides where it was computed.
+
+    Its band is the one-way band, scaled at each rate as the nominal unit's level is. `joined` are the two-way
+    responses, (r,).
+    """
+    level = np.array([nominal_level(requirement, [(1.0, response)], errors) for response in joined])
+    known = one_way.level > 0.0
+    scale = np.divide(level, one_way.level, out=np.zeros_like(level), where=known)
+    band = np.where(known[:, None], scale[:, None] * one_way.band, level[:, None])
+    return LevelCurve(level, band, tuple(joined))
+
+
+def deciding_curve(curve: LevelCurve, level: float, ends: tuple[float, float]) -> LevelCurve:
+    """Return a curve scaled so that its largest level and the band there are those that decide the margin.
+
+    A margin counts the ensemble and what the model misses at the worst rate alone; other rates are taken to move as
+    that one does. So a requirement is met where the band exceeds its limit at no rate.
+
+    Parameters
+    ----------
+    curve : LevelCurve
+        Of the coupling that decides, of the nominal unit.
+    level : float
+        rad.
+    ends : (lower, upper)
+        95 % interval of the level, rad.
+    """
+    k = int(curve.level.argmax())
+    if curve.level[k] <= 0.0:
+        return curve
+    levels = curve.level * level / curve.level[k]
+    low, high = (_scaled_end(curve.band[:, j], k, end, levels) for j, end in enumerate(ends))
+    return LevelCurve(levels, np.column_stack([np.minimum(low, levels), np.maximum(high, levels)]), curve.at)
+
+
+def _scaled_end(end: FloatArray, k: int, wanted: float, levels: FloatArray) -> FloatArray:
+    """Return an end of a band scaled to a value at rate k; that of the levels where it is zero there."""
+    return np.asarray(end * wanted / end[k] if end[k] > 0.0 else levels)
+
+
 def _level_band(
     requirement: Requirement,
     response: Response,

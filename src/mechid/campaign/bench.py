@@ -15,7 +15,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import Campaign
-from mechid.campaign.campaign_file import FILE_NAME, load_campaign
+from mechid.campaign.campaign_file import FILE_NAME, TRUTH_NAME, load_campaign
 from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.prediction import simulate
@@ -25,7 +25,6 @@ from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
 from mechid.writing import writable, write_whole
 
-TRUTH_NAME = "truth.json"
 TRUTH: Mapping[str, float] = {
     "stepper.coil_resistance": 9.9,
     "stepper.coil_inductance": 0.045,
@@ -131,7 +130,7 @@ def _written_campaign(folder: Path, records: tuple[BenchRecord, ...], truth: Map
     """Write the campaign's own files, and return it with the mechanism that makes its records."""
     drafts = [RecordDraft(name=r.name, file=f"{r.name}.csv", command=r.command) for r in records]
     write_whole(folder / MECHANISM_NAME, mechanism_text(catalogue_mechanism(), MECHANISM_COMMENT))
-    write_whole(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT))
+    write_whole(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT, synthetic=True))
     write_whole(folder / TRUTH_NAME, json.dumps(dict(truth), indent=1) + "\n")
     return replace(load_campaign(folder, read_records=False), mechanism=catalogue_mechanism().with_values(truth))
 

@@ -215,6 +215,8 @@ class Campaign:
         Names of the effects that a diagnosis looks for; empty where it looks for all.
     warnings : tuple of str
         What is odd and yet usable, one line each.
+    synthetic : bool
+        Whether the records were simulated, not measured; every result of them says so.
     source : InCode or None
         What it was made of; None where it was read from files.
     clock_reference : {"recorder", "driver"} or None
@@ -230,6 +232,7 @@ class Campaign:
     options: IdentifyOptions = field(default_factory=IdentifyOptions)
     considered: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    synthetic: bool = False
     source: InCode | None = None
     clock_reference: ClockReference | None = None
 

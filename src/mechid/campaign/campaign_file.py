@@ -8,7 +8,7 @@ from typing import Any
 
 from mechid.campaign.bench_entry import read_bench, with_data
 from mechid.campaign.campaign import Campaign, CampaignRecord
-from mechid.campaign.joined_campaign import KEYS, Sources, joined_campaign
+from mechid.campaign.joined_campaign import KEYS, SYNTHETIC, Sources, joined_campaign
 from mechid.campaign.mechanism_file import read_mechanism
 from mechid.campaign.not_filled_in import refuse_empty_commands
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
@@ -20,6 +20,8 @@ from mechid.reading.whole import is_file, is_folder
 from mechid.records import Record, prepare_to_read, read_record
 
 FILE_NAME = "campaign.toml"
+TRUTH_NAME = "truth.json"
+"""The values that synthetic records were made with; a campaign file beside it that does not say `synthetic` is so."""
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -69,6 +71,8 @@ def load_campaign(
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     sources = Sources(file.parent, lambda: read_mechanism(mechanism_path), _read, need_files, read_records)
+    if SYNTHETIC not in table and is_file(file.parent / TRUTH_NAME):
+        table = {**table, SYNTHETIC: True}
     return joined_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)
 
 

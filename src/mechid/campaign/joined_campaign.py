@@ -15,7 +15,7 @@ from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings
 from mechid.campaign.own_values import with_own_values
-from mechid.campaign.place import Place
+from mechid.campaign.place import Place, flag
 from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import OWN, gathered
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
@@ -27,7 +27,9 @@ from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import is_file
 from mechid.records import Mounting, Record
 
-KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN)
+SYNTHETIC = "synthetic"
+"""Key that says whether the records were simulated."""
+KEYS = ("mechanism", SYNTHETIC, "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN)
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,7 @@ def joined_campaign(
         options=options,
         considered=effects,
         clock_reference=read_clock_reference(table, place),
+        synthetic=flag(table.get(SYNTHETIC, False), place.key(SYNTHETIC)),
         warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
     )
 

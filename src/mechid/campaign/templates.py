@@ -138,10 +138,16 @@ def new_mechanism_text(mechanism: Mechanism) -> str:
     return "".join([guide, rest[0], TEMPLATE_LINE, *rest[1:]])
 
 
-def campaign_text(records: Iterable[RecordDraft], header_comment: str = "", *, mechanism: str = MECHANISM_NAME) -> str:
+def campaign_text(
+    records: Iterable[RecordDraft],
+    header_comment: str = "",
+    *,
+    mechanism: str = MECHANISM_NAME,
+    synthetic: bool = False,
+) -> str:
     """Return a campaign file of these records."""
     header = [*_comment(header_comment), ""] if header_comment else []
-    lines = [*header, f"mechanism = {toml_text(mechanism)}"]
+    lines = [*header, f"mechanism = {toml_text(mechanism)}", *(["synthetic = true"] if synthetic else [])]
     for record in records:
         lines += ["", *_record(record)]
     return "\n".join(lines) + "\n"

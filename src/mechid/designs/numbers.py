@@ -31,6 +31,7 @@ def design_data(design: Design) -> dict[str, Any]:
         "format": FORMAT,
         "campaign": str(design.campaign.path),
         "after_fit": design.standpoint.known is not None,
+        "synthetic": design.standpoint.known is not None and design.campaign.synthetic,
         "mechanisms": len(design.standpoint.points),
         "criterion": {"kind": kind, "over": options.over, "is_parameter": kind not in KINDS},
         "limits": {

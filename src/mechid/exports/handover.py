@@ -18,12 +18,12 @@ from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import FitError
 from mechid.exports.stand import which_mechanism
+from mechid.identification.result.estimate_file import SYNTHETIC, is_synthetic
 from mechid.identification.result.estimated_mechanism import DIGEST
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import TimeBase
 
-SYNTHETIC = "SYNTHETIC: the records were simulated, nothing was measured."
 NAME = "mechanism"
 """Of the model where the campaign's folder has no name that every target takes."""
 
@@ -83,7 +83,9 @@ class Handover:
 
     @property
     def is_synthetic(self) -> bool:
-        """Whether the records were simulated, as far as the report beside the estimate says so."""
+        """Whether the records were simulated, as far as the estimate or the report beside it says so."""
+        if is_synthetic(self.estimate):
+            return True
         return self.folder is not None and bool(report_of(self.estimate, self.folder).get("synthetic"))
 
     @property

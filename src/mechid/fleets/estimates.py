@@ -14,7 +14,7 @@ from mechid.analysis.hypothesis import entries_by_what_tells_them
 from mechid.campaign.campaign import CAMPAIGN
 from mechid.errors import InputFileError
 from mechid.fleets.angles import UNKNOWN_DEG
-from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
+from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.parameter import Status
 from mechid.reports.fit.results import read_truth
@@ -109,13 +109,14 @@ def read_unit(folder: Path | str) -> Estimate:
             values={n: _value(p, grade) for n, p in named.items() if n.partition(".")[0] not in OF_THE_BENCH},
             plant=str(provenance.get("plant", "")),
             version=str(provenance.get("versions", {}).get("mechid", "")),
-            synthetic=_is_synthetic(path.parent),
+            synthetic=is_synthetic(content) or _is_told_by_report(path.parent),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputFileError(f"{path}: is damaged at {error}; identify anew") from error
 
 
-def _is_synthetic(folder: Path) -> bool:
+def _is_told_by_report(folder: Path) -> bool:
+    """Tell whether the report beside an estimate of an earlier version says that its records were simulated."""
     try:
         return read_truth(folder)[0]
     except InputFileError:  # no report beside it

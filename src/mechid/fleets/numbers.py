@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -9,6 +10,7 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from mechid.fleets.cautions import cautions
 from mechid.fleets.estimates import Estimate
@@ -24,7 +26,7 @@ FORMAT = "mechid-fleet/1"
 
 
 def fleet_data(fleet: Fleet, out: Path | str) -> dict[str, Any]:
-    """Return all that is shown of a fleet; folders of campaigns within `out` are relative to it."""
+    """Return all that is shown of a fleet; folders of campaigns are relative to `out`, but those on another drive."""
     asked = fleet.asked
     each = zip(asked.members, fleet.runs, fleet.estimates, strict=True)
     return {
@@ -46,9 +48,20 @@ def fleet_data(fleet: Fleet, out: Path | str) -> dict[str, Any]:
     }
 
 
+def _from(out: Path, folder: Path) -> str | None:
+    """Return a folder as a page in `out` names it, also one outside; None where it is on another drive.
+
+    Links are not followed, neither by a browser, which takes `..` off the address as it is written.
+    """
+    try:
+        return Path(os.path.relpath(folder, out)).as_posix()
+    except ValueError:
+        return None
+
+
 def _campaign(member: Member, run: UnitRun, estimate: Estimate | None, out: Path) -> dict[str, Any]:
-    folder = Path(run.folder).resolve()
-    inside = folder.is_relative_to(out.resolve())
+    folder = Path(run.folder)
+    shown, has_report = _from(out, folder), (folder / PAGE_NAME).is_file()
     return {
         "label": member.label,
         "unit": member.unit,
@@ -56,8 +69,9 @@ def _campaign(member: Member, run: UnitRun, estimate: Estimate | None, out: Path
         "state": member.state,
         "covariates": {n: v.isoformat() if isinstance(v, date) else v for n, v in member.covariates.items()},
         "source": str(member.source),
-        "folder": folder.relative_to(out.resolve()).as_posix() if inside else str(folder),
-        "report": (folder / PAGE_NAME).is_file(),
+        "folder": str(folder.absolute()) if shown is None else shown,
+        "report": has_report,
+        "link": None if shown is None or not has_report else quote(f"{shown}/{PAGE_NAME}"),
         "how": str(run.how),
         "how_words": HOW_WORDS[run.how],
         "said": run.said,

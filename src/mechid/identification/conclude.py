@@ -97,6 +97,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         consistency=errors.consistency,
         missing=missing,
         mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
+        synthetic=campaign.synthetic,
     )
     if state.beside is None:
         return with_nuisance(graded(fit, evidence), written, state)

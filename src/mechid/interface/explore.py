@@ -11,7 +11,6 @@ from pathlib import Path
 from threading import Thread
 
 from mechid.campaign import Campaign, load_campaign, read_mechanism
-from mechid.campaign.bench import TRUTH_NAME
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
@@ -94,8 +93,7 @@ def explored(
         loaded, diagnosed = read_diagnosed(Path(diagnosis), loaded, estimate)
         needed(loaded)
     followed = folder / JOURNAL_NAME if folder and not diagnosis else None  # the fit that was diagnosed has ended
-    synthetic = (loaded.path.parent / TRUTH_NAME).is_file()
-    return Source(loaded, estimate, workers, followed, synthetic, diagnosed)
+    return Source(loaded, estimate, workers, followed, diagnosed)
 
 
 def _results(campaign: Campaign | Path | str, fit: Fit | Path | str | None) -> Path | None:

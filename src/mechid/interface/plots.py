@@ -13,6 +13,7 @@ from mechid.identification.result.fit import Fit
 from mechid.interface.report import campaign_of
 from mechid.records.record import Record
 from mechid.reports.curves import drawn
+from mechid.reports.palette import LIMIT, MEASURED, MODELLED, RESIDUAL, SERIES, series
 from mechid.reports.quantities import TIME, quantity_words
 from mechid.simulation.simulator import TimeBase
 from mechid.simulation.trajectory import Trajectory
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
     from mechid.budgets.mode_budget import ModeBudget
 
-MEASURED, MODELLED, RESIDUAL, LIMIT = "#56B4E9", "#D55E00", "#4D4D4D", "#CC79A7"
 FULL_STEPS = "rate, full steps/s"
 
 
@@ -69,8 +69,8 @@ def plot_budget(made: Budget, mode: str | None, ax: Axes | None) -> Axes:
     decided = [row["decided"] for row in rows]
     share = 1.0 - np.array([[*reversed(one["margin95"]), one["margin"]] for one in decided])
     places = np.arange(len(rows))
-    axes.hlines(places, share[:, 0], share[:, 1], color=MODELLED, linewidth=2.0, label="95 % interval")
-    axes.plot(share[:, 2], places, "o", color=MODELLED, label="level")
+    axes.hlines(places, share[:, 0], share[:, 1], color=series(0), linewidth=2.0, label="95 % interval")
+    axes.plot(share[:, 2], places, "o", color=series(0), label="level")
     axes.axvline(1.0, color=LIMIT, linewidth=1.2, label="limit")
     axes.set_yticks(places, [f"{row['requirement']}\n{row['mode']}" for row in rows])
     axes.invert_yaxis()
@@ -87,10 +87,11 @@ def _plot_mode(made: ModeBudget, axes: Axes) -> Axes:
     else:
         times, levels, over = made.mode.rates, np.array([r.rms() for r in made.responses]), FULL_STEPS
         names = made.responses[0].axes
+    axes.set_prop_cycle(color=SERIES)
     for name, level in zip(names, levels.T, strict=True):
         axes.plot(times, level, marker="." if len(times) < 40 else "", linewidth=0.8, label=name)
     if made.course is None and made.two_way:
-        axes.set_prop_cycle(None)
+        axes.set_prop_cycle(color=SERIES)
         for name, level in zip(names, np.array([r.rms() for r in made.two_way]).T, strict=True):
             axes.plot(times, level, "--", linewidth=0.8, label=f"{name}, two-way")
     axes.set_xlabel(over)

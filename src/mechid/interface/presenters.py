@@ -165,7 +165,7 @@ def _profiles() -> Presenter:
     from mechid.reports.profile import print_profiles, profile_data, write_profiles
 
     return Presenter(
-        data=lambda found: profile_data(found.profiles),
+        data=lambda found: profile_data(found.profiles, synthetic=found.synthetic),
         ink=print_profiles,
         files=lambda found, data, folder: write_profiles(data, folder),
         line=", ".join,

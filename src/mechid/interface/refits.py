@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ class Profiles(Shown, Mapping[str, Profile]):
     """Profiles by the dotted name of their parameter, as `profile` makes them."""
 
     profiles: tuple[Profile, ...]
+    synthetic: bool = False
 
     def __getitem__(self, name: str) -> Profile:
         return {one.name: one for one in self.profiles}[name]
@@ -112,7 +113,7 @@ def profile(
             optimum.one(name)
         noted = _journal(campaign, fit, journal, resume=resume)
         done = profiles(optimum, names, workers=count, journal=noted, on_point=on_point)
-    return Profiles(profiles=tuple(done))
+    return Profiles(profiles=tuple(done), synthetic=campaign.synthetic)
 
 
 def bootstrap(
@@ -170,7 +171,8 @@ def bootstrap(
             report(f"{ended} of {draws} draws, number {draw.number} {words}", draw.cost)
 
         noted = _journal(campaign, fit, journal, resume=resume)
-        return bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, on_draw=on_draw)
+        done = bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, on_draw=on_draw)
+    return replace(done, synthetic=campaign.synthetic)
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from mechid.analysis import validate
@@ -62,11 +63,11 @@ def report(
     with held(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
         again = _is_there(fit, folder)
         was, known = read_truth(folder) if again and truth is None else (False, truth)
-        synthetic = synthetic or was or truth is not None
+        fit = replace(fit, synthetic=fit.synthetic or synthetic or was or truth is not None)
         validation = validate(own, fit, illustration.begin)
         name = mechanism_name(own, folder)
-        fit = fit if again else signed(fit, name, estimated_text(fit, synthetic=synthetic))
-        data = report_data(fit, known, synthetic=synthetic, validation=validation)
+        fit = fit if again else signed(fit, name, estimated_text(fit))
+        data = report_data(fit, known, validation=validation)
         files = [] if again else write_results(fit, data, folder, mechanism_name=name, validation=validation)
         files += write_report(data, own, fit, validation, folder, illustration)
         if again:

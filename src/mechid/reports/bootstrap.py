@@ -10,7 +10,7 @@ from rich.console import Console
 
 from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.digits import digits, like, with_sigma
 from mechid.reports.text_table import Column, print_tables
 from mechid.signal.autoregression import Autoregression
@@ -33,6 +33,7 @@ def bootstrap_data(found: Bootstrap, seed: int) -> dict[str, Any]:
     """Return all that a bootstrap shows: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
+        "synthetic": found.synthetic,
         "seed": seed,
         "draws": len(found.draws),
         "tally": {outcome.code: count for outcome, count in found.tally.items()},
@@ -62,6 +63,7 @@ def write_bootstrap(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
 
 def print_bootstrap(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `bootstrap_data` made, and where the files are."""
+    say_if_synthetic(console, data)
     say(
         console,
         f"{data['draws']} refits; scatter: their standard deviation, shift: their mean less the estimate",

@@ -14,7 +14,7 @@ from mechid.analysis.comparison import Comparison, ParameterComparison, RecordCo
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.digits import digits, rounded, with_sigma
 from mechid.reports.text_table import Column, print_tables
 from mechid.writing import write_together
@@ -41,6 +41,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
     best = {key: _least(comparison.scores, key) for key in ("aic", "bic", "aic_effective", "bic_effective")}
     return {
         "format": FORMAT,
+        "synthetic": any(h.synthetic for h in comparison.hypotheses),
         "hypotheses": [h.name for h in comparison.hypotheses],
         "outcome": {"code": comparison.preference.outcome.code, "message": comparison.preference.outcome.value},
         "preferred": comparison.preference.preferred,
@@ -65,6 +66,7 @@ def write_comparison(data: Mapping[str, Any], folder: Path | str) -> Path:
 
 def print_comparison(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `comparison_data` made, and where the file is."""
+    say_if_synthetic(console, data)
     preferred = f" Preferred: {data['preferred']}." if data["preferred"] else ""
     say(console, data["outcome"]["message"] + preferred, "bold")
     print_lines(console, "because", data["grounds"])

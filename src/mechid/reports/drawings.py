@@ -15,20 +15,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
-from mechid.reports.figures import (
-    BAR_IN,
-    MARK,
-    MEASURED,
-    MODELLED,
-    NOISE,
-    RESIDUAL_COLOUR,
-    STYLE,
-    WIDTH_IN,
-    in_powers,
-    legend_above,
-    made,
-    over_time,
-)
+from mechid.reports.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made, over_time
+from mechid.reports.palette import MARK, MARK_OVER, MEASURED, MODELLED, NOISE
+from mechid.reports.palette import RESIDUAL as RESIDUAL_COLOUR
 from mechid.reports.quantities import (
     AMPLITUDE,
     CORRELATION,
@@ -166,7 +155,7 @@ def spectrogram(
             ax.plot(at_s, order_hz, "w--", linewidth=0.5, alpha=0.6)
         for at in resonances_hz:
             if at <= top_hz:
-                ax.axhline(at, color="#FF8FC7", linewidth=0.8, linestyle=":")
+                ax.axhline(at, color=MARK_OVER, linewidth=0.8, linestyle=":")
         ax.set(xlabel=TIME, ylim=(0.0, top_hz), xlim=(time_s[0], time_s[-1]), title=word)
         ax.title.set_fontsize(8.0)
         ax.grid(visible=False)

@@ -1,4 +1,4 @@
-"""The figures on paper, made with Matplotlib: vector text, palette of Okabe and Ito, two columns wide.
+"""The figures on paper, made with Matplotlib: vector text, two columns wide; `palette` has the colours.
 
 Text stays text in the SVG, so that it can be searched and edited; line styles and widths differ as the colours do.
 """
@@ -26,7 +26,6 @@ WIDTH_IN = 6.9
 LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58
 """Margins; measured out by a layout engine they would take as long again as the drawing."""
 DOTS_AN_INCH = 200
-MEASURED, MODELLED, RESIDUAL_COLOUR, NOISE, MARK = "#56B4E9", "#D55E00", "#4D4D4D", "#009E73", "#CC79A7"
 FONTS = ("Helvetica", "Arial", "Liberation Sans", "DejaVu Sans")
 """In this order, for each letter the first that is here and has it: all but the last, Matplotlib's own, lack some."""
 STYLE: Any = {

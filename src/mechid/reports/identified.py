@@ -137,9 +137,10 @@ def _kept(
     validation: Mapping[str, RecordValidation] | None = None,
 ) -> Identified:
     """Write the results of a fit into a folder, and return them; without a validation those that its search gave."""
-    synthetic, name = truth is not None, mechanism_name(campaign, folder)
-    fit = signed(fit, name, estimated_text(fit, synthetic=synthetic))
-    data = report_data(fit, truth, synthetic=synthetic, validation=validation)
+    name = mechanism_name(campaign, folder)
+    fit = replace(fit, synthetic=fit.synthetic or truth is not None)
+    fit = signed(fit, name, estimated_text(fit))
+    data = report_data(fit, truth, validation=validation)
     files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
     return Identified(fit=fit, data=data, files=tuple(files))
 

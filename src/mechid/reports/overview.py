@@ -15,7 +15,7 @@ from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record
 from mechid.reports.channels import channel_rows, print_channels
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.digits import digits, plain
 from mechid.reports.text_table import Column, print_table
 from mechid.signal.moments import extremes, root_mean_square
@@ -48,6 +48,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
     return {
         "campaign": str(campaign.path),
         "mechanism": str(campaign.mechanism_path),
+        "synthetic": campaign.synthetic,
         "estimated": len(campaign.estimated),
         "validated": len(campaign.validated),
         "free": [parameter.name for parameter in campaign.free],
@@ -67,6 +68,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
 def print_campaign(data: Mapping[str, Any], console: Console) -> None:
     """Print what `campaign_data` made; what is odd comes first, where it is read."""
     say(console, f"{data['campaign']} with {data['mechanism']}", "bold")
+    say_if_synthetic(console, data)
     print_lines(console, "warning", data["warnings"], "yellow")
     say(console, f"{data['estimated']} records to estimate from, {data['validated']} to validate with")
     console.print()

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from mechid.identification.refit.profile import Point, Profile
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.digits import like, with_sigma
 from mechid.reports.text_table import Column, print_tables
 from mechid.writing import write_together
@@ -33,10 +33,11 @@ LIMITS = (
 LAYOUTS = (((*NAME, *LIMITS),), (NAME, (NAME[0], *LIMITS)))
 
 
-def profile_data(profiles: Sequence[Profile]) -> dict[str, Any]:
+def profile_data(profiles: Sequence[Profile], *, synthetic: bool = False) -> dict[str, Any]:
     """Return all that profiles show: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
+        "synthetic": synthetic,
         "profiles": {p.name: _profile(p) for p in profiles},
         "warnings": [line for p in profiles for line in _warnings(p)],
     }
@@ -58,6 +59,7 @@ def write_profiles(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
 
 def print_profiles(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `profile_data` made, and where the files are."""
+    say_if_synthetic(console, data)
     say(console, "95 % intervals: by the standard error, and by profile likelihood", "bold")
     print_tables(console, LAYOUTS, [{"name": name, **p} for name, p in data["profiles"].items()])
     print_lines(console, "warning", data["warnings"], "yellow")

@@ -15,8 +15,9 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import MeasuredCommand
 from mechid.records import Channel, Record, Role
 from mechid.reports.curves import drawn, rate_over
-from mechid.reports.figures import MARK, MEASURED, MODELLED, STYLE, made, over_time, write_figures
+from mechid.reports.figures import STYLE, made, over_time, write_figures
 from mechid.reports.look.figures import look_figures
+from mechid.reports.palette import MEASURED, ORDER, series
 from mechid.reports.quantities import TIME, quantity_words
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase
@@ -94,7 +95,7 @@ def _draw(record: CampaignRecord, data: Record, figure: Any) -> None:
         rate = rate_over(record, base)
         ends = [base.start_s, base.start_s + data.duration_s]
         times = rate[:, 0] if len(rate) > 1 else ends
-        axes[-1].plot(times, rate[:, 1] if len(rate) > 1 else [rate[0, 1]] * 2, color=MARK, linewidth=1.0)
+        axes[-1].plot(times, rate[:, 1] if len(rate) > 1 else [rate[0, 1]] * 2, color=series(1), linewidth=1.0)
         axes[-1].set_ylabel(RATE)
     axes[0].set_title(f"{record.name} ({record.use})", fontsize=8.0, loc="left")
     axes[-1].set_xlabel(TIME)
@@ -104,9 +105,9 @@ def _draw(record: CampaignRecord, data: Record, figure: Any) -> None:
 
 def _draw_channel(axes: Any, channel: Channel, base: TimeBase) -> None:
     is_input = channel.role is Role.INPUT
-    over_time(axes, drawn(channel.data, base), MODELLED if is_input else MEASURED, 0.7, channel.quantity)
+    over_time(axes, drawn(channel.data, base), series(0) if is_input else MEASURED, 0.7, channel.quantity)
     for first, stop in runs_of(channel.bridged)[:MOST_MARKED]:
         span = [base.start_s + (k - 0.5) / base.sample_rate_hz for k in (first, stop)]
-        axes.axvspan(*span, color=MARK, alpha=0.4, linewidth=0.0)
+        axes.axvspan(*span, color=ORDER, alpha=0.4, linewidth=0.0)
     words = f"{quantity_words(channel.quantity)}{' (input)' if is_input else ''}"
     axes.set_ylabel(f"{words},\n{unit_words(channel.quantity)}")

@@ -107,7 +107,8 @@ def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
     own = column.on_page
     text = own.ink(row) if own.ink else cell_of(row, column.key)
     if first and column.words:
-        return Markup('<th class="word">{}</th>').format(text)
+        head = own.style(row) if callable(own.style) else "word"
+        return Markup('<th class="{}">{}</th>').format(head, text)
     style = own.style(row) if callable(own.style) else own.style or ("word" if column.words else "number")
     label = Markup("") if own.drops else Markup(' data-label="{}"').format(column.label)
     tip = _attribute("title", own.tip(row) if own.tip else "")

@@ -10,6 +10,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from mechid.reports.palette import colour_style
+
 DARKEST = 0.75
 """Opacity of a cell's colour at most, so that its number stays legible."""
 
@@ -48,6 +50,11 @@ def opacity(value: float, most: float) -> str:
     ('0.38', '0.75')
     """
     return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
+
+
+def page_style() -> str:
+    """Return the style sheet of a page, with its colours."""
+    return colour_style() + asset("report.css")
 
 
 def asset(name: str) -> str:

@@ -4,19 +4,8 @@ from __future__ import annotations
 
 import re
 
-from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR
+from mechid.reports.palette import PAGE_NAMES
 
-THEMED = {
-    MEASURED: "measured",
-    MODELLED: "modelled",
-    NOISE: "noise",
-    MARK: "resonance",
-    RESIDUAL_COLOUR: "residual",
-    "#000000": "ink",
-    "#b0b0b0": "line",
-    "#ffffff": "paper",
-}
-"""Colours of the figures on paper, and the page's of the same meaning."""
 _HEAD = re.compile(r"^.*?(?=<svg)", re.DOTALL)
 _PAINT = re.compile(r"(fill|stroke): ?(#[0-9a-fA-F]{6})")
 _NAMES = re.compile(r' id="[a-zA-Z0-9-]+_\d+"')
@@ -34,10 +23,9 @@ def themed(svg: str) -> str:
     >>> themed('<?xml?><svg width="9pt" height="4pt"><g id="axes_1"><path style="fill: #56b4e9"/></g></svg>')
     '<svg><g><path style="fill: var(--measured)"/></g></svg>'
     """
-    known = {colour.lower(): name for colour, name in THEMED.items()}
 
     def paint(found: re.Match[str]) -> str:
-        name = known.get(found[2].lower())
+        name = PAGE_NAMES.get(found[2].lower())
         return f"{found[1]}: var(--{name})" if name else found[0]
 
     text = _METADATA.sub("", _STYLE.sub("", _HEAD.sub("", svg)))

@@ -10,6 +10,7 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
 
 from mechid.arrays import FloatArray, IntArray
+from mechid.reports.palette import series
 from mechid.reports.plots import empty_plot, hover_on, stacked
 from mechid.reports.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
 from mechid.signal.envelope import envelope
@@ -33,8 +34,6 @@ EFFECT = "effect, N m"
 REPORTS, OVER_NOISE, PLACE = "reports of the fit", "residual over noise floor", "place between its ends"
 FEWEST_REPORTS = 10.0
 LABEL_GAP = 0.05
-LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8a8a8a", "#9467bd")
-"""Okabe and Ito's, and two more: legible on light and dark."""
 Course = Sequence[tuple[int, float]]
 """Number of a report, and a value."""
 
@@ -229,7 +228,7 @@ class RunFigures:
             self.ratios.update(start=min(0.8, 0.8 * min(drawn)), end=max(2.0, 1.25 * max(drawn)))
         for name, own in ratios.items():
             self.noise[name].data = {"x": [k for k, _ in own], "y": [ratio for _, ratio in own]}
-        colours = [LINES[k % len(LINES)] for k in range(len(names))]
+        colours = [series(k) for k in range(len(names))]
         self.places.data = {
             "xs": [[k for k, _ in places[name]] for name in names],
             "ys": [[y for _, y in places[name]] for name in names],

@@ -138,8 +138,10 @@ class Explorer:
         listening.setblocking(False)
         self.port = int(listening.getsockname()[1])
 
+        tabs: dict[str, Tab] = {}
+
         def opened(document: Any) -> None:
-            Tab(source, equations, document)
+            Tab(source, equations, document, tabs)
 
         application = LoopbackOnly(
             {"/": opened},

@@ -38,7 +38,7 @@ class Source:
     """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one.
 
     `journal` is that of an identification into the result folder, which may be at work; `workers` are threads of a
-    fit. A synthetic campaign is called so on the page. `diagnosed` is what is said of a campaign whose mechanism is the
+    fit. `diagnosed` is what is said of a campaign whose mechanism is the
     one that a diagnosis proposes: the page begins at its values, and each effect has a switch.
     """
 
@@ -46,7 +46,6 @@ class Source:
     estimate: Estimate | None = None
     workers: int | None = None
     journal: Path | None = None
-    is_synthetic: bool = False
     diagnosed: Diagnosed | None = None
 
     @property
@@ -148,7 +147,7 @@ class Session:
     def to_estimate(self) -> None:
         """Set all knobs to the last estimate; effects that it has not are off."""
         if self.estimate and self.reaches_estimate:
-            self.state = self._at(self._estimated(self.estimate))
+            self.state = self._at(self.values_of(self.estimate))
 
     def to_file(self) -> None:
         """Set all knobs to the values of the mechanism file."""
@@ -162,7 +161,7 @@ class Session:
         fixed = (one for one in self.source.effects if not one.nulls and not one.is_of_records)
         return all(one.found.keys() <= self.estimate.values.keys() for one in fixed)
 
-    def _estimated(self, estimate: Estimate) -> dict[str, float]:
+    def values_of(self, estimate: Estimate) -> dict[str, float]:
         """Return the values of an estimate, and where there is nothing of the effects that it has not."""
         there = {**self.state.now.values, **estimate.values}
         return {name: v for one in self.source.effects for name, v in one.nulls_at(there).items()} | dict(
@@ -207,7 +206,7 @@ class Session:
         """Return the shown records beside the model at the estimate."""
         if not self.estimate or not self.reaches_estimate:
             return {}
-        at = self.state.at(self._estimated(self.estimate))
+        at = self.state.at(self.values_of(self.estimate))
         for name in self.shown:
             if (name, self.seconds) not in self._compared:
                 self._compared[name, self.seconds] = self._picture(name, at)

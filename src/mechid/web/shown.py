@@ -21,6 +21,8 @@ from mechid.web.session import Session
 from mechid.web.sweep import SweepPicture
 
 VALUE_DIGITS, MOST_DIGITS = 5, 9
+ROUNDING = 1e-12
+"""Relative difference up to which two values are the same."""
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
 """Standard errors: less is said to be none, more is written with a power of ten."""
 GREEK = {
@@ -143,6 +145,7 @@ def shown_data(
         "uses": {name: _use_words(scene, session.estimate) for name, scene in session.scenes.items()},
         "effects": {one.name: one.is_on(session.state.now.values) for one in session.source.effects},
         "reaches_estimate": session.reaches_estimate,
+        "apart": apart_words(session),
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),
@@ -153,6 +156,40 @@ def shown_data(
         "verdict": session.estimate.summary if session.estimate else None,
         "run": run_data(session.watched, session.state.knobs) if session.watched else None,
     }
+
+
+def limited_words(knob: Knob, asked: float, used: float) -> str:
+    """Return why another value than the one written is used; empty where it is used as written."""
+    if math.isclose(asked, used, rel_tol=ROUNDING):
+        return ""
+    low, high = knob.parameter.min, knob.parameter.max
+    if low <= asked <= high:
+        return f"{plain(asked)} would pass another parameter that limits this one; {plain(used)} is used"
+    side, end = ("above", high) if asked > high else ("below", low)
+    whose = "bound of the mechanism file" if knob.is_bounded else "end of this slider's range"
+    return f"{plain(asked)} is {side} the {whose}; {plain(end)} is used"
+
+
+def apart_words(session: Session) -> str:
+    """Return how far the values set are from the estimate that the grade is of; empty where they are the estimate."""
+    estimate, values = session.estimate, session.state.now.values
+    if estimate is None:
+        return ""
+    graded = session.state.at(session.values_of(estimate)).now.values
+    off = [name for name, value in values.items() if not math.isclose(value, graded[name], rel_tol=ROUNDING)]
+    if not off:
+        return ""
+    sigmas = {name: abs(estimate.away(name, values[name]) or 0.0) for name in off}
+    most = max(off, key=lambda name: sigmas[name])
+    farthest = f", {most} by {_sigmas_text(sigmas[most])}" if sigmas[most] else f", {most} among them"
+    return (
+        f"The grade is that of the last estimate, not of the values set below: {len(off)} "
+        f"{'parameter differs' if len(off) == 1 else 'parameters differ'}{farthest}."
+    )
+
+
+def _sigmas_text(sigmas: float) -> str:
+    return f"{sigmas:.2g} σ" if sigmas < MOST_AWAY else f"{sigmas:.0e} σ"
 
 
 def _use_words(scene: Scene, estimate: Estimate | None) -> str:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
+import secrets
+import time
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from importlib.resources import files
@@ -15,16 +18,19 @@ from bokeh.server.contexts import BokehSessionContext
 from jinja2 import Template
 
 from mechid.errors import MechidError, UsageError
-from mechid.reports.template import asset, environment
+from mechid.reports.template import asset, environment, page_style
 from mechid.web.diagnosed_shown import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
 from mechid.web.fit_shown import course
 from mechid.web.session import MOST_SHOWN, Session, Source
-from mechid.web.shown import page_data, shown_data
+from mechid.web.shown import limited_words, page_data, shown_data
 from mechid.web.sweep_figure import SweepFigure
 
 POLL_MS = 200
+RELOAD_S = 10.0
+"""A fit goes on so long without its page, which may only be loaded anew."""
+TOKEN_BYTES = 16
 Message = Mapping[str, Any]
 
 
@@ -37,7 +43,7 @@ def page_template() -> Template:
     templates = environment(PACKAGE)
     own = files(PACKAGE).joinpath("templates")
     templates.globals |= {
-        "style": asset("report.css") + own.joinpath("explorer.css").read_text(encoding="utf-8"),
+        "style": page_style() + own.joinpath("explorer.css").read_text(encoding="utf-8"),
         "script": asset("painted.js") + own.joinpath("explorer.js").read_text(encoding="utf-8"),
     }
     return templates.get_template("explorer.html")
@@ -51,10 +57,25 @@ class Wire(DataModel):
 
 
 class Tab:
-    """Joins a session to the document of its page."""
+    """Joins a session to the document of its page.
 
-    def __init__(self, source: Source, equations: Equations, document: Document) -> None:
+    A page that is loaded anew is another document. It asks with the token of the earlier one for that one's session,
+    with its values, undo and fit; the earlier document then goes without. What nobody asks for in time is let go.
+
+    Parameters
+    ----------
+    source : Source
+    equations : Equations
+    document : Document
+    tabs : dict of str to Tab
+        Of the server, by token: this one is added, and taken out when Bokeh forgets its document.
+    """
+
+    def __init__(self, source: Source, equations: Equations, document: Document, tabs: dict[str, Tab]) -> None:
         self.session, self.equations, self.document = Session(source), equations, document
+        self.token, self.tabs, self.wanted = secrets.token_urlsafe(TOKEN_BYTES), tabs, ""
+        self.opened_at, self.closed_at = time.monotonic(), math.inf
+        tabs[self.token] = self
         self.wire = Wire(name="wire")
         self.slots = [Slot(k) for k in range(min(MOST_SHOWN, len(self.session.scenes)))]
         sweeps = sum(scene.is_sweep for scene in self.session.scenes.values())
@@ -62,6 +83,7 @@ class Tab:
         self.course = RunFigures()
         self.seen: tuple[Any, ...] = ()
         self.note, self.answered = "", 0
+        self.limited: dict[str, str] = {}
         self.framed: tuple[tuple[str, ...], float] | None = None
         self.pictures: dict[str, Any] = {}
         self.effects: dict[str, Any] = {}
@@ -82,14 +104,14 @@ class Tab:
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
         document.template_variables.update(
-            data=data, slots=len(self.slots), sweeps=len(self.sweep_figures), synthetic=source.is_synthetic
+            data=data, slots=len(self.slots), sweeps=len(self.sweep_figures), synthetic=source.campaign.synthetic
         )
         self.wire.on_change("asked", self._hear)
         for slot in self.slots:
             slot.time.on_change("start", self._zoomed)
             slot.time.on_change("end", self._zoomed)
         document.add_periodic_callback(self._poll, POLL_MS)
-        document.on_session_destroyed(lambda context: self.session.cancel())
+        document.on_session_destroyed(lambda context: self._let_go())
         self.redraw()
 
     # In.
@@ -112,7 +134,14 @@ class Tab:
         what = message["do"]
         if what == "save":
             return self.session.mechanism_file()
+        if what == "hello":
+            self.wanted = str(message.get("tab", ""))
+            self._take_over()
+            return ""
         self._asked_for(message)
+        if what not in RESTED:
+            self.wanted = ""  # what is done on this page is not thrown away for an earlier one
+            self.limited = self._limited(message) if what == "turn" else {}
         if what in REDRAWN:
             self.redraw()
         elif what in DRAGGED:
@@ -127,6 +156,32 @@ class Tab:
         if action is None:
             raise UsageError(f"the page asks for {message['do']}, which is unknown")
         action(self.session, message)
+
+    def _limited(self, message: Message) -> dict[str, str]:
+        """Return why a knob is not at the value that was written, by its name; empty where it is."""
+        name = message["name"]
+        used = self.session.state.now.values[name]
+        words = limited_words(self.session.state.knobs[name], float(message["value"]), used)
+        return {name: words} if words else {}
+
+    def _take_over(self) -> None:
+        """Take the session of the page that this one was before it was loaded anew, once that is closed."""
+        earlier = self.tabs.get(self.wanted)
+        if earlier is None or earlier is self:
+            self.wanted = ""
+            return
+        if not earlier.is_closed:
+            return
+        self.wanted, self.session = "", earlier.session
+        del self.tabs[earlier.token]
+        earlier.session = Session(self.session.source)
+        self.seen, self.framed, self.explained = (), None, ""
+        self.redraw()
+
+    def _let_go(self) -> None:
+        """End what is at work for a page that is not coming back."""
+        self.tabs.pop(self.token, None)
+        self.session.cancel()
 
     def _zoomed(self, attribute: str, old: object, new: object) -> None:
         del attribute, old, new
@@ -176,16 +231,21 @@ class Tab:
     def tell(self, file: str = "") -> None:
         """Send what the page says."""
         data = shown_data(self.session, self.pictures, self.effects, self.sweeps)
-        data |= {"answered": self.answered, "note": self.note, "file": file}
+        data |= {"answered": self.answered, "note": self.note, "file": file, "limited": self.limited, "tab": self.token}
         if self.explained != self.session.hand:
             self.explained = self.session.hand
             data["equations"] = self.equations.of(self.session.hand)
         self.wire.update(page_state=json.dumps(data, allow_nan=False))
 
     def _poll(self) -> None:
-        """Show how the fit goes on, and take up its end; for a page that is closed nothing goes on."""
-        if self._is_closed and self.session.is_fitting:
+        """Show how the fit goes on, and take up its end; for a page that stays closed nothing goes on."""
+        if self._stays_closed() and self.session.is_fitting:
             self.session.cancel()
+        if self.wanted:
+            self._take_over()
+            if time.monotonic() - self.opened_at > RELOAD_S:
+                self.wanted = ""  # the earlier page is open: this is another tab
+            self.tell()
         self.session.follow()
         run = self.session.watched
         if run is None:
@@ -201,8 +261,13 @@ class Tab:
             self.redraw()
         self.tell()
 
+    def _stays_closed(self) -> bool:
+        """Whether the page has been closed for longer than it takes to load it anew."""
+        self.closed_at = min(self.closed_at, time.monotonic()) if self.is_closed else math.inf
+        return time.monotonic() - self.closed_at > RELOAD_S
+
     @property
-    def _is_closed(self) -> bool:
+    def is_closed(self) -> bool:
         """Whether the page's connection is gone; Bokeh keeps the session for a while."""
         context = self.document.session_context
         session = context.session if isinstance(context, BokehSessionContext) else None
@@ -211,7 +276,6 @@ class Tab:
 
 Action = Callable[[Session, Message], None]
 ACTIONS: Mapping[str, Action] = {
-    "hello": lambda session, m: None,
     "turn": lambda session, m: session.turn(m["name"], float(m["value"]), m.get("grip", "")),
     "settle": lambda session, m: None,
     "take": lambda session, m: session.take(m["name"]),

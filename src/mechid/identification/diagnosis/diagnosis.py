@@ -21,12 +21,13 @@ from mechid.identification.diagnosis.hum import hum_left
 from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
-from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
+from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach, weighed
 from mechid.identification.diagnosis.search import FAR, Found, searched
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.steps import LEAST, Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
 from mechid.identification.refit.reopened import refuse_other_files
+from mechid.identification.result.estimate_file import is_synthetic
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
 from mechid.identification.result.missing import Missing
@@ -76,6 +77,8 @@ class Diagnosis(Shown):
         How well each record that was held out is predicted; empty where no effect is named.
     share : float
         Share of all samples of the records that was diagnosed: 1, or as far as any model was found to follow them.
+    synthetic : bool
+        Whether the records were simulated.
     """
 
     missing: tuple[Missing, ...]
@@ -90,6 +93,7 @@ class Diagnosis(Shown):
     locked: tuple[Locked, ...]
     held_out: tuple[HeldOut, ...]
     share: float = 1.0
+    synthetic: bool = False
 
 
 def diagnose(
@@ -136,7 +140,7 @@ def diagnose(
         say("effects are drawn")
         concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate, found.model))
         predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
-        return replace(concluded, held_out=predicted)
+        return replace(concluded, held_out=predicted, synthetic=is_synthetic(estimate) or campaign.synthetic)
 
 
 def _found(before: Model, start: Model, estimate: Mapping[str, Any], say: Tell) -> Found:
@@ -201,8 +205,10 @@ def _in_part(estimate: Mapping[str, Any], model: Model) -> str:
 def _concluded(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
     model, named = found.model, bool(found.model.effects)
     words = model.words
-    beyond = out_of_reach(found.before, model) if named or found.left or found.refused else {}
-    whys = [(name, why) for name, why in {**beyond, **found.tried}.items() if name not in model.effects]
+    is_complete = not (named or found.left or found.refused)
+    beyond = {} if is_complete else out_of_reach(found.before, model)
+    looked_for = weighed(model) if is_complete else beyond
+    whys = [(name, why) for name, why in {**looked_for, **found.tried}.items() if name not in model.effects]
     tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in whys]
     proposal = proposal_of(model) if named else None
     goes_with = locked(model) if found.left else ()

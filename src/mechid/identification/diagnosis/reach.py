@@ -32,6 +32,21 @@ def out_of_reach(before: Model, model: Model) -> dict[str, str]:
     return {**weak, **not_carried(plain)}
 
 
+def weighed(model: Model) -> dict[str, str]:
+    """Return every effect looked for beside a model that leaves nothing to explain, each with why it is not named.
+
+    The effect that comes nearest to what is asked for is first.
+    """
+    landscape = landscape_of(model)
+    scores = sorted(landscape.scores().items(), key=lambda item: item[1].over, reverse=True)
+    whys = {
+        name: f"would take {100.0 * of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
+        f"{s.chi_square:.3g} for {s.dof}; {max(LEAST, s.chi_square - s.over):.3g} is asked for"
+        for name, s in scores
+    }
+    return whys | not_carried(landscape)
+
+
 def not_carried(landscape: Landscape) -> dict[str, str]:
     """Return the effects that a score says nothing of, each with why."""
     free, unseen = landscape.free.shape[1], "these records do not show it, or not beside what is free already"

@@ -106,6 +106,7 @@ class Bootstrap(Shown):
     spreads: tuple[Spread, ...]
     noise: Mapping[str, Mapping[str, Autoregression]]
     seed: int = 0
+    synthetic: bool = False
 
     @property
     def tally(self) -> dict[DrawOutcome, int]:

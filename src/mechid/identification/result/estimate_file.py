@@ -19,6 +19,12 @@ TABLES = ("outcome", "parameters")
 """Without these there is nothing to read."""
 WITH_ERRORS = (*TABLES, "correlation")
 """What everybody rests on who carries the errors of the parameters on."""
+SYNTHETIC = "SYNTHETIC: the records were simulated, nothing of this was measured."
+
+
+def is_synthetic(content: Mapping[str, Any]) -> bool:
+    """Tell whether an estimate.json says that its records were simulated; versions before that said nothing."""
+    return content.get("synthetic") is True
 
 
 def write_estimate(fit: Fit, path: Path | str) -> None:

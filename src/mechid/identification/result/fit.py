@@ -236,6 +236,8 @@ class Fit(Shown):
         What the fit is worth.
     reasons : tuple of Reason
         Why it has no better grade.
+    synthetic : bool
+        Whether the records were simulated.
     missing : tuple of Missing
         What the files do not declare and the records ask for, put into the fit.
     suggested : tuple of Suggested
@@ -269,6 +271,7 @@ class Fit(Shown):
     suggested: tuple[Suggested, ...] = ()
     beside: TermsBeside | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
+    synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
 
     def linear(
@@ -331,6 +334,7 @@ class Fit(Shown):
         return {
             "format": FORMAT,
             "grade": str(self.grade),
+            "synthetic": self.synthetic,
             "grade_reasons": [reason.to_dict() for reason in self.reasons],
             "outcome": {"code": self.outcome.code, "message": self.outcome.value},
             "parameters": {name: p.to_dict() for name, p in self.parameters.items()},

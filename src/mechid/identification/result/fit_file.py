@@ -14,7 +14,7 @@ from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.inputs import file_digest
 from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.estimate_file import is_synthetic, read_estimate
 from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
@@ -126,6 +126,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
+        synthetic=is_synthetic(content) or campaign.synthetic,
     )
 
 

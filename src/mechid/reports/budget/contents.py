@@ -50,17 +50,19 @@ def mode_key(position: int, name: str) -> str:
 
 def requirement_text(r: Data) -> dict[str, str]:
     """Return the texts of a requirement's row, `deciding` the one to stand out."""
-    level, sigma = with_sigma(r["level_rad"], r["sigma_rad"])
+    decided = r["decided"]
+    level, sigma = with_sigma(decided["level_rad"], decided["sigma_rad"])
     worst = r["worst_member_share"]
     window = f" {plain(r['window_s'])} s" if r["window_s"] else ""
     return {
         "index": r["index"] + window + (f", {plain(r['separation_s'])} s apart" if r["separation_s"] else ""),
         "statistics": f"{r['interpretation']}, {100.0 * r['confidence']:.4g} %",
         "period": f"{plain(r['evaluation_period_s'])} s",
-        "rate": NO_NUMBER if r["at_rate"] is None else plain(r["at_rate"], 4),
+        "rate": NO_NUMBER if decided["at_rate"] is None else plain(decided["at_rate"], 4),
         "level": level,
         "sigma": sigma,
-        "sampling": plain(r["sampling_sigma_rad"], 2) if r["sampling_sigma_rad"] else NO_NUMBER,
+        "sampling": plain(decided["sampling_sigma_rad"], 2) if decided["sampling_sigma_rad"] else NO_NUMBER,
+        "one_way": plain(r["level_rad"], 4),
         "nominal": plain(r["nominal_rad"], 4),
         "others": plain(r["others_rad"], 3),
         "lacking": _lacking(r),
@@ -69,9 +71,9 @@ def requirement_text(r: Data) -> dict[str, str]:
         "limit": plain(r["limit_rad"], 3),
         "one_way_margin": _margin(r),
         "two_way_margin": NO_NUMBER if r["two_way"] is None else _margin(r["two_way"]),
-        "deciding": f"{100.0 * r['decided']['margin95'][0]:.1f}",
-        "coupling": r["decided"]["coupling"],
-        "met": standing_word(r["decided"]),
+        "deciding": f"{100.0 * decided['margin95'][0]:.1f}",
+        "coupling": decided["coupling"],
+        "met": standing_word(decided),
         "shares": drivers(r["variance_shares"], shown=6),
         "spread": drivers(r["spread_shares"], shown=4),
         "worst_member": f"{100.0 * worst:.5g} % are no worse; " if worst and any(r["spread_shares"].values()) else "",
@@ -80,9 +82,8 @@ def requirement_text(r: Data) -> dict[str, str]:
 
 def _lacking(r: Data) -> str:
     """Return by how much the level is larger for what the model lacks, and its share of the limit."""
-    if not r["residual_rad"]:
-        return NO_NUMBER
-    return f"{plain(r['residual_rad'], 2)} ({100.0 * r['residual_share']:.2g} %)"
+    lacking = r["decided"]["residual_rad"]
+    return f"{plain(lacking, 2)} ({100.0 * lacking / r['limit_rad']:.2g} %)" if lacking else NO_NUMBER
 
 
 def _margin(r: Data) -> str:

@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from mechid.arrays import FloatArray
-from mechid.reports.budget.mode_figures import COLOURS, course, line_of_sight, over_rate
+from mechid.reports.budget.mode_figures import course, line_of_sight, over_rate
 from mechid.reports.data import Data
-from mechid.reports.figures import BAR_IN, MARK, MEASURED, MODELLED, NOISE, STYLE, WIDTH_IN, Drawing, in_powers, made
+from mechid.reports.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made
+from mechid.reports.palette import GRID, INK, LIMIT, MARK, MODELLED, ORDER, series
 
 RATE, FREQUENCY, TORQUE = "rate, full steps/s", "frequency, Hz", "torque amplitude, N m"
 DECADES = 4.0
@@ -84,19 +85,19 @@ def _requirements(data: Data, figure: Any) -> None:
     """Draw the level that decides over its limit with its 95 % band, the ECSS sum, and what does not decide."""
     rows = data["requirements"]
     axes = _named_rows(figure, rows)
-    axes.axvline(1.0, color=MODELLED, linewidth=1.4, label="limit")
+    axes.axvline(1.0, color=LIMIT, linewidth=1.4, label="limit")
     for k, r in enumerate(rows):
         decided, ecss = r["decided"], r["ecss_summation_rad"] / r["limit_rad"]
         shown = np.array([1.0 - decided["margin"], *(1.0 - m for m in decided["margin95"])])
-        axes.barh(k, shown[0], height=0.5, color=MEASURED, label=_once(axes, "level that decides"))
-        axes.plot(shown[1:], [k, k], color="black", linewidth=1.6, label=_once(axes, "95 % band"))
-        axes.plot(ecss, k, "D", color=MARK, markersize=4, label=_once(axes, "ECSS sum"))
+        axes.barh(k, shown[0], height=0.5, color=series(0), label=_once(axes, "level that decides"))
+        axes.plot(shown[1:], [k, k], color=INK, linewidth=1.6, label=_once(axes, "95 % band"))
+        axes.plot(ecss, k, "D", color=series(1), markersize=4, label=_once(axes, "ECSS sum, one-way"))
         if decided["coupling"] == "two-way":
             axes.plot(
                 1.0 - r["margin"],
                 k,
                 "|",
-                color=NOISE,
+                color=series(2),
                 markersize=9,
                 markeredgewidth=1.4,
                 label=_once(axes, "one-way, does not decide"),
@@ -148,7 +149,7 @@ def _shares(data: Data, figure: Any) -> None:
                 100.0 * share,
                 left=ends[share >= 0.0],
                 height=0.55,
-                color=COLOURS[j % len(COLOURS)],
+                color=series(j),
                 label=name if k == 0 else None,
                 edgecolor="white",
                 linewidth=0.3,
@@ -191,7 +192,7 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
     frequency = np.outer(rates, orders)
     axes = figure.subplots()
     for q in RAYS:
-        axes.plot(rates, q * rates, color="#4D4D4D", linewidth=0.5, alpha=0.6)
+        axes.plot(rates, q * rates, color=ORDER, linewidth=0.5)
         end = min(rates[-1], top / q)
         axes.annotate(f"{q:g}", (end, q * end), xytext=(1, 1), textcoords="offset points", fontsize=6.5)
     kept = (frequency <= top) & (size > 0.0)
@@ -200,7 +201,7 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
         x[kept],
         frequency[kept],
         s=22.0 * size[kept] ** 2,
-        color=MEASURED,
+        color=MODELLED,
         linewidths=0,
         rasterized=True,
         label="torque lines, by their size",
@@ -222,7 +223,7 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
         [c["rate"] for c in inside],
         [c["frequency_hz"] for c in inside],
         "o",
-        color=MODELLED,
+        color=INK,
         fillstyle="none",
         markersize=5,
         label="crossings",
@@ -242,8 +243,8 @@ def _waterfall(mode: Data, figure: Any) -> None:
     for k in chosen[::-1]:
         f, known = rates[k] * orders, np.isfinite(amplitude[k])
         shown = known & (f <= top)
-        axes.hlines(rates[k], 0.0, top, color="#4D4D4D", linewidth=0.2, alpha=0.5)
-        axes.vlines(f[shown], rates[k], rates[k] + height * amplitude[k][shown], color=MEASURED, linewidth=1.1)
+        axes.hlines(rates[k], 0.0, top, color=GRID, linewidth=0.2)
+        axes.vlines(f[shown], rates[k], rates[k] + height * amplitude[k][shown], color=MODELLED, linewidth=1.1)
     scale = float(np.nanmax(amplitude[chosen]))
     axes.set(xlabel=FREQUENCY, ylabel=RATE, xlim=(0.0, top), title=f"tallest line {scale:.3g} N m")
     axes.title.set_fontsize(7.5)
@@ -258,8 +259,8 @@ def _envelope(mode: Data, figure: Any) -> None:
     size, ends = _numbers([b["torque_amplitude_Nm"] for b in bands]), _numbers([b["ci95_Nm"] for b in bands])
     axes.hlines(size, left, right, color=MODELLED, linewidth=1.6, label="largest line")
     for low, high, (least, most) in zip(left, right, ends, strict=True):
-        axes.fill_between([low, high], least, most, color=MEASURED, alpha=0.6, linewidth=0)
-    axes.fill_between([], [], color=MEASURED, alpha=0.6, label="95 % interval")
+        axes.fill_between([low, high], least, most, color=MODELLED, alpha=0.3, linewidth=0)
+    axes.fill_between([], [], color=MODELLED, alpha=0.3, label="95 % interval")
     axes.set(xscale="log", yscale="log", xlabel=FREQUENCY, ylabel=TORQUE)
     axes.set_ylim(bottom=max(np.nanmin(size), np.nanmax(size) * 10.0**-DECADES) / 2.0)
     for which in ("major", "minor"):
@@ -289,8 +290,8 @@ def _coupling(data: Data, figure: Any) -> None:
         color=MODELLED,
         label="|receptance x dynamic stiffness|",
     )
-    axes.axhline(coupling["suffices_below"], color=NOISE, linestyle="--", label="one-way suffices below")
-    axes.axhline(1.0, color="black", linewidth=0.6)
+    axes.axhline(coupling["suffices_below"], color=LIMIT, linestyle="--", label="one-way suffices below")
+    axes.axhline(1.0, color=INK, linewidth=0.6)
     axes.set(xlabel=FREQUENCY, ylabel="|R K|")
     for axis in (axes.xaxis, axes.yaxis):
         in_powers(axis)

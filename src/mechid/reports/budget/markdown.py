@@ -14,13 +14,13 @@ from mechid.reports.budget.tables import (
     steady_table,
 )
 from mechid.reports.fit.side import SIDE_TITLE
-from mechid.reports.markdown_text import bullets, cell
+from mechid.reports.markdown_text import bullets, cell, synthetic_words
 
 
 def budget_markdown(data: Mapping[str, Any]) -> str:
     """Return verdict and tables of what `budget_contents` made."""
     verdict = data["verdict"]
-    parts = [f"# Microvibration budget of {cell(data['file'])}", f"**{verdict['headline']}**"]
+    parts = [f"# Microvibration budget of {cell(data['file'])}", *synthetic_words(data), f"**{verdict['headline']}**"]
     for each in verdict["questions"]:
         parts += [f"## {each['question']}", bullets(each["answers"])]
     if data["requirements"]:

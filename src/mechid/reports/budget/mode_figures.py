@@ -8,27 +8,34 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.reports.data import Data
-from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, in_powers
+from mechid.reports.figures import in_powers
+from mechid.reports.palette import INK, LIMIT, series
 
-COLOURS = (MEASURED, MODELLED, NOISE, MARK, "#E69F00", "#0072B2", "#8C8C8C", "#B8A900", RESIDUAL_COLOUR)
-"""Okabe and Ito's, and two greys."""
+LEVELS = 3
+"""Place in the series of the first requirement's colour, behind those of the lines of sight."""
 RATE = "rate, full steps/s"
 SMALLEST_SHARE = 1e-4
 """Of the largest line: smaller ones are below the axis."""
 
 
 def over_rate(data: Data, mode: Data, figure: Any) -> None:
-    """Draw RMS with band over the rate, one-way and two-way, and each requirement's level over its limit."""
+    """Draw RMS and each requirement's level over its limit over the rate: what decides with its band, one-way dashed.
+
+    The band of a two-way RMS is the one-way band, scaled as the RMS is.
+    """
     rates, over = _numbers(mode["rates"]), mode["over_rate"]
     rows = figure.subplots(2 if over["levels_rad"] else 1, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.22})
     top = rows[0, 0]
-    rms, band = _numbers(over["rms_rad"]), _numbers(over["rms_ci95_rad"])
+    one_way, band = _numbers(over["rms_rad"]), _numbers(over["rms_ci95_rad"])
+    two_way = over["rms_two_way_rad"] is not None
+    rms = _numbers(over["rms_two_way_rad"]) if two_way else one_way
+    scale = np.divide(rms, one_way, out=np.ones_like(rms), where=one_way > 0.0)
     for k, axis in enumerate(data["line_of_sight"]):
-        top.fill_between(rates, band[:, k, 0], band[:, k, 1], color=COLOURS[k], alpha=0.35, linewidth=0)
-        top.plot(rates, rms[:, k], color=COLOURS[k], label=f"{axis}, 95 % band")
-        if over["rms_two_way_rad"] is not None:
-            joined = _numbers(over["rms_two_way_rad"])[:, k]
-            top.plot(rates, joined, "--", color=RESIDUAL_COLOUR, linewidth=0.8, label="two-way" if k == 0 else None)
+        ends = scale[:, k] * band[:, k].T
+        top.fill_between(rates, *ends, color=series(k), alpha=0.35, linewidth=0)
+        top.plot(rates, rms[:, k], color=series(k), label=f"{axis}, {'two-way' if two_way else 'one-way'}, 95 % band")
+        if two_way:
+            _draw_one_way(top, rates, one_way[:, k], series(k), f"{axis}, one-way")
     _other_states(mode, top)
     top.set(ylabel="line of sight RMS, rad", yscale="log", xlim=(rates[0], rates[-1]))
     in_powers(top.yaxis)
@@ -38,25 +45,34 @@ def over_rate(data: Data, mode: Data, figure: Any) -> None:
     rows[-1, 0].set_xlabel(RATE)
 
 
+def _draw_one_way(axes: Any, rates: FloatArray, values: FloatArray, colour: str, label: str) -> None:
+    """Draw a one-way curve that does not decide, thin and dashed."""
+    axes.plot(rates, values, "--", color=colour, linewidth=0.6, alpha=0.8, label=label)
+
+
 def _other_states(mode: Data, axes: Any) -> None:
     """Mark the steady states beside the worst one, where a rate has several."""
     several = mode["steady_states"]["several"]
     others = [(here["rate"], rms) for here in several for s in here["states"] if not s["worst"] for rms in s["rms_rad"]]
     if others:
-        axes.plot(*zip(*others, strict=True), "x", color=NOISE, markersize=3.0, label="other steady states")
+        axes.plot(*zip(*others, strict=True), "x", color=INK, markersize=3.0, label="other steady states, one-way")
 
 
 def _levels(data: Data, mode: Data, axes: Any) -> None:
     rates = _numbers(mode["rates"])
     limits = {r["requirement"]: r["limit_rad"] for r in data["requirements"]}
-    for k, (name, levels) in enumerate(mode["over_rate"]["levels_rad"].items()):
-        band = _numbers(mode["over_rate"]["levels_ci95_rad"][name]) / limits[name]
-        colour = COLOURS[(k + 2) % len(COLOURS)]
+    over, decided = mode["over_rate"], mode["over_rate"]["decided"]
+    for k, (name, levels) in enumerate(decided["levels_rad"].items()):
+        band = _numbers(decided["levels_ci95_rad"][name]) / limits[name]
+        colour = series(k + LEVELS)
         axes.fill_between(rates, band[:, 0], band[:, 1], color=colour, alpha=0.35, linewidth=0)
-        axes.plot(rates, _numbers(levels) / limits[name], color=colour, label=name)
+        axes.plot(rates, _numbers(levels) / limits[name], color=colour, label=f"{name}, {decided['coupling']}")
+        if decided["coupling"] == "two-way":
+            one_way = _numbers(over["levels_rad"][name]) / limits[name]
+            _draw_one_way(axes, rates, one_way, colour, "one-way, nominal unit" if k == 0 else "")
         for low, high in mode["avoid"].get(name, []):
             axes.axvspan(low, high, color=colour, alpha=0.15, linewidth=0)
-    axes.axhline(1.0, color=MODELLED, linewidth=1.2, label="limit")
+    axes.axhline(1.0, color=LIMIT, linewidth=1.2, label="limit")
     axes.set(ylabel="level / limit", yscale="log")
     in_powers(axes.yaxis)
     _legend_above(axes)
@@ -70,16 +86,16 @@ def _legend_above(axes: Any) -> None:
 def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
     """Draw the line of sight at the worst rate: over time, its lines and density, its cumulative RMS."""
     above, middle, below = figure.subplots(3, 1, gridspec_kw={"hspace": 0.52})
-    series, lines = mode["series"], mode["lines"]
+    samples, lines = mode["series"], mode["lines"]
     frequency, cumulative = _numbers(lines["frequency_hz"]), mode["cumulative_rms_rad"]
     largest = max(max(column) for column in lines["line_of_sight_rad"])
     for k, axis in enumerate(data["line_of_sight"]):
-        above.plot(series["time_s"], series["line_of_sight_rad"][k], color=COLOURS[k], label=axis)
+        above.plot(samples["time_s"], samples["line_of_sight_rad"][k], color=series(k), label=f"{axis}, one-way")
         size = _numbers(lines["line_of_sight_rad"][k])
         seen = size > SMALLEST_SHARE * largest
-        middle.vlines(frequency[seen], SMALLEST_SHARE * largest, size[seen], color=COLOURS[k], linewidth=1.4 - 0.5 * k)
+        middle.vlines(frequency[seen], SMALLEST_SHARE * largest, size[seen], color=series(k), linewidth=1.4 - 0.5 * k)
         middle.plot(
-            frequency[seen], size[seen], "os^"[k % 3], color=COLOURS[k], markersize=2.5, label=f"{axis}, one-way"
+            frequency[seen], size[seen], "os^"[k % 3], color=series(k), markersize=2.5, label=f"{axis}, one-way"
         )
         if lines["line_of_sight_two_way_rad"] is not None:
             joined = _numbers(lines["line_of_sight_two_way_rad"][k])
@@ -87,12 +103,12 @@ def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
                 frequency[seen],
                 joined[seen],
                 "x",
-                color=RESIDUAL_COLOUR,
+                color=series(k),
                 markersize=3.5,
-                label="two-way" if k == 0 else None,
+                label=f"{axis}, two-way",
             )
         total = [0.0, *cumulative["lines"][k]]
-        below.step([0.0, *frequency], total, where="post", color=COLOURS[k], label=f"{axis}, lines")
+        below.step([0.0, *frequency], total, where="post", color=series(k), label=f"{axis}, lines, one-way")
     above.set(xlabel="time, s", ylabel="line of sight, rad")
     middle.set(xlabel="frequency, Hz", ylabel="amplitude, rad", yscale="log")
     middle.set_xlim(left=0.0)
@@ -109,7 +125,7 @@ def _density(random: Data, axes: Any) -> None:
     beside = axes.twinx()
     for k, column in enumerate(random["density_rad2_per_hz"]):
         root = np.sqrt(_numbers(column))
-        beside.plot(random["frequency_hz"], root, color=COLOURS[k], linewidth=0.4, alpha=0.7)
+        beside.plot(random["frequency_hz"], root, color=series(k), linewidth=0.4, alpha=0.7)
     beside.set(ylabel="not repeating, rad/√Hz", yscale="log")
     beside.grid(visible=False)
     in_powers(beside.yaxis)
@@ -125,28 +141,28 @@ def course(data: Data, mode: Data, figure: Any) -> None:
             course_["least_rad"][k],
             course_["largest_rad"][k],
             step="post",
-            color=COLOURS[k],
+            color=series(k),
             linewidth=0.3,
             alpha=0.8,
-            label=axis,
+            label=f"{axis}, one-way",
         )
         band = _numbers(windowed["rms_ci95_rad"][k])
-        below.fill_between(windowed["time_s"], band[:, 0], band[:, 1], color=COLOURS[k], alpha=0.35, linewidth=0)
-        below.plot(windowed["time_s"], windowed["rms_rad"][k], color=COLOURS[k], label=f"{axis}, 95 % band")
+        below.fill_between(windowed["time_s"], band[:, 0], band[:, 1], color=series(k), alpha=0.35, linewidth=0)
+        below.plot(windowed["time_s"], windowed["rms_rad"][k], color=series(k), label=f"{axis}, one-way, 95 % band")
         if windowed["rms_two_way_rad"] is not None:
             below.plot(
                 windowed["time_s"],
                 windowed["rms_two_way_rad"][k],
                 "--",
-                color=RESIDUAL_COLOUR,
+                color=series(k),
                 linewidth=0.7,
-                label="two-way" if k == 0 else None,
+                label=f"{axis}, two-way",
             )
     above.set(ylabel="line of sight, rad")
     below.set(xlabel="time, s", ylabel=f"RMS in {mode['rms_window_s']:g} s, rad", xlim=(0.0, mode["duration_s"]))
     figure.subplots_adjust(right=0.91)
     beside = below.twinx()
-    beside.plot(windowed["time_s"], windowed["rate"], ":", color="black", linewidth=0.8)
+    beside.plot(windowed["time_s"], windowed["rate"], ":", color=INK, linewidth=0.8)
     beside.set(ylabel="rate, full steps/s (dotted)")
     beside.grid(visible=False)
     for axes in (above, below):

@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from mechid.reports.budget import tables
-from mechid.reports.template import asset, environment
+from mechid.reports.template import environment, page_style
 from mechid.reports.themed import themed
 
 
@@ -24,7 +24,5 @@ def budget_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """
     figures = {name.removeprefix("budget_"): Markup(themed(text)) for name, text in pictures.items()}
     return (
-        environment()
-        .get_template("budget.html")
-        .render(data=data, figures=figures, tables=tables, style=asset("report.css"))
+        environment().get_template("budget.html").render(data=data, figures=figures, tables=tables, style=page_style())
     )

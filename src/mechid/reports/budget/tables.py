@@ -11,9 +11,10 @@ from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, 
 TEXTS, DOCUMENTS = (TERMINAL, MARKDOWN), (MARKDOWN, PAGE)
 
 
-def _below(text: str, more: str) -> Markup:
-    """Return a text with more of it in small letters below."""
-    return Markup('<span>{} <span class="range">{}</span></span>').format(text, more)
+def _below(text: str, *more: str) -> Markup:
+    """Return a text with more of it in small letters below, a line each."""
+    lines = Markup("").join(Markup('<span class="range">{}</span>').format(line) for line in more)
+    return Markup("<span>{} {}</span>").format(text, lines)
 
 
 def _with_range(key: str) -> OnPage:
@@ -30,9 +31,16 @@ def _sure(row: Row) -> Markup:
     """Return a level with its error, and what of the error is that of the draws."""
     text = row["text"]
     level = f"{text['level']} ± {text['sigma']}" if text["sigma"] else text["level"]
-    if not row["sampling_sigma_rad"]:
+    if not row["decided"]["sampling_sigma_rad"]:
         return Markup("<span>{}</span>").format(level)
     return _below(level, f"(± {text['sampling']} by draws)")
+
+
+def _deciding(row: Row) -> Markup:
+    """Return the number that decides, and below it of which coupling it is, with the margin and its interval."""
+    text = row["text"]
+    margin = text["two_way_margin" if text["coupling"] == "two-way" else "one_way_margin"]
+    return _below(text["deciding"], text["coupling"], margin)
 
 
 def _index(row: Row) -> str:
@@ -40,7 +48,11 @@ def _index(row: Row) -> str:
 
 
 NAME, MODE = Column("requirement", "requirement", words=True), Column("mode", "mode", words=True)
+VERDICT = Column(
+    "verdict", "met", words=True, on_page=OnPage(style=lambda r: "word " + r["text"]["met"].replace(" ", "-"))
+)
 REQUIREMENTS = (
+    VERDICT,
     NAME,
     MODE,
     Column("index", "index", words=True, where=TEXTS),
@@ -55,21 +67,19 @@ REQUIREMENTS = (
     Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_sure)),
     Column("by draws", "sampling", said="of it by draws", where=TEXTS),
     Column("lacking rad", "lacking", said="of it lacking in the model (of the limit)", where=TEXTS),
-    Column("two-way", "two_way", where=(MARKDOWN,)),
-    Column("by ECSS sum", "ecss", said="ECSS sum", where=TEXTS),
     Column("limit rad", "limit", said="limit, rad"),
-    Column("one-way %", "one_way_margin", said="one-way margin, %", on_page=_with_range("one_way_margin")),
-    Column("two-way %", "two_way_margin", said="two-way margin, %", on_page=_with_range("two_way_margin")),
     Column(
         "decides %",
         "deciding",
         style="bold",
         said="decides, %",
         strong=True,
-        on_page=OnPage(ink=lambda r: _below(r["text"]["deciding"], r["text"]["coupling"]), style="estimate"),
+        on_page=OnPage(ink=_deciding, style="estimate"),
     ),
-    Column("of", "coupling", words=True, where=(MARKDOWN,)),
-    Column("", "met", words=True, on_page=OnPage(style=lambda r: "word " + r["text"]["met"].replace(" ", "-"))),
+    Column("of", "coupling", words=True, said="coupling that decides", where=TEXTS),
+    Column("two-way %", "two_way_margin", said="two-way margin, %", where=TEXTS),
+    Column("one-way %", "one_way_margin", said="one-way margin, %", on_page=_with_range("one_way_margin")),
+    Column("by ECSS sum", "ecss", said="ECSS sum, one-way", where=TEXTS),
 )
 SHARES = (
     NAME,
@@ -78,9 +88,10 @@ SHARES = (
     Column(
         "ensemble", "spread", words=True, on_page=OnPage(ink=lambda r: r["text"]["worst_member"] + r["text"]["spread"])
     ),
-    Column("nominal unit, rad", "nominal"),
-    Column("two-way, rad", "two_way"),
-    Column("ECSS sum, rad", "ecss"),
+    Column("one-way level, rad", "one_way"),
+    Column("nominal unit one-way, rad", "nominal"),
+    Column("nominal unit two-way, rad", "two_way"),
+    Column("ECSS sum one-way, rad", "ecss"),
     Column("other sources, rad", "others"),
     Column("lacking in the model, rad (of the limit)", "lacking", on_page=_with_range("lacking")),
 )
@@ -91,9 +102,9 @@ MODES = (
     Column("duty", "duty", where=(MARKDOWN,)),
     Column("worst rate", "worst_rate", said="worst rate, steps/s"),
     Column("torque RMS N m", "torque", said="torque RMS, N m"),
-    Column("line of sight RMS rad", "one_way", said="line of sight RMS, rad"),
-    Column("lacking", "lacking", said="lacking in the model"),
-    Column("two-way", "two_way"),
+    Column("one-way RMS rad", "one_way", said="line of sight RMS one-way, rad"),
+    Column("two-way RMS rad", "two_way", said="line of sight RMS two-way, rad"),
+    Column("lacking", "lacking", said="lacking in the model, one-way, rad"),
     Column("|R K|", "gain", said="largest R K"),
     Column("slowest transient, to 1/e", "slowest", where=(MARKDOWN,)),
 )

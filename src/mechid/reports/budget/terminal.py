@@ -10,7 +10,8 @@ from rich.console import Console
 
 from mechid.reports.budget.contents import budget_contents
 from mechid.reports.budget.tables import mode_table, requirement_table, side_table
-from mechid.reports.console import print_lines, say
+from mechid.reports.budget.verdict import deciding_coupling
+from mechid.reports.console import print_lines, say, say_if_synthetic
 
 SHOWN_SHARES, SHOWN_CROSSINGS = 3, 12
 
@@ -19,19 +20,22 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
     """Print what `budget_data` made, and where the files are."""
     data = budget_contents(data)
     verdict = data["verdict"]
+    say_if_synthetic(console, data)
     say(console, verdict["headline"], "bold")
     print_lines(console, "margin", verdict["questions"][0]["answers"] if data["requirements"] else [])
-    say(console, "Modes of operation, at the rate of the largest line-of-sight RMS in full steps/s", "bold")
+    say(console, "Modes of operation, at the rate of the largest one-way line-of-sight RMS in full steps/s", "bold")
     mode_table(data).print(console)
     _print_side(data, console)
     if data["requirements"]:
         say(
-            console, "Requirements, at the worst rate of each; what decides is the lower 95 % limit of a margin", "bold"
+            console,
+            "Requirements, at the worst rate of each; the lower 95 % limit of a margin decides, two-way where computed",
+            "bold",
         )
         requirement_table(data).print(console)
         print_lines(console, "driven by", [_drivers(r) for r in data["requirements"]])
     for mode in data["modes"]:
-        print_lines(console, "avoid", [_avoid(mode["name"], n, r) for n, r in mode["avoid"].items() if r])
+        print_lines(console, "avoid", [_avoid(mode, n, r) for n, r in mode["avoid"].items() if r])
     lines = [f"order {c['order']:g} meets {c['mode']} at {c['rate']:.4g} steps/s" for c in data["crossings"]]
     print_lines(console, "crossing", lines[:SHOWN_CROSSINGS])
     if len(lines) > SHOWN_CROSSINGS:
@@ -54,5 +58,6 @@ def _drivers(r: Mapping[str, Any]) -> str:
     return f'{r["requirement"]}, mode "{r["mode"]}": ' + ", ".join(f"{n} {100.0 * s:.0f} %" for n, s in largest)
 
 
-def _avoid(mode: str, requirement: str, ranges: Sequence[Sequence[float]]) -> str:
-    return f'mode "{mode}", {requirement}: ' + ", ".join(f"{a:.4g} to {b:.4g} steps/s" for a, b in ranges)
+def _avoid(mode: Mapping[str, Any], requirement: str, ranges: Sequence[Sequence[float]]) -> str:
+    avoided = ", ".join(f"{a:.4g} to {b:.4g} steps/s" for a, b in ranges)
+    return f'mode "{mode["name"]}", {requirement}: {avoided} ({deciding_coupling(mode)})'

@@ -60,7 +60,7 @@ def _all_met(rows: Sequence[Data]) -> list[str]:
 def _met(r: Data) -> str:
     decided = r["decided"]
     low, high = (100.0 * m for m in decided["margin95"])
-    at = "" if r["at_rate"] is None else f" at {plain(r['at_rate'], 4)} steps/s"
+    at = "" if decided["at_rate"] is None else f" at {plain(decided['at_rate'], 4)} steps/s"
     line = (
         f"{r['requirement']}, {r['mode']}{at}: {standing_word(decided)}; margin {100.0 * decided['margin']:.1f} % of "
         f"the limit ({low:.1f} to {high:.1f} %)"
@@ -94,8 +94,9 @@ def _drivers(rows: Sequence[Data]) -> list[str]:
             continue
         named.add(r["requirement"])
         line = f"{r['requirement']}, {r['mode']}: the band by {drivers(r['variance_shares']) or 'nothing'}"
-        if r["residual_share"] >= LEAST_SHARE:
-            line += f"; what the model lacks takes {100.0 * r['residual_share']:.2g} % of the limit"
+        lacking = r["decided"]["residual_rad"] / r["limit_rad"]
+        if lacking >= LEAST_SHARE:
+            line += f"; what the model lacks takes {100.0 * lacking:.2g} % of the limit"
         spread = drivers(r["spread_shares"])
         out.append(f"{line}; the ensemble by {spread}" if spread else line)
     return out or [NOTHING_ASKED]
@@ -104,18 +105,33 @@ def _drivers(rows: Sequence[Data]) -> list[str]:
 def _worst(data: Data) -> list[str]:
     out = []
     for mode in data["modes"]:
-        size = ", ".join(
-            f"{axis} {plain(v, 3)} rad"
-            for axis, v in zip(data["line_of_sight"], mode["line_of_sight_rms_rad"], strict=True)
-        )
+        rate, rms, coupling = _largest_rms(mode)
+        size = ", ".join(f"{axis} {plain(v, 3)} rad" for axis, v in zip(data["line_of_sight"], rms, strict=True))
         when = f" ({plain(mode['worst_time_s'], 4)} s into the profile)" if mode["kind"] == "profile" else ""
-        near = _nearest_crossing(data, mode["worst_rate"])
-        out.append(f"{mode['name']}: largest RMS at {plain(mode['worst_rate'], 4)} steps/s{when}, {size}{near}")
+        near = _nearest_crossing(data, rate)
+        out.append(f"{mode['name']}: largest RMS {coupling} at {plain(rate, 4)} steps/s{when}, {size}{near}")
         for name, ranges in mode["avoid"].items():
             if ranges:
                 avoided = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in ranges)
-                out.append(f"{mode['name']}, {name}: avoid {avoided} steps/s")
+                out.append(f"{mode['name']}, {name}: avoid {avoided} steps/s ({deciding_coupling(mode)})")
     return out
+
+
+def _largest_rms(mode: Data) -> tuple[float, Sequence[float], str]:
+    """Return the rate of the largest RMS, the RMS along each line of sight there, and its coupling.
+
+    Of steady rates two-way where that was computed, since it decides; the instant of a profile is one-way.
+    """
+    two_way = mode["over_rate"]["rms_two_way_rad"] if mode["kind"] == "steady" else None
+    if two_way is None:
+        return mode["worst_rate"], mode["line_of_sight_rms_rad"], "one-way"
+    k = max(range(len(two_way)), key=lambda k: max(two_way[k]))
+    return mode["rates"][k], two_way[k], "two-way"
+
+
+def deciding_coupling(mode: Data) -> str:
+    """Return the coupling of the levels over the rate that decide, "one-way" or "two-way"."""
+    return str(mode["over_rate"]["decided"]["coupling"])
 
 
 def _nearest_crossing(data: Data, rate: float) -> str:

@@ -11,9 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, STYLE, WIDTH_IN, made
+from mechid.reports.figures import STYLE, WIDTH_IN, made
+from mechid.reports.palette import INK, series
 
-STEPPINGS = {"full": (MODELLED, "-"), "half": (NOISE, "--"), "micro": (MEASURED, "-")}
+STEPPINGS = {"full": (series(0), "-"), "half": (series(1), "--"), "micro": (series(2), "-")}
 """Colour and style of each stepping."""
 RATE, AMPLITUDE = "step rate, full steps/s", "torque amplitude, N m"
 
@@ -65,7 +66,7 @@ def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
     axes = figure.subplots()
     rows = data["parameters"]
     at = np.arange(len(rows))
-    for key, colour, marker, shift in (("planned", MEASURED, "o", -0.12), ("chosen", MODELLED, "s", 0.12)):
+    for key, colour, marker, shift in (("planned", series(0), "o", -0.12), ("chosen", series(1), "s", 0.12)):
         middle, high = (np.array([_over_value(p, p[f"{key}_spread"][k]) for p in rows]) for k in (0, 1))
         axes.hlines(at + shift, middle, high, color=colour, linewidth=1.2, alpha=0.6)
         axes.plot(middle, at + shift, marker, color=colour, markersize=4, linestyle="", label=_label(data, key))
@@ -111,7 +112,7 @@ def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
                 for to, row in points:
                     for low, high in row[key]["holes"]:
                         ax.vlines(to, low, high, color=colour, linewidth=4.0, alpha=0.35)
-        ax.axvline(unchanged, color=MARK, linewidth=0.8, linestyle=":")
+        ax.axvline(unchanged, color=INK, linewidth=0.8, linestyle=":")
         ax.set_xlabel(label)
     axes[0].set_xscale("log", base=2)
     axes[0].xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))

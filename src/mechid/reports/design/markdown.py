@@ -6,12 +6,12 @@ from mechid.reports.data import Data
 from mechid.reports.design.rivals import rival_lines
 from mechid.reports.design.tables import loss_table, pair_table, parameter_table, record_table
 from mechid.reports.design.verdict import RIVALS, headline, hole_lines, left_out_lines, loss_words, peak_lines
-from mechid.reports.markdown_text import bullets
+from mechid.reports.markdown_text import bullets, synthetic_words
 
 
 def design_markdown(data: Data) -> str:
     """Return the design's tables as Markdown."""
-    parts = ["# Design of the next test", f"**{headline(data)}**"]
+    parts = ["# Design of the next test", *synthetic_words(data), f"**{headline(data)}**"]
     if data["rivals"]:
         parts += [f"## {RIVALS}", bullets(rival_lines(data)), pair_table(data).markdown()]
     parts += ["## Standard errors", parameter_table(data).markdown()]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.data import Data
 from mechid.reports.design.rivals import rival_lines
 from mechid.reports.design.tables import loss_table, pair_table, parameter_table, record_table
@@ -16,6 +16,7 @@ from mechid.reports.design.verdict import RIVALS, headline, hole_lines, left_out
 
 def print_design(data: Data, console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `design_data` made, and where the files are."""
+    say_if_synthetic(console, data)
     say(console, headline(data), "bold")
     console.print()
     if data["rivals"]:

@@ -27,6 +27,7 @@ def diagnosis_data(found: Diagnosis) -> dict[str, Any]:
     """Return all that a diagnosis shows: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
+        "synthetic": found.synthetic,
         "missing": [_entry(missing_data(one), found.pictures) for one in found.missing],
         "unexplained": {"share": found.unexplained, "words": found.words},
         "over_noise": {"as_written": found.over_noise[0], "with_effects": found.over_noise[1]},

@@ -12,25 +12,13 @@ from matplotlib.figure import Figure
 
 from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
 from mechid.reports.curves import drawn
-from mechid.reports.figures import (
-    LEFT_IN,
-    MARK,
-    MEASURED,
-    MODELLED,
-    NOISE,
-    RESIDUAL_COLOUR,
-    RIGHT_IN,
-    STYLE,
-    WIDTH_IN,
-    Drawing,
-    in_powers,
-    made,
-    over_time,
-)
+from mechid.reports.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
+from mechid.reports.palette import EFFECT, INK, MEASURED, MODELLED, NOISE, series
+from mechid.reports.palette import RESIDUAL as RESIDUAL_COLOUR
 from mechid.reports.quantities import DENSITY, FREQUENCY, RESIDUAL, TIME, TORQUE, axis_labels
 from mechid.simulation.simulator import TimeBase
 
-SHARES = (MEASURED, MARK, "#E69F00", "#0072B2", "#B8A900", "#8C8C8C")
+SHARES = tuple(map(series, range(1, 7)))
 """Colours of the effects, that of the largest share first."""
 BELOW_NOISE = 10.0
 """Of the noise's density, by which the picture reaches below it."""
@@ -87,7 +75,7 @@ def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: 
     axes.plot(f, one.before, color=RESIDUAL_COLOUR, linewidth=1.1, label=f"residual, {AS_WRITTEN}")
     if not np.array_equal(one.before, one.after):
         words = WITH_EFFECTS if names else NEAREST
-        axes.plot(f, one.after, color=MODELLED, linewidth=0.8, label=f"residual, {words}")
+        axes.plot(f, one.after, color=EFFECT, linewidth=0.8, label=f"residual, {words}")
     axes.axhline(one.noise, color=NOISE, linewidth=1.0, linestyle="--", label="noise floor")
     axes.set(xscale="log", yscale="log", xlim=(f[0], f[-1]), ylim=(low, high))
     axes.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[DENSITY])
@@ -114,14 +102,15 @@ def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
                 xytext=(2, -2 - 8 * row),
                 textcoords="offset points",
                 va="top",
-                color="#000000",
+                color=INK,
                 fontsize=7,
             )
 
 
-def _legend_above(figure: Any, axes: Any) -> None:
+def _legend_above(figure: Any, *axes: Any) -> None:
     """Write the legend above the axes, and leave it the room that it needs."""
-    handles, labels = axes.get_legend_handles_labels()
+    entries = [a.get_legend_handles_labels() for a in axes]
+    handles, labels = ([one for entry in entries for one in entry[k]] for k in (0, 1))
     rows = -(-len(labels) // LEGEND_COLUMNS)
     figure.subplots_adjust(top=1.0 - (TOP_IN + LEGEND_ROW_IN * rows) / figure.get_figheight())
     place = {"loc": "upper right", "bbox_to_anchor": (1.0 - RIGHT_IN / WIDTH_IN, 1.0), "borderaxespad": 0.2}
@@ -135,14 +124,14 @@ def _stretch(one: Stretch, words_after: str, figure: Any) -> None:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2], gridspec_kw={"hspace": 0.08})
     over_time(above, drawn(one.measured, base), MEASURED, 2.2, "measured")
     is_same = np.array_equal(one.before, one.after)
-    for modelled, colour, width, words in (
-        (one.before, RESIDUAL_COLOUR, 0.9, AS_WRITTEN),
-        (one.after, MODELLED, 0.9, words_after),
+    for modelled, colour, left, words in (
+        (one.before, MODELLED, RESIDUAL_COLOUR, AS_WRITTEN),
+        (one.after, EFFECT, EFFECT, words_after),
     )[: 1 if is_same else 2]:
-        over_time(above, drawn(modelled, base), colour, width, words)
-        over_time(below, drawn(one.measured - modelled, base), colour, width, words)
+        over_time(above, drawn(modelled, base), colour, 0.9, f"modelled, {words}")
+        over_time(below, drawn(one.measured - modelled, base), left, 0.9, f"residual, {words}")
     above.set_ylabel(labels[TORQUE])
     below.set(xlabel=TIME, ylabel=labels[RESIDUAL])
     below.set_xlim(one.start_s, one.start_s + (one.measured.size - 1) / one.sample_rate_hz)
     figure.align_ylabels([above, below])
-    _legend_above(figure, above)
+    _legend_above(figure, above, below)

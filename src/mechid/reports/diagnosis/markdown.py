@@ -8,13 +8,14 @@ from typing import Any
 from mechid.reports.diagnosis.verdict import ACTS, DOTTED, PATH_TITLE, SPECTRUM, STRETCH, next_lines, sentence
 from mechid.reports.fit.path import MEANING
 from mechid.reports.fit.tables import own_table, path_table
-from mechid.reports.markdown_text import bullets, cell, table
+from mechid.reports.markdown_text import bullets, cell, synthetic_words, table
 from mechid.reports.sheet import FOLDER_NAME
 
 
 def diagnosis_markdown(data: Mapping[str, Any]) -> str:
     """Return the diagnosis as Markdown."""
-    lines = ["# What the model is missing", "", data["unexplained"]["words"], ""]
+    lines = ["# What the model is missing", ""]
+    lines += [line for words in (*synthetic_words(data), data["unexplained"]["words"]) for line in (words, "")]
     for one in data["missing"]:
         lines += [f"## {one['name']}", "", f"{sentence(one)}", ""]
         lines += [own_table(one["rows"]).markdown(), ""]

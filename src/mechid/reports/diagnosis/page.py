@@ -10,7 +10,7 @@ from markupsafe import Markup
 from mechid.reports.diagnosis.verdict import ACTS, DOTTED, PATH_TITLE, SPECTRUM, STRETCH, next_lines, sentence
 from mechid.reports.fit.path import MEANING
 from mechid.reports.fit.tables import own_table, path_table
-from mechid.reports.template import asset, environment
+from mechid.reports.template import environment, page_style
 from mechid.reports.themed import themed
 
 
@@ -33,5 +33,5 @@ def diagnosis_page(data: Mapping[str, Any], figures: Mapping[str, str]) -> str:
         figures={name: Markup(themed(text)) for name, text in figures.items()},
         path=path_table(data["path"]).html(),
         own=lambda rows: own_table(rows).html(),
-        style=asset("report.css"),
+        style=page_style(),
     )

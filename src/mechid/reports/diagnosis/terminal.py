@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.diagnosis.tables import effect_table, value_table
 from mechid.reports.diagnosis.verdict import PATH_TITLE, acts_line, next_lines
 from mechid.reports.fit.tables import path_table
@@ -16,6 +16,7 @@ from mechid.reports.fit.tables import path_table
 
 def print_diagnosis(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `diagnosis_data` made, and where the files are."""
+    say_if_synthetic(console, data)
     say(console, data["unexplained"]["words"], "bold")
     if data["missing"]:
         console.print()

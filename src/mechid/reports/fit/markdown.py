@@ -18,7 +18,7 @@ from mechid.reports.fit.tables import (
     side_table,
     stage_table,
 )
-from mechid.reports.markdown_text import bullets, cell, table
+from mechid.reports.markdown_text import bullets, cell, synthetic_words, table
 from mechid.reports.quantities import quantity_words
 
 
@@ -26,8 +26,7 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     """Return verdict and tables of what `report_contents` made."""
     summary = data["summary"]
     parts = [f"# {cell(data['title'])}", f"**{summary['headline']}**"]
-    if data["synthetic"]:
-        parts.append("**Synthetic**: the records were simulated; nothing of this was measured.")
+    parts += synthetic_words(data)
     for each in summary["questions"]:
         parts += [f"## {each['question']}", bullets(each["answers"])]
     parts += ["## Parameters", parameter_table(data).markdown()]

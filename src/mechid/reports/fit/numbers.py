@@ -54,7 +54,7 @@ def report_data(
     channels = [_channel(r, quantity, c) for r in fit.records.values() for quantity, c in r.channels.items()]
     return {
         "format": FORMAT,
-        "synthetic": synthetic,
+        "synthetic": fit.synthetic or synthetic,
         "grade": str(fit.grade),
         "grade_words": GRADE_WORDS[fit.grade],
         "reasons": [_reason(reason) for reason in fit.reasons],

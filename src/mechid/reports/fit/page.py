@@ -17,7 +17,7 @@ from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.outline import DETAIL_S, Outline
 from mechid.reports.quantities import quantity_words
 from mechid.reports.table import Table
-from mechid.reports.template import asset, environment
+from mechid.reports.template import asset, environment, page_style
 from mechid.units import unit_words
 
 MOST_PICTURES = 200
@@ -75,7 +75,7 @@ def report_page(
             tables=TABLES,
             side={"title": SIDE_TITLE, "said": SIDE_SAID},
             curves=drawn,
-            style=asset("report.css"),
+            style=page_style(),
             script=asset("painted.js") + asset("report.js"),
         )
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,8 @@ def write_results(
     UsageError
         The folder cannot be written to.
     """
-    text = estimated_text(fit, synthetic=data["synthetic"])
+    fit = replace(fit, synthetic=data["synthetic"])
+    text = estimated_text(fit)
     fit = signed(fit, mechanism_name, text)
     texts = {
         mechanism_name: text,
@@ -94,10 +96,10 @@ def write_residual(fit: Fit, validation: Mapping[str, RecordValidation], folder:
     return folder / RESIDUAL_NAME
 
 
-def estimated_text(fit: Fit, *, synthetic: bool) -> str:
+def estimated_text(fit: Fit, *, synthetic: bool = False) -> str:
     """Return the text of the mechanism file with the estimated values."""
     lines = [f"{ESTIMATED}; standard errors and all else stand in {ESTIMATE_NAME}."]
-    if synthetic:
+    if fit.synthetic or synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
     lines += [GRADE_WORDS[fit.grade], *beside_comment(fit.beside), fit.outcome.value]
     return mechanism_text(fit.mechanism, "\n".join(lines))

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from mechid.identification.result.grade import OF_MECHANISM_FILE
-from mechid.reports.console import print_lines, say
+from mechid.reports.console import print_lines, say, say_if_synthetic
 from mechid.reports.fit.lacking import LACKING
 from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_TITLE
@@ -38,8 +38,7 @@ LEFT_OUT_WORDS = "Records to estimate from that were left out, because they cont
 
 def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `report_data` made, and where the files are; what is odd about the user's files comes first."""
-    if data["synthetic"]:
-        say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
+    say_if_synthetic(console, data)
     say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
     about_all, about_records, others = _told_apart(data["warnings"])
     of_file, reasons = _file_first(data["reasons"])

@@ -11,9 +11,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.reports.data import Data
-from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, STYLE, made
+from mechid.reports.figures import STYLE, made
+from mechid.reports.palette import ESTIMATE, INK, series
 
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
+OFF, MEAN = series(1), series(5)
+"""Of what stands out, and of a fleet's mean with its spread."""
 REACH = 1.96
 """Of the error bars: 95 %."""
 MOST_NAMES = 30
@@ -94,12 +97,12 @@ def _parameter(data: Data, p: Data, axes: Any) -> None:
     """Draw the values of the campaigns with their 95 % error bars, the mean, and the spread as a band."""
     _title(axes, p["name"], p["text"]["unit"] + (", trend taken out" if p["along"] else ""))
     if p["mean"] is not None:
-        axes.axhspan(p["mean"] - p["spread"], p["mean"] + p["spread"], color=NOISE, alpha=0.18, linewidth=0)
-        axes.axhline(p["mean"], color=NOISE, linewidth=0.9)
+        axes.axhspan(p["mean"] - p["spread"], p["mean"] + p["spread"], color=MEAN, alpha=0.18, linewidth=0)
+        axes.axhline(p["mean"], color=MEAN, linewidth=0.9)
     off = {one["unit"] for one in p["outliers"]}
     for k, (v, c) in enumerate(zip(p["values"], data["campaigns"], strict=True)):
         if v is not None and v["level"] is not None:
-            colour = MODELLED if c["unit"] in off else MEASURED
+            colour = OFF if c["unit"] in off else ESTIMATE
             axes.errorbar(
                 k, v["level"], yerr=REACH * v["std_error"], fmt="o", color=colour, markersize=2.6, elinewidth=0.8
             )
@@ -109,9 +112,9 @@ def _trend(t: Data, axes: Any) -> None:
     """Draw a parameter over a covariate with its line; campaigns of one unit each about the unit's own level."""
     points = t["points"]
     x, y, error = (np.array(points[key], dtype=np.float64) for key in ("covariate", "value", "error"))
-    axes.errorbar(x, y, yerr=REACH * error, fmt="o", color=MEASURED, markersize=2.6, elinewidth=0.8)
+    axes.errorbar(x, y, yerr=REACH * error, fmt="o", color=ESTIMATE, markersize=2.6, elinewidth=0.8)
     ends = np.array([x.min(), x.max()])
-    axes.plot(ends, t["level"] + t["slope"] * (ends - t["reference"]), color=MODELLED, linewidth=1.1)
+    axes.plot(ends, t["level"] + t["slope"] * (ends - t["reference"]), color=series(0), linewidth=1.1)
     _title(axes, t["name"], "")
     axes.set_xlabel(t["text"]["covariate"], fontsize=6.0, labelpad=1.0)
 
@@ -121,12 +124,12 @@ def _change(data: Data, name: str, states: Sequence[str], units: Sequence[str], 
     _title(axes, name, "")
     mean = next((c for c in data["mean_changes"] if c["name"] == name and c["states"] == list(states)), None)
     if mean is not None:
-        axes.axhspan(*mean["mean95"], color=NOISE, alpha=0.18, linewidth=0)
-        axes.axhline(mean["mean"], color=NOISE, linewidth=0.9)
-    axes.axhline(0.0, color=RESIDUAL_COLOUR, linewidth=0.6)
+        axes.axhspan(*mean["mean95"], color=MEAN, alpha=0.18, linewidth=0)
+        axes.axhline(mean["mean"], color=MEAN, linewidth=0.9)
+    axes.axhline(0.0, color=INK, linewidth=0.6)
     for c in data["changes"]:
         if c["name"] == name and c["states"] == list(states):
-            colour = MARK if c["found"] else MEASURED
+            colour = OFF if c["found"] else ESTIMATE
             axes.errorbar(
                 units.index(c["unit"]),
                 c["difference"],

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from mechid.reports.fleet import tables
 from mechid.reports.fleet.verdict import SYNTHETIC
-from mechid.reports.template import asset, environment
+from mechid.reports.template import environment, page_style
 from mechid.reports.themed import themed
 
 
@@ -25,6 +25,4 @@ def fleet_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """
     figures = {name.removeprefix("fleet_"): Markup(themed(text)) for name, text in pictures.items()}
     template = environment().get_template("fleet.html")
-    return template.render(
-        data=data, figures=figures, tables=tables, style=asset("report.css"), synthetic_words=SYNTHETIC
-    )
+    return template.render(data=data, figures=figures, tables=tables, style=page_style(), synthetic_words=SYNTHETIC)

@@ -16,9 +16,9 @@ CHANCE = Column("q", "q")
 
 def _linked(row: Row) -> str:
     """Return a campaign's label, which leads to its report where it has one."""
-    if not row["report"]:
+    if row["link"] is None:
         return str(row["label"])
-    return Markup('<a href="{}/report.html">{}</a>').format(row["folder"], row["label"])
+    return Markup('<a href="{}">{}</a>').format(row["link"], row["label"])
 
 
 def _with_unit(row: Row) -> Markup:

@@ -16,22 +16,10 @@ from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
 from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
 from mechid.reports.curves import drawn
-from mechid.reports.figures import (
-    BAR_IN,
-    MARK,
-    MEASURED,
-    MODELLED,
-    NOISE,
-    RESIDUAL_COLOUR,
-    STYLE,
-    WIDTH_IN,
-    Drawing,
-    in_powers,
-    made,
-    over_time,
-)
+from mechid.reports.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
 from mechid.reports.look.contents import channel_keys
 from mechid.reports.look.words import order_of, unit_text
+from mechid.reports.palette import INK, MARK, MARK_OVER, MEASURED, NOISE, ORDER, series
 from mechid.reports.quantities import FREQUENCY, TIME, quantity_words
 from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
@@ -41,7 +29,6 @@ GROUPS, MOST_ROWS, MOST_MARKED, MOST_LABELS = 3000, 400, 200, 12
 """Of a spectrum, of a waterfall; gaps and lines that are marked."""
 KINDS = ("time", "spectrum", "waterfall", "bands", "over_rate")
 RATE = "step rate, full steps/s"
-COLOURS = (MEASURED, MODELLED, NOISE, MARK, "#E69F00", "#0072B2", "#8C8C8C", "#B8A900", RESIDUAL_COLOUR)
 SHOWN_DECADES = 3.5
 """Of a waterfall's amplitude."""
 ABOVE_RATE, ABOVE_RESONANCE, ABOVE_LINES = 4.5, 1.3, 1.2
@@ -80,9 +67,9 @@ def _time(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
     """Draw the least and the largest sample of each column of the picture, and what is odd."""
     axes, base = figure.subplots(), look.base
     for runs, colour, alpha in (
-        (channel.gaps, MARK, 0.5),
+        (channel.gaps, ORDER, 0.5),
         (_quiet(channel), NOISE, 0.2),
-        (channel.clipped, MODELLED, 0.5),
+        (channel.clipped, series(1), 0.5),
     ):
         for first, stop in runs[:MOST_MARKED]:
             span = [base.start_s + (k - 0.5) / base.sample_rate_hz for k in (first, stop)]
@@ -120,7 +107,7 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         axes.plot(frequency, level, color=NOISE, linewidth=0.8, linestyle="--", label="level around")
     lines = sorted(channel.lines, key=lambda seen: -seen.line.amplitude)
     for k, seen in enumerate(lines[:MOST_MARKED]):
-        colour = MODELLED if seen.mains and seen.order is None else MARK if seen.order is not None else RESIDUAL_COLOUR
+        colour = series(1) if seen.mains and seen.order is None else MARK if seen.order is not None else INK
         axes.plot(seen.line.frequency_hz, seen.line.amplitude, "o", color=colour, markersize=2.2)
         if k < MOST_LABELS and seen.order is not None:
             place = (seen.line.frequency_hz, seen.line.amplitude)
@@ -200,7 +187,7 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
         for order in ORDERS:
             axes.plot(over[1], order * w.rate, "w--", linewidth=0.5, alpha=0.6)
     for found in channel.resonances:
-        axes.axhline(found.frequency_hz, color="#FF8FC7", linewidth=0.8, linestyle=":")
+        axes.axhline(found.frequency_hz, color=MARK_OVER, linewidth=0.8, linestyle=":")
     axes.set(xlabel=over[0], ylabel=FREQUENCY, ylim=(0.0, frequency[-1]), xlim=(over[1][0], over[1][-1]))
     axes.grid(visible=False)
     bar = figure.colorbar(image, ax=axes, label=axis_label(channel, "amplitude"), pad=0.02, fraction=0.06)
@@ -234,7 +221,7 @@ def _over_rate(channel: ChannelLook, figure: Any) -> None:
         lines = sorted((line for line in channel.over_rate if line.order == order), key=lambda line: line.rate)
         rate = [line.rate for line in lines]
         size = np.sqrt([max(line.power(), 0.0) for line in lines])
-        axes.plot(rate, size, color=COLOURS[k % len(COLOURS)], linewidth=0.9, label=_number(order))
+        axes.plot(rate, size, color=series(k), linewidth=0.9, label=_number(order))
     for found in channel.resonances:
         for order in found.orders:
             axes.axvline(found.frequency_hz / order, color=MARK, linewidth=0.6, linestyle=":")

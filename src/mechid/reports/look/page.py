@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from mechid.reports.quantities import quantity_words
-from mechid.reports.template import asset, environment
+from mechid.reports.template import environment, page_style
 from mechid.reports.themed import themed
 
 
@@ -24,4 +24,4 @@ def look_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """
     figures = {name: Markup(themed(text)) for name, text in pictures.items()}
     template = environment().get_template("look.html")
-    return template.render(data=data, figures=figures, style=asset("report.css"), words=quantity_words)
+    return template.render(data=data, figures=figures, style=page_style(), words=quantity_words)

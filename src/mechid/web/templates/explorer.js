@@ -72,8 +72,9 @@ for (const [name, row] of knobs) {
     input.addEventListener("focus", () => { if (state && state.hand !== name) ask({ do: "take", name }); });
   }
   written.addEventListener("change", () => {
-    if (Number.isFinite(written.valueAsNumber)) ask({ do: "turn", name, value: written.valueAsNumber });
-    else written.value = state.knobs[name].text;
+    if (!Number.isFinite(written.valueAsNumber)) { written.value = state.knobs[name].text; return; }
+    row.dataset.written = "1"; // what is used goes back into the box, where it is another value
+    ask({ do: "turn", name, value: written.valueAsNumber });
   });
   row.querySelector("[type=checkbox]").addEventListener("change", (event) => {
     ask({ do: "free", name, is: event.target.checked });
@@ -135,6 +136,10 @@ function printedKnob(row, now, before) {
     pending.delete(name);
     set(range, "value", String(Math.round(now.place * range.max)));
   }
+  if (row.dataset.written && !turning) {
+    delete row.dataset.written;
+    written.value = now.text;
+  }
   if (before && JSON.stringify(now) === JSON.stringify(before)) return;
   range.setAttribute("aria-valuetext", now.text);
   if (document.activeElement !== written) set(written, "value", now.text);
@@ -142,6 +147,13 @@ function printedKnob(row, now, before) {
   set(row.querySelector(".away"), "textContent", now.away);
   set(row.querySelector(".mark.estimate"), "title", now.estimate);
   marked(row, "estimate", now.estimate_place);
+}
+
+function printedLimit(row, words) {
+  const said = row.querySelector(".limit");
+  set(said, "hidden", !words);
+  set(said, "textContent", words ?? "");
+  row.classList.toggle("limited", Boolean(words));
 }
 
 function printedEffect(row, isOn) {
@@ -187,8 +199,9 @@ function printedSweep(section, sweep) {
 
 function printedVerdict(verdict, source) {
   at("verdict").className = `verdict ${verdict ? verdict.tone : ""}`;
+  at("said").hidden = !verdict;
   at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
-  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Search from scratch” makes one from the catalogue, as mechid identify does; “Fit from here” makes one from the values below, once they are near.";
+  at("source").textContent = verdict ? `Said of the last estimate, ${source}.` : "“Search from scratch” makes one from the catalogue, as mechid identify does; “Fit from here” makes one from the values below, once they are near.";
   at("answers").replaceChildren(...(verdict ? verdict.questions : []).map(({ question, answers }) => {
     const part = element("div", ""), list = element("ul", "");
     list.append(...answers.map((answer) => element("li", answer)));
@@ -210,10 +223,17 @@ function printedRun(run) {
   for (const [name, row] of knobs) marked(row, "run", running ? run.places[name] : null);
 }
 
+// The session that this tab has goes on when the page is loaded anew: it is asked for by its token.
+function remembered() {
+  if (state.answered) sessionStorage.setItem("mechid tab", state.tab);
+}
+
 function printed() {
   const before = state;
   state = JSON.parse(wire.page_state);
+  remembered();
   for (const [name, now] of Object.entries(state.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
+  for (const [name, row] of knobs) printedLimit(row, state.limited[name]);
   for (const [name, isOn] of Object.entries(state.effects)) printedEffect(effects.get(name), isOn);
   for (const [name, row] of knobs) row.classList.toggle("held", name === state.hand);
   document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, state.records[k]));
@@ -238,6 +258,9 @@ function printed() {
   if (JSON.stringify([state.verdict, state.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {
     printedVerdict(state.verdict, state.estimate);
   }
+  at("verdict").classList.toggle("stale", Boolean(state.apart));
+  set(at("apart"), "textContent", state.apart);
+  set(at("apart"), "hidden", !state.apart);
   if (JSON.stringify(state.run) !== JSON.stringify(before?.run)) printedRun(state.run);
   if (state.file) saved(state.file);
   if (state.answered === awaited && awaited) {
@@ -298,6 +321,6 @@ at("theme").addEventListener("click", () => {
   }
   shown.on_event("connection_lost", () => { at("gone").hidden = false; });
   if (wire.page_state) printed();
-  ask({ do: "hello" });
+  ask({ do: "hello", tab: sessionStorage.getItem("mechid tab") ?? "" });
 })();
 window.mechid = { latencies, knobs, valueAt, ask, state: () => state, idle: () => Boolean(wire) && !awaited && !waiting.length && !settling };
