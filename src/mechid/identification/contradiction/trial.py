@@ -27,7 +27,7 @@ from mechid.kernel.batch.source import SETS
 
 POINTS, STARTS, STEPS = 512, 6, 24
 """Points of the box, those of them that are refined, and robust steps of each. A trial of one record takes 0.4 s of
-CPU; with four starts 1 of 12 records stayed at 84 sigmas squared a sample (benchmarks/first_sight.py)."""
+CPU; with four starts 1 of 12 right records stayed at 84 sigmas squared a sample."""
 LONGEST_S = 1.0
 """Of a record that is searched over, s: it bounds the time of a trial at slow rates. A choice, not measured."""
 STRONGEST = 3
