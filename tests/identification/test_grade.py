@@ -10,8 +10,9 @@ from fits_by_hand import fit_by_hand
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Reading
+from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import ChannelFit, RecordFit
+from mechid.identification.result.fit import RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate

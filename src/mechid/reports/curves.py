@@ -13,7 +13,8 @@ from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.arrays import FloatArray, IntArray
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.result.fit import ChannelFit, Fit
+from mechid.identification.result.channel_fit import ChannelFit
+from mechid.identification.result.fit import Fit
 from mechid.reports.outline import Outline, outline_of
 from mechid.reports.quantities import channel_key
 from mechid.reports.trace import Trace, trace_of

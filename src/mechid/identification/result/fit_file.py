@@ -13,9 +13,10 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.inputs import file_digest
+from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import is_synthetic, read_estimate
-from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
+from mechid.identification.result.fit import Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance

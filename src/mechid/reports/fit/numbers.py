@@ -9,7 +9,8 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
-from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
+from mechid.identification.result.channel_fit import ChannelFit
+from mechid.identification.result.fit import Fit, RecordFit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.parameter import Status
