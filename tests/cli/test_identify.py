@@ -74,8 +74,10 @@ def test_the_mechanism_file_holds_the_estimate(real):
 def test_results_go_to_stdout_and_progress_to_stderr(real):
     assert "stage 1 of 1: stage 1" in real.result.stderr
     assert "stage 1 of 1" not in real.result.stdout
-    assert real.result.stdout.startswith(GRADE_WORDS[Grade.A])
-    assert real.result.stdout.splitlines()[1] == FitOutcome.STAGES_DONE.value
+    synthetic, grade, outcome = real.result.stdout.splitlines()[:3]
+    assert synthetic.startswith("SYNTHETIC")
+    assert grade.startswith(GRADE_WORDS[Grade.A])
+    assert outcome == FitOutcome.STAGES_DONE.value
     assert all(f"written: {real.out / name}" in real.result.stdout.splitlines() for name in FILES)
 
 

@@ -46,7 +46,8 @@ def test_ctrl_c_and_a_terminal_or_batch_system_that_ends_it_keep_the_best_so_far
     assert "Traceback" not in said + rest
     assert f"mechid: interrupted; {out} holds the best so far" in rest.splitlines()
     assert json.loads((out / "estimate.json").read_text())["outcome"]["code"] == "interrupted"
-    first, second = output.splitlines()[:2]
+    synthetic, first, second = output.splitlines()[:3]
+    assert synthetic.startswith("SYNTHETIC")
     assert (first, second) == (GRADE_WORDS[Grade.FAILED], f"interrupted: {FitOutcome.INTERRUPTED.value}")
     assert output.count("Interrupted by the user") == 1
     assert sorted(path.name for path in out.iterdir()) == [

@@ -106,10 +106,10 @@ def test_a_search_keeps_what_it_has_before_its_last_steps(run, wrong, tmp_path, 
 
     real = conclude.standard_errors
 
-    def end(state, *rest):
+    def end(state, *rest, **options):
         if state.searched:
             raise Ended
-        return real(state, *rest)
+        return real(state, *rest, **options)
 
     monkeypatch.setattr(conclude, "standard_errors", end)
     with pytest.raises(Ended):

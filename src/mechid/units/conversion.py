@@ -73,7 +73,11 @@ def is_unit(text: str) -> bool:
     >>> is_unit("N m"), is_unit("us"), is_unit("grad"), is_unit("torque")
     (True, True, True, False)
     """
-    return any(_measures(text, quantity) for quantity in SI_UNIT) or _doubt(text) is not None
+    if _doubt(text) is not None or any(_normalised(text, quantity) == si for quantity, si in SI_UNIT.items()):
+        return True
+    words = re.findall(r"[A-Za-z]+", _normalised(text))
+    # every header is asked; Pint is loaded only for what holds known units alone
+    return bool(words) and all(map(_is_listed, words)) and any(_measures(text, quantity) for quantity in SI_UNIT)
 
 
 def _measures(unit: str, quantity: str) -> bool:

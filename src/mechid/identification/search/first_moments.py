@@ -29,7 +29,7 @@ LONGEST_REST_S = 2.0
 """Rest up to which the window follows the motion, s. All of it is simulated at each of the 2048 starts: 2 s at 10 kHz
 take 3 s of CPU a record."""
 BLOCK = 65536
-"""Samples that are compared with the rest in one go."""
+"""Most samples that are compared with the rest in one go."""
 
 
 def first_window(target: Target) -> Window:
@@ -40,7 +40,7 @@ def first_window(target: Target) -> Window:
     said to begin. Where they are never at rest, as under hum, or show nothing, it is the first step commanded.
     """
     rate, first = target.base.sample_rate_hz, target.burn_in
-    moves = motion_begins(target)
+    moves = motion_begins(target, LONGEST_REST_S)
     if not _is_late(target, moves):
         step = _first_step(target)
         moves = step if _is_late(target, step) and _is_quiet_before(target, step) else first
@@ -73,21 +73,32 @@ def _is_quiet_before(target: Target, step: int) -> bool:
     )
 
 
-def motion_begins(target: Target) -> int:
-    """Return the first sample behind the burn-in at which a channel leaves its rest; all samples where none does."""
-    least = max(int(FLOOR_S * target.base.sample_rate_hz), 8)
-    return min(first_motion(channel, target.burn_in, least) for channel in target.channels)
+def motion_begins(target: Target, within_s: float = math.inf) -> int:
+    """Return the first sample behind the burn-in at which a channel leaves its rest; all samples where none does.
+
+    Samples that come later than `within_s` behind the burn-in are not read.
+    """
+    rate = target.base.sample_rate_hz
+    least, window = max(int(FLOOR_S * rate), 8), max(round(WINDOW_S * rate), 8)
+    stop = target.samples if math.isinf(within_s) else min(target.samples, target.burn_in + round(within_s * rate) + 1)
+    moves = min(first_motion(channel, (target.burn_in, stop), least, window) for channel in target.channels)
+    return moves if moves < stop else target.samples
 
 
-def first_motion(channel: TargetChannel, burn_in: int, least: int) -> int:
-    """Return the sample at which a channel leaves the median of its first `least` samples behind the burn-in."""
-    samples = channel.measured.size
-    rest = float(np.median(channel.measured[burn_in : min(burn_in + least, samples)]))
-    for start in range(burn_in, samples, BLOCK):
-        moving = np.abs(channel.measured[start : start + BLOCK] - rest) > MOVES * channel.sigma
+def first_motion(channel: TargetChannel, within: Window, least: int, block: int) -> int:
+    """Return the first sample of a window at which a channel leaves the median of its first `least` samples.
+
+    The end of the window where it does not. The first `block` samples are read first, since most records move within
+    them, then twice as many each time.
+    """
+    start, stop = within
+    rest = float(np.median(channel.measured[start : min(start + least, stop)]))
+    while start < stop:
+        moving = np.abs(channel.measured[start : min(start + block, stop)] - rest) > MOVES * channel.sigma
         if moving.any():
             return start + int(np.argmax(moving))
-    return samples
+        start, block = start + block, min(2 * block, BLOCK)
+    return stop
 
 
 def first_samples(target: Target) -> int:
