@@ -66,7 +66,7 @@ def test_the_filter_s_response_is_that_of_its_block(flying):
     ours = anti_alias_response(LINE_ORDER, lined.value(CUT_OFF), f)
     np.testing.assert_allclose(ours / ours[0], np.array(own) / own[0], rtol=1e-9)
     assert rotor_held(plant)
-    assert linearised(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_a8"
+    assert linearised(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_l8"
 
 
 QUICK = (("strong output friction", "full"),)

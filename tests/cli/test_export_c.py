@@ -49,13 +49,29 @@ def test_it_writes_the_files_of_the_contract(run, fit, bench, tmp_path, target, 
     assert "Grade A" in " ".join(result.stdout.split())
 
 
+@pytest.mark.parametrize("target", ["c", "fmu", "linear", "tables"])
+@pytest.mark.parametrize(
+    ("stand", "words"),
+    [
+        ("no", "The mechanism as it flies, without [housing]; --option stand=yes hands on the bench."),
+        ("yes", "The mechanism as on the bench, with [housing]; its base is at rest."),
+    ],
+)
+def test_the_first_line_says_which_mechanism_it_is(run, fit, bench, tmp_path, target, stand, words):
+    """Truth: the sentence of each, printed and in mechid_export.json; what is written passes its check."""
+    more = ("--option", "rates=46") if target in ("linear", "tables") else ()
+    result = run(*asked(fit, bench, tmp_path / "out", target, "--option", f"stand={stand}", *more))
+    assert result.exit_code == 0, result.stderr
+    said = json.loads((tmp_path / "out" / "mechid_export.json").read_text(encoding="utf-8"))
+    assert result.stdout.splitlines()[0] == said["mechanism"] == said["provenance"]["mechanism"] == words
+
+
 def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     """Truth: usage is 2, a mechanism that a unit cannot express 3; nothing is left behind."""
     out = tmp_path / "out"
     assert "yes or no" in refused(2, *asked(fit, bench, out, "c", "--option", "sensitivities=1"))
-    for target in ("linear", "tables"):
-        line = refused(2, *asked(fit, bench, out, target, "--option", "stand=yes"))
-        assert "as it flies alone; write the bench with --to c or --to fmu" in line
+    for target in ("c", "fmu", "linear", "tables"):
+        assert "yes or no" in refused(2, *asked(fit, bench, out, target, "--option", "stand=1"))
     assert 'did you mean "stand"' in refused(2, *asked(fit, bench, out, "fmu", "--option", "stnad=yes"))
     table = {
         "assembly": "direct_torque_drive",

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from export_bench import bench_of
 from golden_variants import VARIANTS
 from layouts import mechanism_of
 from mechid.errors import UsageError
@@ -17,6 +18,7 @@ from mechid.exports.c.target import Options as OfC
 from mechid.exports.export import exported
 from mechid.exports.fmu.options import Options as OfUnit
 from mechid.exports.linear.options import Options as OfLinear
+from mechid.exports.linear.target import AGREES
 from mechid.exports.stand import handed_on, which_mechanism
 from mechid.exports.tables.options import Options as OfTables
 from mechid.plant.flight import in_flight
@@ -25,13 +27,54 @@ from mechid.simulation.simulator import Simulator, simulate_run
 needs_compiler = pytest.mark.skipif(found_compiler() is None, reason="no C compiler is installed")
 FLIES = "The mechanism as it flies, without [housing]; --option stand=yes hands on the bench."
 STANDS = "The mechanism as on the bench, with [housing]; its base is at rest."
-TARGETS = {"c": None, "fmu": None, "linear": OfLinear(rates=(), samples=2), "tables": OfTables(rates=(46.0,))}
+NO_STAND = "The mechanism as it flies, and as on the bench: it has no test stand."
+TARGETS = {
+    "c": OfC(),
+    "fmu": OfUnit(),
+    "linear": OfLinear(rates=(46.0,), samples=2),
+    "tables": OfTables(rates=(46.0,)),
+}
+TOLERANCE = {"c": 1e-9, "fmu": 1e-9, "linear": AGREES, "tables": 1e-7}
+"""Of the largest error that each check may find: N m, of linear models relative."""
 
 
 @pytest.fixture(scope="module", params=TARGETS)
 def done(request, paper, tmp_path_factory):
     """Return what each target has written by default."""
     return exported(paper, request.param, tmp_path_factory.mktemp(request.param), TARGETS[request.param])
+
+
+@pytest.fixture(scope="module", params=TARGETS)
+def either_way(request, paper, tmp_path_factory):
+    """Return target, and what it has written as it flies and as on the bench: with a test stand, and without one."""
+    target = request.param
+    rigid = bench_of(paper, {"housing": None})
+    with_stand, without = (
+        [
+            exported(of, target, tmp_path_factory.mktemp(target), replace(TARGETS[target], stand=stand))
+            for stand in (False, True)
+        ]
+        for of in (paper, rigid)
+    )
+    return target, with_stand, without
+
+
+def numbers_of(done):
+    """Return the numbers that a target's files hand on."""
+    folder = done.folder
+    if done.target == "linear":
+        model = json.loads((folder / "linear.json").read_text(encoding="utf-8"))
+        free, forced = model["models"]["free"], model["forcing"][0]
+        return [free["C"][free["outputs"]["names"].index("torque")], free["D"], forced["amplitude"], forced["sigma"]]
+    if done.target == "tables":
+        return [
+            (folder / name).read_text(encoding="utf-8").replace("transducer_torque", "base_torque")
+            for name in ("lines.csv", "bands.csv", "history_full_46.csv")
+        ]
+    if done.target == "c":
+        return parameters_of((folder / "mechanism.h").read_text(encoding="utf-8"))
+    with zipfile.ZipFile(folder / done.written.files[0]) as archive:
+        return parameters_of(archive.read("sources/mechanism.h").decode())
 
 
 def torque(mechanism, trial):
@@ -68,6 +111,32 @@ def test_the_files_say_it_too(done):
 
 
 @needs_compiler
+def test_every_target_says_first_which_of_both_it_is(either_way):
+    """Truth: the sentence for a mechanism with a housing, and for one without anything that stays on the bench."""
+    _, with_stand, without = either_way
+    for done, said in zip((*with_stand, *without), (FLIES, STANDS, NO_STAND, NO_STAND), strict=True):
+        content = json.loads((done.folder / "mechid_export.json").read_text(encoding="utf-8"))
+        assert content["mechanism"] == content["provenance"]["mechanism"] == said
+        assert done.provenance["mechanism"] == said
+
+
+@needs_compiler
+def test_the_numbers_differ_where_there_is_a_stand_and_only_there(either_way):
+    _, with_stand, without = either_way
+    flying, bench = map(numbers_of, with_stand)
+    assert all(a != b for a, b in zip(flying, bench, strict=True)) if isinstance(flying, list) else flying != bench
+    assert numbers_of(without[0]) == numbers_of(without[1])
+
+
+@needs_compiler
+def test_every_target_is_held_against_what_it_says_that_it_is(either_way):
+    """Truth: mechid's own kernel or equations of the bench; the tolerances of the flying mechanism."""
+    target, *every = either_way
+    for done in [one for pair in every for one in pair]:
+        assert done.written.checked.largest_error < TOLERANCE[target]
+
+
+@needs_compiler
 @pytest.mark.parametrize("stand", [False, True])
 def test_the_c_text_is_of_the_mechanism_that_it_says(paper, tmp_path, stand):
     """Truth: the kernel of the mechanism in flight, or of the bench; the file's own words, and its parameters."""
@@ -99,11 +168,12 @@ def test_the_c_text_and_the_unit_take_the_same_values(paper, tmp_path):
     assert OfC.read(asked).values == OfUnit.read(asked).values == {"load.inertia": 0.02}
 
 
-@pytest.mark.parametrize(("options", "what"), [(OfLinear, "linear models and forcing"), (OfTables, "lines")])
-def test_what_there_is_in_flight_alone_is_not_handed_on_as_on_the_bench(options, what):
-    with pytest.raises(UsageError, match=rf"--option stand: there are {what} .*alone; write the bench with --to c"):
-        options.read({"stand": "yes"})
+@pytest.mark.parametrize("options", [OfC, OfUnit, OfLinear, OfTables])
+def test_every_target_reads_the_option(options):
+    assert options.read({"stand": "yes"}) == options(stand=True)
     assert options.read({"stand": "no"}) == options()
+    with pytest.raises(UsageError, match=r'--option stand: found "maybe"'):
+        options.read({"stand": "maybe"})
     with pytest.raises(UsageError, match='did you mean "stand"'):
         options.read({"stnad": "yes"})
 

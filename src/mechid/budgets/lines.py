@@ -19,7 +19,9 @@ import numpy as np
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.orbit import Orbit
 from mechid.budgets.period_map import PeriodMap, Stretch
+from mechid.errors import FitError
 from mechid.plant.flight import CUT_OFF
+from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
 from mechid.signal.power import periodic_power
@@ -36,6 +38,8 @@ VERIFIED = 1e-5
 MOST_DOUBLINGS = 3
 DECAYED = 25.0
 """Time constants after which what the filter began with is gone: 1e-11 of it."""
+ENDLESS = 1e-11
+"""Of a filter's fastest root: one that decays more slowly is not told from one that never does, by rounding."""
 SAFETY, NEIGHBOURS = 2.0, 4
 """The error is so many times the RMS difference over so many lines to both sides: of a single one it may be 0."""
 KEPT = 1e-5
@@ -130,9 +134,31 @@ def lines_with_scatter(
 
 
 def _settling_s(period: PeriodMap) -> float:
-    """Return how long the filter's slowest root keeps what it began with."""
-    slowest = period.mechanism.value(CUT_OFF) * math.sin(0.5 * math.pi / LINE_ORDER)
-    return DECAYED / slowest
+    """Return how long the filters' slowest root keeps what it began with."""
+    return DECAYED * filter_decay_s(period.mechanism)
+
+
+def filter_decay_s(mechanism: Mechanism) -> float:
+    """Return the time in which the slowest transient of the filters behind the torque falls to 1/e, 0 without any.
+
+    Raises
+    ------
+    FitError
+        One does not decay, as of a housing without damping.
+    """
+    plant = mechanism.plant
+    if not plant.filter.states:
+        return 0.0
+    values = dict(zip(plant.parameters, mechanism.kernel_values().tolist(), strict=True))
+    A = np.array(plant.filter.A.subs(values).tolist(), dtype=np.float64)
+    roots = np.linalg.eigvals(A)
+    slowest = float(-roots.real.max())
+    if not slowest > ENDLESS * float(np.abs(roots).max()):
+        raise FitError(
+            "a filter of the test stand never settles, so that there are no lines behind it: give housing and "
+            "transducer a damping above 0, or hand the mechanism on as it flies"
+        )
+    return 1.0 / slowest
 
 
 def _orders(period: PeriodMap, times: int) -> IntArray:

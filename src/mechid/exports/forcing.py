@@ -1,7 +1,7 @@
 """The torque on a held base at each rate of a way of stepping: lines, their errors, and what the model lacks beside.
 
-The mechanism is the bench's, with the bench's load and voltage, without what only the test stand has: the machinery is
-that of the budget, whose flight may have other values.
+The mechanism is the bench's, with the bench's load and voltage, without what only the test stand has unless that is
+asked for: the machinery is that of the budget, whose flight may have other values.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from mechid.exports.handover import Handover
 from mechid.exports.stepping import Stepping
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.plant.flight import in_flight, left_on_bench
-from mechid.plant.tables import bench_reason
 
 SEED = 0
 """Of the draws behind a bound."""
@@ -58,7 +57,7 @@ class Forcing:
         return tuple(map(_largest, self.states))
 
 
-def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = None) -> Estimate:
+def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = None, *, stand: bool = False) -> Estimate:
     """Return what is known of the mechanism on a held base.
 
     Parameters
@@ -66,6 +65,8 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
     handover : Handover
     values : mapping of dotted name to float or None
         What differs in flight, in the mechanism file's units; None takes all of the bench.
+    stand : bool
+        Whether it keeps its test stand, so that its torque is what the transducer shows.
 
     Raises
     ------
@@ -73,9 +74,9 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
         No step command drives it, or a value cannot be; or the files beside the estimate are damaged or of another fit.
     """
     bench, folder = handover.mechanism, handover.folder
-    held = in_flight(bench, values)
+    held = in_flight(bench, values, stand=stand)
     estimated = held.parameters.keys() - (values or {}).keys()
-    kept = [k for k, name in enumerate(handover.names) if name in estimated and not bench_reason(name)]
+    kept = [k for k, name in enumerate(handover.names) if name in estimated]
     left = read_residual(handover.estimate, folder) if folder else None
     source = ResidualSource(left, carried(bench, held)) if left else None
     missed = read_discrepancy(handover.estimate, folder) if folder else Discrepancy()
@@ -84,7 +85,7 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
         names=tuple(handover.names[k] for k in kept),
         covariance=handover.covariance[np.ix_(kept, kept)],
         discrepancy=replace(missed, of_profiles_alone=True) if source else missed,
-        left=left_on_bench(bench, handover.names),
+        left=left_on_bench(bench, handover.names, stand=stand),
         residual=source,
     )
 

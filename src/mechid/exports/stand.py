@@ -113,21 +113,6 @@ def read_stand(given: Mapping[str, str], also: Sequence[str] = ()) -> tuple[bool
     return yes_or_no(STAND, given.get(STAND, NO)), values
 
 
-def refuse_stand(given: Mapping[str, str], what: str) -> dict[str, str]:
-    """Return the options of a target that has the flying mechanism alone, without that of the bench.
-
-    Raises
-    ------
-    UsageError
-        The bench is asked for; `what` says what there is of the flying mechanism.
-    """
-    if yes_or_no(STAND, given.get(STAND, NO)):
-        raise UsageError(
-            f"--option {STAND}: {what} of the mechanism as it flies alone; write the bench with --to c or --to fmu"
-        )
-    return {name: text for name, text in given.items() if name != STAND}
-
-
 def _left(bench: Mechanism) -> list[str]:
     """Return the tables that stay on the bench; what drives it by a measured channel goes with it."""
     driven = [f"[{DRIVE}]"] if measured_quantities(bench.plant.inputs) else []

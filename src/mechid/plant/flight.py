@@ -16,17 +16,18 @@ from mechid.plant.mechanisms import LINE_ORDER, LINE_TORQUE
 from mechid.plant.plant import Plant
 from mechid.plant.ports import Port
 from mechid.plant.tables import TABLES, bench_reason, table_of
+from mechid.plant.test_stand import LINE_FILTER
 
 LOAD, MODE, DRIVE = "load", "load.mode", "drive"
-CUT_OFF, ORDER = FILTER = ("anti_alias.frequency", "anti_alias.order")
-"""Of the filter before which the lines of the torque are sampled, in place of one that the recorder may have had."""
+CUT_OFF, ORDER = FILTER = (f"{LINE_FILTER}.frequency", f"{LINE_FILTER}.order")
+"""Of the filter before which the lines of the torque are sampled."""
 RECORD = "it belongs to one record"
 
 ModeValues: TypeAlias = Sequence[tuple[float, float, float]]
 """Three values of each mode: rad/s, damping, and effective inertia of a load, or shape at the interface of a base."""
 
 
-def flight_layout(layout: Layout, load_modes: int | None = None) -> Layout:
+def flight_layout(layout: Layout, load_modes: int | None = None, *, stand: bool = False) -> Layout:
     """Return the layout of a mechanism in flight, on a held base: that of the bench without the test stand.
 
     Parameters
@@ -35,8 +36,10 @@ def flight_layout(layout: Layout, load_modes: int | None = None) -> Layout:
         On the bench.
     load_modes : int or None
         Flexible modes of the flight's load; None keeps those of the bench.
+    stand : bool
+        Whether it keeps its test stand: all but the measured channels that drove it.
     """
-    flies = {name for name, table in TABLES.items() if not table.bench}
+    flies = {name for name, table in TABLES.items() if name != DRIVE and (stand or not table.bench)}
     laws = {name: law for name, law in layout.laws.items() if name in flies}
     if "stepper" in laws:
         laws["stepper"] = COMMANDED.get(laws["stepper"], laws["stepper"])
@@ -49,12 +52,21 @@ def flight_layout(layout: Layout, load_modes: int | None = None) -> Layout:
         orders={name: order for name, order in orders.items() if order},
         tables=frozenset(layout.tables & flies),
         own={name: block for name, block in layout.own.items() if name in flies},
-        flying=Flying(),
+        flying=Flying(stand=stand and _has_stand(layout)),
     )
 
 
+def _has_stand(layout: Layout) -> bool:
+    """Return whether a layout has a table that stays on the bench, beside measured channels."""
+    return any(TABLES[name].bench and name != DRIVE for name in layout.tables if name in TABLES)
+
+
 def in_flight(
-    mechanism: Mechanism, values: Mapping[str, float] | None = None, load_modes: ModeValues | None = None
+    mechanism: Mechanism,
+    values: Mapping[str, float] | None = None,
+    load_modes: ModeValues | None = None,
+    *,
+    stand: bool = False,
 ) -> Mechanism:
     """Return a mechanism of the bench as it flies, on a held base.
 
@@ -66,16 +78,18 @@ def in_flight(
         What differs in flight, in the mechanism file's units. What is tied elsewhere follows.
     load_modes : sequence of (rad/s, damping, kg m2) or None
         Flexible modes of the flight's load; None keeps those of the bench.
+    stand : bool
+        Whether it keeps its test stand, so that its torque is what the transducer shows.
 
     Raises
     ------
     InputFileError
         It cannot fly, or a value is missing or cannot be: one sentence with block and remedy.
     """
-    plant = flying_plant(mechanism, None if load_modes is None else len(load_modes))
+    plant = flying_plant(mechanism, None if load_modes is None else len(load_modes), stand=stand)
     modes = {} if load_modes is None else mode_values(MODE, ("frequency", "damping", "inertia"), load_modes)
     given = {**modes, **(values or {})}
-    kept = {name: q for name, q in mechanism.parameters.items() if not bench_reason(name)}
+    kept = {name: q for name, q in mechanism.parameters.items() if stand or not bench_reason(name)}
     kept = {name: q for name, q in kept.items() if load_modes is None or table_of(name) != MODE}
     flying = Mechanism(plant, _parameters(plant, kept, given), mechanism.options)
     for name, wrong in flying.contradictions():
@@ -112,8 +126,10 @@ def off_the_stand(mechanism: Mechanism, values: Mapping[str, float] | None = Non
     return flying
 
 
-def flying_plant(mechanism: Mechanism, load_modes: int | None = None) -> Plant:
+def flying_plant(mechanism: Mechanism, load_modes: int | None = None, *, stand: bool = False) -> Plant:
     """Return the plant of a mechanism in flight, on a held base, with so many flexible modes of its load.
+
+    It may keep its test stand.
 
     Raises
     ------
@@ -123,7 +139,7 @@ def flying_plant(mechanism: Mechanism, load_modes: int | None = None) -> Plant:
     if mechanism.plant.layout is None:
         raise InputFileError("the plant was assembled by hand, from no mechanism file; only those of a file fly")
     _refuse_other_drives(mechanism)
-    return plant_of(flight_layout(mechanism.plant.layout, load_modes))
+    return plant_of(flight_layout(mechanism.plant.layout, load_modes, stand=stand))
 
 
 def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mechanism:
@@ -142,6 +158,12 @@ def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mec
     plant = plant_of(replace(layout, flying=flying))
     values = mode_values("base", ("frequency", "damping", "shape"), modes)
     return Mechanism(plant, _parameters(plant, mechanism.parameters, values), mechanism.options)
+
+
+def keeps_stand(mechanism: Mechanism) -> bool:
+    """Return whether a mechanism taken as in flight stays on its test stand."""
+    layout = mechanism.plant.layout
+    return layout is not None and layout.flying is not None and layout.flying.stand
 
 
 def with_ports(mechanism: Mechanism, ports: Iterable[Port]) -> Mechanism:
@@ -175,9 +197,13 @@ def mode_values(table: str, keys: Sequence[str], modes: ModeValues) -> dict[str,
     return {f"{table}.{k}.{key}": v for k, mode in enumerate(modes) for key, v in zip(keys, mode, strict=True)}
 
 
-def left_on_bench(mechanism: Mechanism, names: Iterable[str]) -> dict[str, str]:
-    """Return what does not fly, each with the reason: tables of the mechanism, estimated parameters of records."""
+def left_on_bench(mechanism: Mechanism, names: Iterable[str], *, stand: bool = False) -> dict[str, str]:
+    """Return what does not fly, each with the reason: tables of the mechanism, estimated parameters of records.
+
+    With the test stand only the measured channels that drove it are left.
+    """
     tables = dict.fromkeys(map(table_of, mechanism.plant.declarations))
+    tables = {table: None for table in tables if not stand or table == DRIVE}
     out = {f"[{table}]": TABLES[table].bench for table in tables if table in TABLES and TABLES[table].bench}
     return out | {name: RECORD for name in names if name not in mechanism.plant.declarations}
 

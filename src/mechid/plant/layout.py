@@ -33,10 +33,13 @@ class Flying:
     base : Base
     modes : int
         Of the structure at the base.
+    stand : bool
+        Whether it stays on its test stand, driven by steps as in flight; the base is held then.
     """
 
     base: Base = Base.HELD
     modes: int = 0
+    stand: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

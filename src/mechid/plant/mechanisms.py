@@ -267,12 +267,22 @@ def _base(layout: Layout, bodies: Bodies) -> list[Block]:
 def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[str, str], dict[str, str]]:
     """Return housing, transducer and what is behind it; their wiring; and where which torque comes out.
 
-    In flight there is none of these: the torque is that on the base, and beside it stands the same below a cut-off,
-    of which lines can be read without aliases.
+    In flight there is none of these: the torque is that on the base. Beside it stands the same below a cut-off, of
+    which lines can be read without aliases; also of a mechanism that is taken like a flying one and keeps its stand.
     """
-    if layout.flying is not None:
-        blocks = [rigid_housing(), test_stand.base_torque(loaded=loaded), test_stand.anti_alias(LINE_ORDER)]
-        return blocks, {"anti_alias.T": BASE_TORQUE}, {"torque": BASE_TORQUE, LINE_TORQUE: "anti_alias.T"}
+    blocks, wiring, last = _measured(layout, loaded=loaded)
+    if layout.flying is None:
+        return blocks, wiring, {"torque": last}
+    below = f"{test_stand.LINE_FILTER}.T"
+    return (
+        [*blocks, test_stand.line_filter(LINE_ORDER)],
+        {**wiring, below: last},
+        {"torque": last, LINE_TORQUE: below},
+    )
+
+
+def _measured(layout: Layout, *, loaded: bool) -> tuple[list[Block], dict[str, str], str]:
+    """Return what is between mechanism and recorder, its wiring, and where the torque comes out."""
     form = layout.law("housing", FORMS, "form") if "housing" in layout.tables else None
     second = _second_mode(layout)
     blocks = [housing(form, second=second) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
@@ -288,7 +298,7 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
     for stage in stages:
         wiring[f"{stage.name}.T"] = last
         last = f"{stage.name}.T"
-    return [*blocks, *stages], wiring, {"torque": last}
+    return [*blocks, *stages], wiring, last
 
 
 def _second_mode(layout: Layout) -> bool:

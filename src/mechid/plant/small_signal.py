@@ -14,7 +14,7 @@ import sympy as sp
 from mechid.parameter import Role
 from mechid.plant import current_limit
 from mechid.plant.assembly import plant_of
-from mechid.plant.flight import moving_base_objection, on_base
+from mechid.plant.flight import keeps_stand, moving_base_objection, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
@@ -22,6 +22,7 @@ from mechid.plant.moving_base import ACCELERATION
 from mechid.plant.plant import Plant
 from mechid.plant.ports import ADDED, PUSH, Port
 
+_STANDS = "the mechanism stands on its bench, whose base is at rest"
 UNITS: Mapping[str, str] = {
     PUSH.name: "N*m",
     ACCELERATION.name: "rad/s2",
@@ -37,7 +38,7 @@ class SmallSignal:
     Attributes
     ----------
     mechanism : Mechanism
-        In flight, on a base that turns where it can stand on one; it measures all that it offers.
+        In flight, on a base that turns where it can stand on one, or on its test stand; it measures all that it offers.
     inputs : tuple of str
         Names of the plant's inputs that act from outside: what is added in each phase, the torque on the output, the
         base's acceleration. Those that a command drives are not among them.
@@ -64,7 +65,7 @@ def small_signal(flying: Mechanism) -> SmallSignal:
     InputFileError
         A block of the user's own does not fit in.
     """
-    objection = moving_base_objection(flying)
+    objection = _STANDS if keeps_stand(flying) else moving_base_objection(flying)
     on = flying if objection else on_base(flying, Flying(base=Base.DRIVEN))
     opened = _opened(on)
     inputs = tuple(s.name for s in opened.plant.inputs if s.name in UNITS)
@@ -80,10 +81,16 @@ def small_signal(flying: Mechanism) -> SmallSignal:
 
 
 def _opened(flying: Mechanism) -> Mechanism:
-    """Return a mechanism with all ports, without what only limits its drive; it measures all that it offers."""
+    """Return a mechanism with all ports, without what only limits its drive; it measures all that it offers.
+
+    On its test stand it is laid out as on the bench: the stand's filters are states of its own, and those of the filter
+    before the lines must not stand beside them.
+    """
     layout = flying.plant.layout
     assert layout is not None
     layout = replace(layout, ports=frozenset(Port), tables=layout.tables - {current_limit.TABLE})
+    if keeps_stand(flying):
+        layout = replace(layout, flying=None)
     plant = plant_of(layout)
     plant = plant.measuring([quantity for quantity in plant.offered if quantity != LINE_TORQUE])
     return Mechanism(plant, {name: flying.parameters[name] for name in plant.declarations}, flying.options)

@@ -20,6 +20,8 @@ GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
 _parameter = partial(Declaration, source=GAUTSCHI)
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
 MOST_ORDER = 8
+LINE_FILTER = "line_filter"
+"""Block and table of the filter before which the lines of the torque are sampled."""
 ALIAS_ORDERS = (4, 2)
 """Of low-passes that a recorder may have, the likeliest first; the delays that imitate them lead to both."""
 
@@ -133,13 +135,14 @@ def charge_amplifier(name: str = "charge_amplifier") -> Block:
     )
 
 
-def anti_alias(order: int, name: str = "anti_alias") -> Block:
+def anti_alias(order: int, name: str = "anti_alias", *, cut_off: str = "omega_c", state: str = "x_a") -> Block:
     """Butterworth low-pass of some order with cut-off omega_c (rad/s), as a cascade of first and second order.
 
-    The poles of the second-order sections have the damping ratios sin((2 k - 1) pi/(2 n)).
+    The poles of the second-order sections have the damping ratios sin((2 k - 1) pi/(2 n)). A second low-pass in one
+    plant needs another name, which is that of its table too, and other symbols.
     """
-    T, w = symbols("T_in omega_c")
-    x = symbols(f"x_a1:{order + 1}")
+    T, w = symbols(f"T_in {cut_off}")
+    x = symbols(f"{state}1:{order + 1}")
     A, B = Matrix.zeros(order, order), Matrix.zeros(order, 1)
     source: Symbol | None = None
     for k in range(1, order // 2 + 1):
@@ -155,7 +158,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
     declarations = (
         Declaration(
             key="order",
-            symbol="n_a",
+            symbol=f"n_{state[-1]}",
             unit="1",
             meaning="order of the Butterworth filter",
             lower=1.0,
@@ -177,15 +180,20 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
     )
     return Block(
         name=name,
-        table="anti_alias",
+        table=name,
         declarations=declarations,
         inputs=(T,),
         outputs={"T": source if source is not None else T},
-        **_from_start({f"anti_alias_{k}": s for k, s in enumerate(x, 1)}, "torque within the anti-alias filter"),
+        **_from_start({f"{name}_{k}": s for k, s in enumerate(x, 1)}, "torque within the low-pass"),
         filter=LinearSystem(states=tuple(x), inputs=(T,), A=A, B=B),
         swinging=dict.fromkeys(x, ""),
         reference=BUTTERWORTH,
     )
+
+
+def line_filter(order: int) -> Block:
+    """Low-pass before which the lines of the torque are sampled; no part of the test stand."""
+    return anti_alias(order, LINE_FILTER, cut_off="omega_l", state="x_l")
 
 
 def anti_alias_response(order: int, cut_off: float, frequency_hz: FloatArray) -> ComplexArray:

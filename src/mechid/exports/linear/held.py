@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -78,7 +78,7 @@ class Held:
         """Return the plant linearised in a way to hold, at values of the mechanism file that may differ."""
         p, command = self.opened.mechanism.kernel_values(changed), self.command
         try:
-            return linearised(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name])
+            return _settled(linearised(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name]))
         except FitError as error:
             raise FitError(
                 f"the mechanism has no rest near {command.start_angle_deg:g} electrical degrees; hold another angle, "
@@ -159,7 +159,7 @@ class Held:
         quantities = {expr: q for q, expr in self.plant.offered.items() if q in SI_UNIT}
         return [
             (quantities[s], SI_UNIT[quantities[s]]) if s in quantities else (str(s), units.get(str(s), ""))
-            for s in self.plant.states
+            for s in (*self.plant.states, *self.plant.filter.states)
         ]
 
     def _limits(self, about: Linearised) -> dict[str, tuple[float, float]]:
@@ -167,6 +167,18 @@ class Held:
         peak = self.opened.peak
         held = {name: about.at_rest(term) for name, term in self.opened.driven.items() if name in peak}
         return {name: (-peak[name] - value, peak[name] - value) for name, value in held.items()}
+
+
+def _settled(about: Linearised) -> Linearised:
+    """Return a plant linearised where its filter has settled too; that moves no matrix, but what is shown at rest."""
+    n = len(about.plant.states)
+    if not about.plant.filter.states:
+        return about
+    modes = [about.holding[s] for s in equations_of(about.plant).rates.arguments[2]]
+    fed = equations_of(about.plant).rates(about.x.tolist(), about.inputs.tolist(), modes, about.p.tolist())[n:]
+    x = about.x.copy()
+    x[n:] -= np.linalg.solve(about.matrices[0][n:, n:], fed)
+    return replace(about, x=x)
 
 
 def uncertain_of(estimate: Estimate) -> Uncertain:

@@ -23,7 +23,7 @@ from mechid.exports.option_texts import refuse_values
 from mechid.exports.stepping import steppings, usual_rates
 from mechid.identification.result.fit import Fit
 from mechid.parameter import Role
-from mechid.plant.flight import flying_plant
+from mechid.plant.flight import flying_plant, keeps_stand
 from mechid.plant.small_signal import small_signal
 
 FORMAT = "mechid-linear/1"
@@ -100,7 +100,7 @@ def linear_of(what: Handover, options: Options | None = None) -> Linear:
     """
     options = options or Options()
     _refuse(what, options)
-    estimate = estimate_on_base(what, options.values)
+    estimate = estimate_on_base(what, options.values, stand=options.stand)
     held = Held(small_signal(estimate.mechanism), _command(what, options), uncertain_of(estimate))
     models = _models(held, options)
     every = tuple(by_orders(one, estimate) for one in _forcings(what, options, estimate))
@@ -149,7 +149,7 @@ def _command(what: Handover, options: Options) -> Command:
 
 def _refuse(what: Handover, options: Options) -> None:
     """Refuse what has no linear model of this kind, and values of what it has not."""
-    plant = flying_plant(what.mechanism)
+    plant = flying_plant(what.mechanism, stand=options.stand)
     refuse_values(options.values, plant)
     for name in plant.having(Role.SUPPLY):
         if name not in what.mechanism.parameters and name not in options.values:
@@ -171,12 +171,12 @@ def _words(
     held: Held, models: Mapping[str, LinearModel], every: tuple[OrderForcing, ...], estimate: Estimate, options: Options
 ) -> Iterator[str]:
     angle = f"{held.command.start_angle_deg:g} electrical degrees"
-    yield (
-        f"Linear for small deviations about the rest where the motor holds {angle}, in flight: without what stays on "
-        f"the bench{_listed(estimate.left)}."
-    )
+    stands = keeps_stand(estimate.mechanism)
+    where = "on its bench: torque is what the transducer shows" if stands else _in_flight(estimate.left)
+    yield f"Linear for small deviations about the rest where the motor holds {angle}, {where}."
     if options.values:
-        yield f"In flight {', '.join(f'{name} = {value:g}' for name, value in options.values.items())}."
+        given = ", ".join(f"{name} = {value:g}" for name, value in options.values.items())
+        yield f"{'On its bench' if stands else 'In flight'} {given}."
     for name, model in models.items():
         until = "".join(f", until [{table}] has {m:.3g} N m more to hold" for table, m in model.margins.items())
         yield f'"{name}": {HOLDS[name]}{until}.'
@@ -194,6 +194,7 @@ def _words(
         yield "No forcing: no rates, or no campaign with a record that steps the motor, were given."
 
 
-def _listed(left: Mapping[str, str]) -> str:
+def _in_flight(left: Mapping[str, str]) -> str:
     tables = [name for name in left if name.startswith("[")]
-    return f" ({', '.join(tables)})" if tables else ""
+    listed = f" ({', '.join(tables)})" if tables else ""
+    return f"in flight: without what stays on the bench{listed}"

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from mechid.errors import UsageError
-from mechid.exports.option_texts import read_rates, refuse_unknown
-from mechid.exports.stand import STAND, refuse_stand
+from mechid.exports.option_texts import read_rates, refuse_unknown, yes_or_no
+from mechid.exports.stand import STAND
 from mechid.exports.tables.options import MOST_RATES
 
 NONE = "none"
@@ -31,7 +31,9 @@ class Options:
     seed : int
         Of these draws.
     values : mapping of dotted name to float
-        What differs in flight, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
+        What differs there, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
+    stand : bool
+        The mechanism as on the bench: with housing, transducer and filters. Otherwise as it flies.
 
     Raises
     ------
@@ -44,6 +46,7 @@ class Options:
     samples: int = 20
     seed: int = 0
     values: Mapping[str, float] = field(default_factory=dict)
+    stand: bool = False
 
     def __post_init__(self) -> None:
         rates = self.rates or ()
@@ -68,17 +71,18 @@ class Options:
         UsageError
             There is no such option, or its text is no number.
         """
-        given = refuse_stand(given, "there are linear models and forcing")
         names = [f.name for f in fields(cls) if f.name != "values"]
         for name in given:
             if "." not in name:
-                refuse_unknown(name, [*names, STAND], also=", and parameters that differ in flight")
+                refuse_unknown(name, names, also=", and dotted names of parameters")
         values = {name: _number(name, text) for name, text in given.items() if "." in name}
         own = {name: _value(name, text) for name, text in given.items() if "." not in name}
         return cls(**own, values=values)  # type: ignore[arg-type]
 
 
 def _value(name: str, text: str) -> tuple[float, ...] | float:
+    if name == STAND:
+        return yes_or_no(name, text)
     if name == "rates":
         return () if text == NONE else read_rates(text)
     return _number(name, text, whole=name != "start_angle_deg")

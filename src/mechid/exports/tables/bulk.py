@@ -105,7 +105,7 @@ def bulk_text(loads: Sequence[OrderLoad], options: Options, provenance: Mapping[
 
 def _head(options: Options, provenance: Mapping[str, Any]) -> Iterator[str]:
     yield from comment(
-        f"Torque of a stepper mechanism on its base, lines over the step rate, by mechid {provenance['mechid']}. "
+        f"Torque of a stepper mechanism, lines over the step rate, by mechid {provenance['mechid']}. "
         f"{provenance['mechanism']} {provenance['trust']}"
     )
     yield "$\n"

@@ -11,10 +11,12 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.attractors import FROM_REST
+from mechid.budgets.lines import filter_decay_s
 from mechid.budgets.steady_state import SteadyState
 from mechid.command import RateProfile
 from mechid.errors import FitError, UsageError
 from mechid.exports.forcing import Forcing
+from mechid.plant.flight import keeps_stand
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
@@ -60,7 +62,7 @@ def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
     Parameters
     ----------
     lined : Mechanism
-        On a held base, its lines filtered (`plant.flight.below`): the torque before the filter is looked at.
+        On a held base, its lines filtered (`plant.flight.below`): the torque before that filter is looked at.
     lanes : int
         Derivatives that its kernel carries.
     forcing : Forcing
@@ -70,11 +72,16 @@ def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
         return None
     state = max(plain, key=lambda one: one.rms)
     period_s = state.steps * state.periods / state.rate
-    skipped = math.ceil(max(LEAST_S, DECAYS * state.decay_s) / period_s)
+    skipped = math.ceil(max(LEAST_S, DECAYS * max(state.decay_s, _stand_decay_s(lined))) / period_s)
     times = math.ceil(STRETCH_S / period_s)
     coarse, fine = (_lines(lined, lanes, forcing, state, skipped, times, finer) for finer in (1, 2))
     off = np.abs(2.0 * fine - coarse) - np.abs(state.lines)
     return Direct(forcing.stepping.name, state.rate, (skipped + times) * period_s, off, float(abs(state.lines).max()))
+
+
+def _stand_decay_s(lined: Mechanism) -> float:
+    """Return the time in which the test stand's filters settle to 1/e; the torque is looked at before that of lines."""
+    return filter_decay_s(lined) if keeps_stand(lined) else 0.0
 
 
 def _lines(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from mechid.campaign.trajectory_file import refuse_lost
 from mechid.exports.handover import Trial
 from mechid.exports.tables.table import Table, numbers
+from mechid.plant.flight import keeps_stand
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator
@@ -15,6 +16,9 @@ MEASURED = "as the record's channel has it, with housing and test stand, offset 
 ON_BASE = "torque on a held base, without what only the test stand has"
 
 
+AT_TRANSDUCER = "torque as the transducer shows it, with the test stand"
+
+
 def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Table:
     """Return what a record's command makes of the mechanism, on the record's time base.
 
@@ -23,7 +27,7 @@ def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Tab
     bench : Mechanism
         As identified, its channels measured.
     lined : Mechanism
-        The same on a held base (`plant.flight.below`).
+        The same on a held base (`plant.flight.below`), with its test stand or without.
     lanes : int
         Derivatives that the kernel of that one carries: the one of the lines serves.
     trial : Trial
@@ -47,8 +51,5 @@ def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Tab
         for name, values in seen.values.items()
     ]
     time = numbers("time_s", "s", "record time", seen.time)
-    return Table(
-        f"{PREFIX}{trial.name}",
-        (time, *columns, numbers("base_torque_Nm", "N m", ON_BASE, base.torque)),
-        is_long=True,
-    )
+    name, words = ("transducer_torque_Nm", AT_TRANSDUCER) if keeps_stand(lined) else ("base_torque_Nm", ON_BASE)
+    return Table(f"{PREFIX}{trial.name}", (time, *columns, numbers(name, "N m", words, base.torque)), is_long=True)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from mechid.errors import UsageError
-from mechid.exports.option_texts import read_rates, refuse_unknown
-from mechid.exports.stand import STAND, refuse_stand
+from mechid.exports.option_texts import read_rates, refuse_unknown, yes_or_no
+from mechid.exports.stand import STAND
 from mechid.exports.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
@@ -31,6 +31,8 @@ class Options:
         The model's unit of torque in N m's place: 1000 where it counts in N mm.
     first_id : int
         Of load sets and tables; they count on from there.
+    stand : bool
+        The torque at the transducer, of the mechanism as on the bench. Otherwise that on the base as it flies.
 
     Raises
     ------
@@ -43,6 +45,7 @@ class Options:
     component: int = 6
     scale: float = 1.0
     first_id: int = 900_001
+    stand: bool = False
 
     def __post_init__(self) -> None:
         wrong = [rate for rate in self.rates if not SLOWEST <= rate <= FASTEST]
@@ -66,14 +69,15 @@ class Options:
         UsageError
             There is no such option, or its text is no number.
         """
-        given = refuse_stand(given, "there are lines")
         names = [field.name for field in fields(cls)]
         for name in given:
-            refuse_unknown(name, [*names, STAND])
+            refuse_unknown(name, names)
         return cls(**{name: _value(name, text) for name, text in given.items()})  # type: ignore[arg-type]
 
 
 def _value(name: str, text: str) -> tuple[float, ...] | float | int:
+    if name == STAND:
+        return yes_or_no(name, text)
     if name == "rates":
         return read_rates(text)
     try:

@@ -24,7 +24,7 @@ from mechid.exports.tables.of_estimate import estimate_tables, provenance_table
 from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
 from mechid.exports.tables.table import Table, column_table
-from mechid.plant.flight import below
+from mechid.plant.flight import below, keeps_stand
 from mechid.plant.mechanism import Mechanism
 
 NO_STEPS = "No record is known that a step command drives: there are no lines, no time histories and no Nastran cards."
@@ -33,6 +33,10 @@ NO_ERRORS = "No parameter of it has a standard error: sigma_Nm and bound_Nm coun
 NOT_LEFT = (
     "Nothing is known of what the fit left of its records (residual.json): bound_Nm holds the errors of the parameters "
     "and of the model's lines, not lines that the model lacks."
+)
+AT_TRANSDUCER = (
+    "Lines, bands and bounds are of the torque that the transducer shows; as loads on a structure take those of the "
+    "mechanism as it flies."
 )
 LEAST_ALIKE = 1e-3
 """Relative to the largest line: what lines and a direct simulation may differ by without a word."""
@@ -70,7 +74,7 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
     options = options or Options()
     torque = _torque(handover, options)
     directs = tuple(filter(None, (direct(torque.lined, torque.lanes, f) for f in torque.forcings))) if torque else ()
-    words = tuple(_words(handover, torque, directs))
+    words = tuple(_words(torque, directs))
     tables = [*estimate_tables(handover)]
     histories = []
     if torque:
@@ -88,7 +92,7 @@ def _torque(handover: Handover, options: Options) -> _Torque | None:
     every = steppings(handover.trials)
     if not every:
         return None
-    estimate = estimate_on_base(handover)
+    estimate = estimate_on_base(handover, stand=options.stand)
     rates = np.unique(options.rates) if options.rates else usual_rates(estimate.mechanism, every)
     forcings = tuple(forcing(estimate, stepping, rates) for stepping in every)
     lined = below(estimate.mechanism, cut_off(forcings[0].mode))
@@ -123,13 +127,15 @@ def _checked(directs: Sequence[Direct]) -> Checked | None:
     return Checked(against, float(np.abs(off).max()), float(np.sqrt(np.mean(off**2))))
 
 
-def _words(handover: Handover, torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
+def _words(torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
     """Yield what a user of the tables has to know."""
     if not is_available():
         yield NO_HDF5
     if torque is None:
         yield NO_STEPS
         return
+    if keeps_stand(torque.lined):
+        yield AT_TRANSDUCER
     yield from (f"Left on the bench: {name}: {why}." for name, why in torque.estimate.left.items())
     if not torque.estimate.names:
         yield NO_ERRORS

@@ -213,6 +213,7 @@ class Fit(Shown):
         samples: int = 20,
         seed: int = 0,
         values: Mapping[str, float] | None = None,
+        stand: bool = False,
         anyway: bool = False,
     ) -> Any:
         """Return uncertain linear models at holding and the torque at steady rates: `mechid.exports.linear`.
@@ -229,6 +230,7 @@ class Fit(Shown):
             samples=samples,
             seed=seed,
             values=dict(values or {}),
+            stand=stand,
         )
 
     def plot(self, record: str | None = None, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
