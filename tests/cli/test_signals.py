@@ -179,3 +179,19 @@ def test_a_compilation_ends_without_a_word_of_the_compiler(count, place, tmp_pat
         assert_ended(command.end(*[signal.SIGTERM] * count), out, "mechid: interrupted")
     finally:
         command.close()
+
+
+@pytest.mark.parametrize(("interrupted", "code"), [(True, 130), (False, 1)])
+def test_an_error_that_a_signal_has_caused_is_an_interruption(interrupted, code):
+    """Truth: Python's RuntimeError where a signal falls into the making of a class; without a signal it is a fault."""
+    text = (
+        "from mechid.cli import app, ending, main\n"
+        "def fail():\n"
+        f"    ending._COURSE.is_raised = {interrupted}\n"
+        "    raise RuntimeError('Error calling __set_name__')\n"
+        "app.main = fail\n"
+        "main()\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+    assert ended.returncode == code, ended.stderr
+    assert ("Traceback" in ended.stderr) is not interrupted

@@ -78,7 +78,7 @@ def test_nothing_is_said_where_no_count_explains_the_records():
 
 
 def test_a_value_next_to_that_of_the_file_is_no_other_count():
-    """Truth: the ratio of 50 that the file has; a start at 50.02 explained the records, and the one at 50 was not found."""
+    """Truth: a ratio of 50, as in the file; the search found a start at 50.02 and none at 50."""
     family = FAMILIES[1]
     made = recovery_campaign(family.catalogue(), family.truth(106), 106, "all")
     assert wrong_count_lines(make_problem(made, 1)) == []

@@ -24,6 +24,11 @@ def main() -> None:
         if ending.is_interrupted():
             ending.end(ending.INTERRUPTED)
         sys.exit(ending.INTERRUPTED)
+    except Exception:
+        if not ending.is_interrupted():
+            raise
+        ending.say_interrupted()  # Python raises another error where a class that is being made is interrupted
+        ending.end(ending.INTERRUPTED)
     except SystemExit as left:
         if ending.is_interrupted():
             ending.end(left.code if isinstance(left.code, int) else 0)

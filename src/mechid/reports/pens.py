@@ -32,9 +32,12 @@ OBJECTS_UNSEEN = 50_000
 SCRIPT = (
     f"import signal; own = [getattr(signal, name) for name in {ENDINGS} if hasattr(signal, name)];"
     "[signal.signal(number, signal.SIG_IGN) for number in own];"
-    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from mechid.reports.pens import serve; serve()"
+    "import sys; sys.path[:] = PATH; from mechid.reports.pens import serve; serve()"
 )
-"""A pen ignores the signals that end a command, first of all: the process that waits decides, its pipe ends the pen."""
+"""A pen ignores the signals that end a command, first of all: the process that waits decides, its pipe ends the pen.
+
+The path is part of the text: a pen that is begun while the command ends would find its pipe empty.
+"""
 
 
 class Pens:
@@ -94,15 +97,13 @@ class Pens:
 
 def _started() -> Process:
     surroundings = {**os.environ, "MPLBACKEND": "agg"}  # a notebook's is not there for others
-    pen = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT],
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT.replace("PATH", repr([str(place) for place in sys.path]))],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=surroundings,
         start_new_session=True,  # what is sent to a group of processes is for the one that waits
     )
-    _send(_of(pen.stdin), sys.path)
-    return pen
 
 
 def _of(stream: IO[bytes] | None) -> IO[bytes]:
