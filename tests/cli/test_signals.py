@@ -4,6 +4,7 @@ import json
 import logging
 import shutil
 import signal
+import subprocess
 import sys
 
 import numpy as np
