@@ -25,7 +25,7 @@ from mechid.records.table import Clock, Table, column_label
 from mechid.records.time_unit import time_unit
 from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
-from mechid.units import SI_UNIT, si_unit, to_si_factor
+from mechid.units import SI_UNIT, measures, si_unit, to_si_factor
 
 KINDS: Mapping[str, str] = {
     "torque": "torque",
@@ -188,7 +188,7 @@ def _is_clock(table: Table, index: int) -> bool:
     """Tell whether a column has to be the time: the first of an ordered file that has no other clock."""
     clocked = any(is_time(column) or column.clock for column in table.columns)
     stated = table.columns[index].stated_unit
-    may_be_time = not is_row_number(table.columns) and (stated is None or _measures(stated, "time"))
+    may_be_time = not is_row_number(table.columns) and (stated is None or measures(stated, "time"))
     return table.is_ordered and index == 0 and not clocked and may_be_time
 
 
@@ -216,18 +216,10 @@ def _channel_of(table: Table, index: int, hints: Hints) -> tuple[ChosenColumn, s
     if hints.quantity is not None:
         return _in_si(table, index, hints.quantity, hints.quantity, stated), si_unit(hints.quantity)
     for kind, quantity in KINDS.items() if stated else ():
-        if _measures(stated or "", quantity):
+        if measures(stated or "", quantity):
             return _in_si(table, index, kind, quantity, stated), si_unit(quantity)
     name = column.bare_name or label.replace('"', "")
     return ChosenColumn(index=index, quantity=name, scale=1.0), stated or (COUNTS if column.whole else "")
-
-
-def _measures(unit: str, quantity: str) -> bool:
-    try:
-        to_si_factor(unit, quantity)
-    except RecordError:
-        return False
-    return True
 
 
 def _in_si(table: Table, index: int, name: str, quantity: str, unit: str | None) -> ChosenColumn:

@@ -10,8 +10,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from mechid.errors import RecordError
-from mechid.units import SI_UNIT, is_unit, split_header, to_si_factor, unit_within
+from mechid.units import SI_UNIT, is_unit, measures, split_header, to_si_factor, unit_within
 
 Line = tuple[int, str]
 """Number from 1, and text."""
@@ -87,7 +86,7 @@ def is_line_of_units(cells: Sequence[str], *, whole: bool = True) -> bool:
         return bool(measured)
     if whole or 2 * len(unknown) > len(stated) or max(map(len, unknown)) > LONGEST_UNKNOWN:
         return False
-    return any(_measures(cell, "time") for cell in measured)
+    return any(measures(cell, "time") for cell in measured)
 
 
 def bare_unit(cell: str) -> str:
@@ -222,10 +221,10 @@ def _doubt(found: Sequence[StatedUnit], line: Line) -> None:
     number, text = line
     channels = _cells_that_are_units(text) if _SPEAKS_OF_UNITS.search(text) else []
     for unit in (*_units_in_words(text), *channels):
-        is_of_channel = unit in channels and not _measures(unit, "time")
+        is_of_channel = unit in channels and not measures(unit, "time")
         for quantity in SI_UNIT:
-            is_si = _measures(unit, quantity) and to_si_factor(unit, quantity) == 1.0
-            if not is_si and (_measures(unit, quantity) or (is_of_channel and quantity != "time")):
+            is_si = measures(unit, quantity) and to_si_factor(unit, quantity) == 1.0
+            if not is_si and (measures(unit, quantity) or (is_of_channel and quantity != "time")):
                 for column in found:
                     column.doubts.setdefault(quantity, f'line {number} says "{unit}"')
 
@@ -258,12 +257,4 @@ def doubts_of_name(name: str) -> dict[str, str]:
     unit = found[1] if found and split_header(name)[1] is None else None
     if unit is None or not (_is_listed(unit) and is_unit(unit)):
         return {}
-    return {q: f'its name says "{unit}"' for q in SI_UNIT if not (_measures(unit, q) and to_si_factor(unit, q) == 1.0)}
-
-
-def _measures(unit: str, quantity: str) -> bool:
-    try:
-        to_si_factor(unit, quantity)
-    except RecordError:
-        return False
-    return True
+    return {q: f'its name says "{unit}"' for q in SI_UNIT if not (measures(unit, q) and to_si_factor(unit, q) == 1.0)}

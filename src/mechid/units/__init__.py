@@ -1,7 +1,7 @@
 """Units at the border: values in files become SI once, and the rest of mechid knows no other unit."""
 
 from mechid.units.angle import angle_difference
-from mechid.units.conversion import conversion_factor, is_unit, time_power, to_si_factor
+from mechid.units.conversion import conversion_factor, is_unit, measures, time_power, to_si_factor
 from mechid.units.headers import split_header, unit_within
 from mechid.units.quantities import SI_UNIT, si_unit, unit_words
 
@@ -10,6 +10,7 @@ __all__ = [
     "angle_difference",
     "conversion_factor",
     "is_unit",
+    "measures",
     "si_unit",
     "split_header",
     "time_power",

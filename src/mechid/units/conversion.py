@@ -77,10 +77,17 @@ def is_unit(text: str) -> bool:
         return True
     words = re.findall(r"[A-Za-z]+", _normalised(text))
     # every header is asked; Pint is loaded only for what holds known units alone
-    return bool(words) and all(map(_is_listed, words)) and any(_measures(text, quantity) for quantity in SI_UNIT)
+    return bool(words) and all(map(_is_listed, words)) and any(measures(text, quantity) for quantity in SI_UNIT)
 
 
-def _measures(unit: str, quantity: str) -> bool:
+def measures(unit: str, quantity: str) -> bool:
+    """Whether a unit is one of a quantity.
+
+    Examples
+    --------
+    >>> measures("oz in", "torque"), measures("ms", "torque")
+    (True, False)
+    """
     try:
         to_si_factor(unit, quantity)
     except RecordError:
