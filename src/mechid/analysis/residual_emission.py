@@ -1,4 +1,4 @@
-"""What a fit leaves of a torque record, over the rate: lines at orders of the step rate, the density between them.
+"""Residual of a fit over the rate: torque lines at orders of the step rate, and the density between them.
 
 A line that the model lacks is in no parameter's error and in no relative error of a modelled line. It is in the
 residual, and there it is told by its order: in windows of equal travel the sines of all orders are fitted together, and

@@ -1,4 +1,4 @@
-"""How well a fit predicts each record, whether it was estimated from or held out."""
+"""Validation of a fit on each record, whether it was estimated from or held out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the mechanism exerts on its base at a rate: the model's lines and bands, what it lacks, and a bound of both.
+"""Torque on the base at a rate: the lines and bands of the model, what it lacks, and a bound of both.
 
 The bound stays above a share of 95 % of what may be, line by line and band by band: parameters from their covariance,
 what the model lacks at phases of its own, its size by as many rates of the bench as tell it.

@@ -1,4 +1,4 @@
-"""What is odd about a budget, each said in a line with its remedy."""
+"""Findings about a budget, one line each with its remedy."""
 
 from __future__ import annotations
 

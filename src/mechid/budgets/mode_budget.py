@@ -1,4 +1,4 @@
-"""What a budget makes of one mode of operation."""
+"""Budget of one mode of operation."""
 
 from __future__ import annotations
 

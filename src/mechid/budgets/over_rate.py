@@ -1,4 +1,4 @@
-"""What a mode's steady rates make of the line of sight: its RMS and levels over the rate, with their bands."""
+"""Line of sight over the steady rates of a mode: RMS and levels with their bands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How what a mode makes of the line of sight, with the errors of other sources, stands against a requirement."""
+"""Comparison of a mode, with the errors of other sources, against a requirement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a campaign's table says, joined: records, mechanism, stages and options, each message with its place."""
+"""Campaign from the tables of its file: records, mechanism, stages and options, each message with its place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the mechanism as written would do under a record's command."""
+"""Prediction of the mechanism as written under the command of a record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a campaign file says of its records apart from their ``[[record]]`` tables, put into these.
+"""Entries for records outside their ``[[record]]`` tables, merged into these.
 
     [[campaign]]
     clock_ppm = -120.0

@@ -1,4 +1,4 @@
-"""What is odd about a record under its command and yet usable, one line each."""
+"""Warnings about a record that is odd under its command and yet usable, one line each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a finished fit hands on: its mechanism with values, their covariance, and the commands it is tried with."""
+"""Hand-over of a finished fit: its mechanism, covariance, and the commands it is checked with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the estimates of a fleet say of each parameter: values with an error that may be counted, and why others not."""
+"""Estimates of each parameter in a fleet: values with usable errors, and why others have none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a killed run leaves half-written in a result folder: files and folders that were to be renamed."""
+"""Half-written leftovers of a killed run in a result folder: files and folders that were to be renamed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How each kind of result is shown and written: its numbers, its ink, its files, one line of words."""
+"""Presenters of each kind of result: its numbers, its ink, its files, one line of words."""
 
 from __future__ import annotations
 

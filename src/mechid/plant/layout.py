@@ -1,4 +1,4 @@
-"""What a mechanism file chose of the library: assembly, laws, lists, optional tables, blocks of the user's own."""
+"""Layout of a mechanism: assembly, laws, lists, optional tables and own blocks, as its file chose them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a text file of numbers is written: encoding, separator, decimal sign, header."""
+"""Dialect of a text file of numbers: encoding, separator, decimal sign, header."""
 
 from __future__ import annotations
 

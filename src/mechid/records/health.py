@@ -1,4 +1,4 @@
-"""Whether a channel can be believed: finite, alive, not driven into its limits."""
+"""Health of a channel: finite, alive, not driven into its limits."""
 
 from __future__ import annotations
 

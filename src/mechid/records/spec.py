@@ -1,4 +1,4 @@
-"""What the campaign says of a record's file: which column is which channel, the clock, the conditioning."""
+"""Declaration of a record file by the campaign: which column is which channel, the clock, the conditioning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reader of a file format gives: columns, and the place of every sample in the file."""
+"""Table that a reader of a file format returns: columns, and the place of every sample in the file."""
 
 from __future__ import annotations
 

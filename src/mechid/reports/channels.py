@@ -1,4 +1,4 @@
-"""What was measured: a campaign's channels with their statistics, and what a bare data file holds."""
+"""Channels of a campaign with their statistics, and the content of a bare data file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures of a record draw: its trace, spectra, whiteness, and the spectrogram of a sweep."""
+"""Curves in the figures of a record: its trace, spectra, whiteness, and the spectrogram of a sweep."""
 
 from __future__ import annotations
 

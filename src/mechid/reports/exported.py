@@ -1,4 +1,4 @@
-"""What an export has written, on a terminal."""
+"""Files of an export, on a terminal."""
 
 from __future__ import annotations
 

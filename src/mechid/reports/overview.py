@@ -1,4 +1,4 @@
-"""What was understood of a campaign: every number in one dict, and its ink for a terminal."""
+"""Overview of a campaign: every number in one dict, and its ink for a terminal."""
 
 from __future__ import annotations
 

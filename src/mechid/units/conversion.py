@@ -61,7 +61,7 @@ def to_si_factor(unit: str, quantity: str) -> float:
     0.10471975511965977
     """
     expected = si_unit(quantity)
-    spelling = _normalised(unit, quantity)
+    spelling = _normalise(unit, quantity)
     return 1.0 if spelling == expected else _factor(spelling, unit, quantity)
 
 
@@ -73,9 +73,9 @@ def is_unit(text: str) -> bool:
     >>> is_unit("N m"), is_unit("us"), is_unit("grad"), is_unit("torque")
     (True, True, True, False)
     """
-    if _doubt(text) is not None or any(_normalised(text, quantity) == si for quantity, si in SI_UNIT.items()):
+    if _doubt(text) is not None or any(_normalise(text, quantity) == si for quantity, si in SI_UNIT.items()):
         return True
-    words = re.findall(r"[A-Za-z]+", _normalised(text))
+    words = re.findall(r"[A-Za-z]+", _normalise(text))
     # every header is asked; Pint is loaded only for what holds known units alone
     return bool(words) and all(map(_is_listed, words)) and any(measures(text, quantity) for quantity in SI_UNIT)
 
@@ -107,10 +107,10 @@ def conversion_factor(unit: str, to: str) -> float | None:
     >>> conversion_factor("rad/N", "rad/(N*m)") is None
     True
     """
-    spelling = _normalised(unit)
+    spelling = _normalise(unit)
     if spelling == to:
         return 1.0
-    parsed, expected = _parse(spelling), _parse(_normalised(to))
+    parsed, expected = _parse(spelling), _parse(_normalise(to))
     if parsed is None or expected is None or not parsed.is_compatible_with(expected):
         return None
     return float(unit_registry().Quantity(1.0, parsed).to(expected).magnitude)
@@ -127,7 +127,7 @@ def time_power(unit: str) -> float | None:
     (2.0, 1.0, -1.0)
     """
     try:
-        powers: Mapping[str, Any] = _all_units().parse_units(_normalised(unit)).dimensionality
+        powers: Mapping[str, Any] = _all_units().parse_units(_normalise(unit)).dimensionality
     except Exception:  # on nonsense Pint's parser raises whatever it stumbles over
         return None
     return float(powers.get("[time]", 0)) + 2.0 * float(powers.get("[mass]", 0))
@@ -140,7 +140,7 @@ def _all_units() -> UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
-def _normalised(unit: str, quantity: str | None = None) -> str:
+def _normalise(unit: str, quantity: str | None = None) -> str:
     """Write products with ``*``, powers with ``^``, and each word as the closed list has it."""
     text = re.sub(r"\s+per\s+", "/", unit.strip().translate(_SIGNS))
     text = re.sub(r"(?<=[A-Za-z])\.(?=$|[)\s/*-])", "", text)  # abbreviations end in a full stop: lb., in.-lbs

@@ -1,4 +1,4 @@
-"""What a finished fit says, as the page needs it: values, errors, and the report's verdict."""
+"""Finished fit as the page needs it: values, errors, and the verdict of the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page says, as one plain dict: the numbers are fixed here, the page only prints them."""
+"""Content of the page as one plain dict: the numbers are fixed here, the page only prints them."""
 
 from __future__ import annotations
 

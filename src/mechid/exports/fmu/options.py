@@ -1,4 +1,4 @@
-"""What a user may ask of the units."""
+"""Options of the FMU export."""
 
 from __future__ import annotations
 

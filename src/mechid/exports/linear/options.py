@@ -1,4 +1,4 @@
-"""What a user may ask of the linear models."""
+"""Options of the export of linear models."""
 
 from __future__ import annotations
 

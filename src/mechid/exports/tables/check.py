@@ -1,4 +1,4 @@
-"""What holds the tables: a direct simulation beside the lines, and every number read back from every file."""
+"""Checks of the tables: a direct simulation beside the lines, and every number read back from every file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user may ask of the tables."""
+"""Options of the export of tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a record that was taken otherwise than declared, or left out."""
+"""Messages about a record that was read otherwise than declared, or left out."""
 
 from __future__ import annotations
 

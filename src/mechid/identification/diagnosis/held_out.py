@@ -1,4 +1,4 @@
-"""How well a mechanism predicts the records that were held out, as written and with the effects that are named."""
+"""Prediction of held-out records by a mechanism, as written and with the effects that are named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a motion can be followed at all: where runs that begin all but equal have come apart.
+"""Predictability of a motion: the time after which runs that begin all but equal have come apart.
 
 A motion with sticking and slipping may multiply any difference, again and again. Then a model that is right to the
 ninth digit is soon as wrong as any, and a fit of the whole record does not hold.

@@ -1,4 +1,4 @@
-"""What tells two problems apart: the inputs of a journal's steps, as plain values."""
+"""Identity of a problem: the inputs of the steps of a journal, as plain values."""
 
 from __future__ import annotations
 

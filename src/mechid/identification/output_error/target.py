@@ -1,4 +1,4 @@
-"""What is to be matched: a record of the campaign with its measured channels, each in its own noise."""
+"""Target of a fit: a record of the campaign with its measured channels, each in its own noise."""
 
 from __future__ import annotations
 

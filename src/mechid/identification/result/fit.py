@@ -1,4 +1,4 @@
-"""What an identification returns: values with their uncertainty, records, stages, outcome, warnings."""
+"""Result of an identification: values with their uncertainty, records, stages, outcome, warnings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit is worth: its grade, and the reasons for it, each with what to do next."""
+"""Grade of a fit, and the reasons for it, each with the next step."""
 
 from __future__ import annotations
 

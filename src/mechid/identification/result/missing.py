@@ -1,4 +1,4 @@
-"""What the files do not declare and the records ask for: one entry of ``missing`` in estimate.json."""
+"""Effects that the files do not declare and the records ask for: entries of ``missing`` in estimate.json."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a held-out record has of its own, as found on its first part with the mechanism held: time offset, gain, ..."""
+"""Nuisance parameters of a held-out record, fitted on its first part with the mechanism held: time offset, gain, ..."""
 
 from __future__ import annotations
 

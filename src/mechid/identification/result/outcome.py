@@ -1,4 +1,4 @@
-"""How the search of a fit ended."""
+"""Outcome of the search of a fit."""
 
 from __future__ import annotations
 

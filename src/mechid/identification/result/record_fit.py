@@ -1,4 +1,4 @@
-"""How well one record is predicted at the end of a fit."""
+"""Fit of one record at the end of a search."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who goes along with a search: what it tells, writes down and leaves behind on its way."""
+"""Watch over a search: its messages, its journal, and the fit that it keeps on its way."""
 
 from __future__ import annotations
 

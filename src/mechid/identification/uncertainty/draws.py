@@ -1,4 +1,4 @@
-"""Whether the cost around an estimate is what its derivatives say: draws from the covariance, simulated again.
+"""Draws from the covariance, simulated again: a test of the cost around an estimate against its derivatives.
 
 A touch of zero speed that does or does not stick is a cliff in the likelihood, often within one standard error.
 A covariance from derivatives knows nothing of it.
