@@ -18,7 +18,6 @@ from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
-from mechid.identification.result.optimum import Optimum
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
@@ -28,6 +27,8 @@ from mechid.shown import PLOTS, Shown
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+
+    from mechid.identification.result.optimum import Optimum
 
 FORMAT = "mechid-estimate/1"
 OPTIMUM = "_optimum"
