@@ -6,11 +6,12 @@ import pytest
 from flown import CASES, COMMANDS, compared, simulated
 from layouts import changed, mechanism_of, paper_table
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.lines import PROMISED
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
+from mechid.identification.result.fit_file import read_fit
 from mechid.plant.flight import CUT_OFF, below, in_flight
 from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
@@ -24,7 +25,7 @@ SCAN = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(47.5))
 
 @pytest.fixture(scope="module")
 def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    return flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
 
 
 def state_of(flying, command, rate, **changes):

@@ -8,13 +8,14 @@ from scipy.linalg import expm
 
 from mechid.budgets.attractors import steady_states
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.flying_mechanism import flying_estimate, on_modes
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import find_orbit, multipliers
 from mechid.budgets.orders import phasors
 from mechid.budgets.period_map import PeriodMap
 from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
+from mechid.identification.result.fit_file import read_fit
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.structure import Modes
 from paper_estimate import write_estimate_of_paper
@@ -26,7 +27,7 @@ SUBSTEPS = 4
 
 @pytest.fixture(scope="module")
 def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    return flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
 
 
 def mode(command, *rates, settle_s=1.0):

@@ -7,7 +7,7 @@ import pytest
 
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.flying_mechanism import flying_estimate, on_modes
 from mechid.budgets.indices import Index
 from mechid.budgets.levels import always, mixed_level
 from mechid.budgets.line_of_sight import respond
@@ -16,6 +16,7 @@ from mechid.budgets.profile_run import ProfileResponse, run_profile
 from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import UsageError
+from mechid.identification.result.fit_file import read_fit
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 
@@ -32,7 +33,7 @@ def mode(points, seconds):
 
 @pytest.fixture(scope="module")
 def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    return flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from mechid.budgets.coupling import dynamic_stiffness, largest_loop_gain, loop_g
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.ensemble import make_ensemble
 from mechid.budgets.flight_entry import Flight, LoadMode
-from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.flying_mechanism import flying_estimate, on_modes
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
@@ -22,6 +22,7 @@ from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import coverage_factor
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
+from mechid.identification.result.fit_file import read_fit
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.structure import FrequencyResponse, Modes, Structure
 from paper_estimate import write_estimate_of_paper
@@ -43,7 +44,7 @@ REQUIREMENT = Requirement(
 
 @pytest.fixture(scope="module")
 def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    return flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
 
 
 @pytest.fixture(scope="module")
@@ -120,16 +121,18 @@ def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
     content = json.loads(path.read_text(encoding="utf-8"))
     content["records"]["sweep"]["noise_sigma"] = noise
     path.write_text(json.dumps(content), encoding="utf-8")
-    assert read_flying(path, Flight()).discrepancy.overall == pytest.approx(expected, abs=1e-12)
+    assert flying_estimate(read_fit(path), Flight()).discrepancy.overall == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_noise_level_that_rests_on_the_residual_excuses_nothing(tmp_path):
     """Truth: as above, with nothing of the noise known beforehand."""
     path = write_estimate_of_paper(tmp_path, fit_percent=95.0)
     content = json.loads(path.read_text(encoding="utf-8"))
-    content["records"]["sweep"] |= {"noise_sigma": 1e-3, "noise_rests_on": "residual", "noise_known": 0.0}
+    torque = {"unit": "N m", "use": "validate", "fit_percent": 95.0, "residual_rms": 1e-3, "noise_sigma": 1e-3}
+    torque |= {"offset": None, "drift": None, "rejected_runs": [], "noise_rests_on": "residual", "noise_known": 0.0}
+    content["records"]["sweep"] |= {"noise_sigma": 1e-3, "channels": {"torque": torque}}
     path.write_text(json.dumps(content), encoding="utf-8")
-    assert read_flying(path, Flight()).discrepancy.overall == pytest.approx(0.05, abs=1e-12)
+    assert flying_estimate(read_fit(path), Flight()).discrepancy.overall == pytest.approx(0.05, abs=1e-12)
 
 
 def test_a_spread_makes_an_ensemble(flying):
@@ -159,15 +162,15 @@ def test_the_test_stand_stays_behind(flying):
 def test_what_flies_replaces_what_was_estimated(tmp_path):
     """Truth: the file. A value that is given is no longer uncertain."""
     flight = Flight(values={"gear.stiffness": 1000.0, "load.inertia": 0.02}, load_modes=(LoadMode(5.0, 0.01, 0.01),))
-    flying = read_flying(write_estimate_of_paper(tmp_path), flight)
+    flying = flying_estimate(read_fit(write_estimate_of_paper(tmp_path)), flight)
     assert flying.mechanism.value("gear.stiffness") == 1000.0
     assert "gear.stiffness" not in flying.names
     assert flying.mechanism.value("load.mode.0.inertia") == 0.01
     assert flying.mechanism.value("load.mode.0.frequency") == pytest.approx(2.0 * np.pi * 5.0)
     with pytest.raises(InputFileError, match=r'did you mean "gear[.]stiffness"'):
-        read_flying(tmp_path / "estimate.json", Flight(spread={"gear.stifness": 1.0}))
+        flying_estimate(read_fit(tmp_path / "estimate.json"), Flight(spread={"gear.stifness": 1.0}))
     with pytest.raises(InputFileError, match=r"is not above the modes' 0[.]5"):
-        read_flying(tmp_path / "estimate.json", Flight(load_modes=(LoadMode(5.0, 0.01, 0.5),)))
+        flying_estimate(read_fit(tmp_path / "estimate.json"), Flight(load_modes=(LoadMode(5.0, 0.01, 0.5),)))
 
 
 @pytest.mark.parametrize("stuck", [True, False])

@@ -16,7 +16,7 @@ from mechid.budgets.carried import Carried
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.files import write_budget
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.numbers import budget_data
@@ -24,6 +24,7 @@ from mechid.budgets.other_errors import OtherError
 from mechid.budgets.over_rate import level_curve, rms_bands, torque_bands, total_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.residual_source import ResidualHere, ResidualSource
+from mechid.identification.result.fit_file import read_fit
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 from states_by_hand import state_by_hand
@@ -44,7 +45,7 @@ LINES = {0.5: 0.3, 1.0: 1.0, 2.0: 0.4}
 @pytest.fixture(scope="module")
 def estimate(tmp_path_factory):
     """Return an estimate of one parameter that moves each line by 5 %."""
-    flying = read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    flying = flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
     return replace(
         flying, names=("gear.damping",), covariance=np.eye(1), discrepancy=Discrepancy(of_profiles_alone=True)
     )
@@ -202,19 +203,19 @@ def of_bench(rng, rate):
 def made(tmp_path_factory):
     """Return a budget of an estimate that left something of its records, and the folder of its files."""
     folder = tmp_path_factory.mktemp("budget")
-    write_estimate_of_paper(folder, fit_percent=99.0)
+    fit = read_fit(write_estimate_of_paper(folder, fit_percent=99.0))
     (folder / "budget.toml").write_text(BUDGET, encoding="utf-8")
     (folder / "structure.toml").write_text(MODES, encoding="utf-8")
     rng = np.random.default_rng(3)
     source = ResidualSource(tuple(of_bench(rng, rate) for rate in (18.0, 19.5, 20.5, 22.0)), Carried(None))
 
-    def with_residual(path, flight):
-        read = read_flying(path, flight)
+    def with_residual(fit, flight):
+        read = flying_estimate(fit, flight)
         return replace(read, residual=source, discrepancy=replace(read.discrepancy, of_profiles_alone=True))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(budget_module, "read_flying", with_residual)
-        budget = make_budget(read_budget_file(folder / "budget.toml"))
+        patch.setattr(budget_module, "flying_estimate", with_residual)
+        budget = make_budget(read_budget_file(folder / "budget.toml"), fit)
     write_budget(budget, folder / "out")
     return budget, folder / "out"
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+import mechid
 from browser import chromium, faults, printed_to_pdf, requests, shown
 from colours_drawn import wrong_colours
-from mechid.budgets.budget import _with_deciding, make_budget
-from mechid.budgets.budget_file import read_budget_file
+from mechid.budgets.budget import _with_deciding
 from mechid.budgets.example import BUDGET, write_example
 from mechid.budgets.margins import margins
 from mechid.budgets.numbers import budget_data
@@ -40,7 +40,7 @@ def made(tmp_path_factory):
     write_estimate_of_paper(folder, fit_percent=99.0)
     write_example(folder)
     (folder / "budget.toml").write_text(SMALL, encoding="utf-8")
-    return make_budget(read_budget_file(folder / "budget.toml"))
+    return mechid.budget(folder / "budget.toml")
 
 
 @pytest.fixture(scope="module")

@@ -26,9 +26,12 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-FORMAT = "mechid-estimate/1"
+ESTIMATE_NAME, FORMAT = "estimate.json", "mechid-estimate/1"
 LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
+
+MECHANISM_FILE = "mechid.identification.result.estimated_mechanism"
+"""Reads the mechanism file beside an estimate; likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +60,8 @@ class RecordFit:
         How it was taken, where that is not as the campaign file declares it.
     nuisance : Nuisance or None
         Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
+    validation : mapping or None
+        The table of that name in estimate.json, of a fit that was read; `mechid.analysis.fit_residuals` reads it.
     """
 
     name: str
@@ -73,6 +78,7 @@ class RecordFit:
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Reading = DECLARED
     nuisance: Nuisance | None = None
+    validation: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
     @property
     def followed_percent(self) -> float:
@@ -207,6 +213,21 @@ class Fit(Shown):
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
+
+    if not TYPE_CHECKING:  # what is looked up here is no field, or the mechanism that was not read yet
+
+        def __getattr__(self, name: str) -> object:
+            """Read the mechanism file of a fit whose numbers alone were read (`read_numbers`)."""
+            if name != "mechanism" or not vars(self).get("folder"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            read = import_module(MECHANISM_FILE).read_estimated_mechanism
+            object.__setattr__(self, name, read(self.provenance, Path(self.source)))
+            return self.mechanism
+
+    @property
+    def source(self) -> str:
+        """Path of the estimate.json that it was read from, or "the fit" of one in memory: the place in messages."""
+        return str(self.folder / ESTIMATE_NAME) if self.folder else "the fit"
 
     def linear(
         self,
