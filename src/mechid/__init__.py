@@ -46,8 +46,9 @@ if TYPE_CHECKING:
     from mechid.interface.equations import equations, kernel_source
     from mechid.interface.explore import explore
     from mechid.interface.export import export
+    from mechid.interface.fits import load_fit
     from mechid.interface.fleet import fleet
-    from mechid.interface.identification import identify, identify_into, load_fit
+    from mechid.interface.identification import identify, identify_into
     from mechid.interface.look import look
     from mechid.interface.reading import load_mechanism, load_record, load_structure
     from mechid.interface.refits import Profiles, bootstrap, profile
@@ -102,7 +103,8 @@ _NAMES = {
     "interface.explore": ("explore",),
     "interface.export": ("export",),
     "interface.fleet": ("fleet",),
-    "interface.identification": ("identify", "identify_into", "load_fit"),
+    "interface.fits": ("load_fit",),
+    "interface.identification": ("identify", "identify_into"),
     "interface.look": ("look",),
     "interface.reading": ("load_mechanism", "load_record", "load_structure"),
     "interface.refits": ("Profiles", "bootstrap", "profile"),

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from mechid.analysis.validation_summary import ValidationSummary
-from mechid.errors import InputFileError, UsageError
+from mechid.errors import InputFileError
 from mechid.reading.whole import read_result
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
 
 REPORT_NAME = "report.json"
-NO_CAMPAIGN = "the fit does not hold its campaign; give campaign=, with its records read"
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +93,7 @@ class FitResiduals:
     def _validation(self) -> Validations:
         from mechid.analysis.validation import validate  # the simulator, which a fit in a folder does not need
 
-        if self.fit.campaign is None:
-            raise UsageError(NO_CAMPAIGN)
-        return validate(self.fit.campaign, self.fit)
+        return validate(self.fit.required_campaign, self.fit)
 
 
 def _read_summaries(fit: Fit) -> dict[str, ValidationSummary]:

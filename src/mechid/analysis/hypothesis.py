@@ -16,8 +16,9 @@ from mechid.parameter import Status
 from mechid.plant.tables import TABLES, table_of
 
 if TYPE_CHECKING:
-    from mechid.identification.result.fit import Fit, RecordFit
+    from mechid.identification.result.fit import Fit
     from mechid.identification.result.parameter_estimate import ParameterEstimate
+    from mechid.identification.result.record_result import RecordFit
 
 LEFT_OUT = "left out"
 """The use of a record that the campaign file gives to estimate from, and that contradicted the others."""

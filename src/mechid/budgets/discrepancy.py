@@ -12,7 +12,7 @@ from mechid.analysis.fit_residuals import FitResiduals
 from mechid.analysis.validation import TORQUE
 from mechid.arrays import FloatArray
 from mechid.identification.output_error.noise_level import NoiseSource
-from mechid.identification.result.fit import RecordFit
+from mechid.identification.result.record_result import RecordFit
 
 NOISE_ERROR = 3.7
 """Relative standard error of residual power over noise power, times the root of the samples: sqrt(2) of the one and

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from mechid.campaign import Campaign
@@ -29,13 +28,13 @@ def changed_since(campaign: Campaign, folder: Path, seed: int, *, complete: bool
     except InputFileError:
         return None
     known, events = last_run(folder / JOURNAL_NAME)
-    then, is_completed = fit.provenance.get("inputs_sha256"), fit.completed is not None
-    if FINISHED not in events or fit.outcome is FitOutcome.INTERRUPTED or not isinstance(then, Mapping):
+    is_completed = fit.completed is not None
+    if FINISHED not in events or fit.outcome is FitOutcome.INTERRUPTED:
         return None
     files, inputs = file_digests(campaign), identification_inputs(campaign, seed)
     if is_completed:  # the estimate is of another mechanism file then; the journal knows the campaign's own
         del files[campaign.mechanism_path.name]
-    changed = [name for name, digest in files.items() if then.get(name) != digest]
+    changed = [name for name, digest in files.items() if fit.inputs_sha256.get(name) != digest]
     changed += [name for name in sorted({*inputs, *known} - {VERSION}) if inputs.get(name) != known.get(name)]
     changed += [SEED] if fit.provenance.get("seed") != seed and SEED not in changed else []
     changed += [] if is_completed == complete else [COMPLETE]

@@ -9,10 +9,10 @@ from pathlib import Path
 from mechid.campaign import Campaign, load_campaign
 from mechid.exports.export import Exported, exported
 from mechid.exports.handover import handover
-from mechid.identification.refit.reopened import other_files
+from mechid.identification.refit.rebuild import other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
-from mechid.interface.finished_fit import finished_fit
+from mechid.interface.fits import load_campaign_of, result_folder
 
 
 def export(
@@ -68,15 +68,13 @@ def export(
     return exported(handover(source, own, anyway=anyway), to, Path(out), options)
 
 
-def read_with_campaign(place: Path, campaign: Campaign | Path | str | None = None) -> tuple[Fit, Campaign, str]:
+def read_with_campaign(source: Path, campaign: Campaign | Path | str | None = None) -> tuple[Fit, Campaign, str]:
     """Return the fit of a result folder, its campaign, and a notice where files of that have changed since.
 
     The fit does not hold the campaign: what is handed on stands in its folder, whatever the campaign is by now.
     """
-    folder = place if place.is_dir() else place.parent
-    if not isinstance(campaign, Campaign):
-        campaign = finished_fit(place, None if campaign is None else Path(campaign)).campaign
-    fit = read_fit(folder)
-    changed = ", ".join(other_files(campaign, fit.to_dict()))
+    own = campaign if isinstance(campaign, Campaign) else load_campaign_of(source, campaign)
+    fit = read_fit(result_folder(source))
+    changed = ", ".join(other_files(own, fit))
     notice = f"{changed}: changed since the fit, whose values are handed on; identify anew to have others"
-    return fit, campaign, notice if changed else ""
+    return fit, own, notice if changed else ""

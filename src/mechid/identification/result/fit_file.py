@@ -18,12 +18,13 @@ from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.identification.result.fit import Fit, RecordFit, StageReport
+from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 
@@ -82,7 +83,7 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     Returns
     -------
     Fit
-        Its `folder` is where it was read from.
+        Its `folder` is where it was read from; it holds the campaign where that is given.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     content = read_estimate(path)
     mechanism = read_estimated_mechanism(content.get("provenance"), path) if campaign is None else campaign.mechanism
     fit = _checked(content, path, mechanism, campaign)
-    return replace(fit, synthetic=fit.synthetic or (campaign is not None and campaign.synthetic))
+    return replace(fit, campaign=campaign, synthetic=fit.synthetic or (campaign is not None and campaign.synthetic))
 
 
 def read_numbers(place: Path | str) -> Fit:
@@ -111,6 +112,8 @@ def _checked(
     content: Mapping[str, Any], path: Path, mechanism: Mechanism | None = None, campaign: Campaign | None = None
 ) -> Fit:
     """Return the fit that the content of an estimate.json describes, of the campaign's files where one is given."""
+    if "grade" not in content:
+        raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
     try:
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
