@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mechid.analysis.fit_residuals import FitResiduals
-from mechid.analysis.validation_summary import ValidationSummary
+from mechid.analysis.fit_residuals import FitResiduals, ValidationSummary
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome

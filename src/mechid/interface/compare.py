@@ -54,9 +54,9 @@ def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:
     places = [_folder(fit, names[k] if names else f"fit_{k + 1}") for k, fit in enumerate(fits)]
     twice = [place for k, place in enumerate(places) if place.resolve() in {p.resolve() for p in places[:k]}]
     if twice:
-        raise UsageError(f"{twice[0]}: given twice; give each result folder once")
+        raise UsageError(f"{twice[0].name if names else twice[0]}: given twice; give each result folder once")
     read = [_read(fit) if isinstance(fit, Path | str) else fit for fit in fits]
-    return compare_fits(dict(zip(short_names(places), read, strict=True)))
+    return compare_fits(dict(zip(names or short_names(places), read, strict=True)))
 
 
 def _folder(fit: Fit | Path | str, name: str) -> Path:
