@@ -160,7 +160,7 @@ def test_external_files_are_a_list_of_names(refused, changed, entry):
 
 
 def test_a_file_that_crashes_its_reader_is_4(refused, changed, folder):
-    """Truth: bytes on which SciPy 1.17 ends in a segmentation fault (tests/records/test_damaged_matlab.py)."""
+    """Truth: bytes on which SciPy 1.17 ends in a segmentation fault (tests/records/test_matlab.py)."""
     FORMATS["mat 5"].write(folder / "full_46.mat")
     content = bytearray((folder / "full_46.mat").read_bytes())
     content[401], content[264] = 202, 21
