@@ -5,8 +5,6 @@ import pytest
 
 from flown import CASES, COMMANDS, compared, simulated
 from layouts import changed, mechanism_of, paper_table
-from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
 from mechid.budgets.lines import PROMISED
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import enough_substeps, steady_state
@@ -16,15 +14,9 @@ from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
 from mechid.simulation.linearisation import held_inputs, linearised, rotor_held
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
-from paper_estimate import write_estimate_of_paper
 
 SLEW = Command(stepping="full", microsteps=1, rate=RateProfile.constant(92.0), start_angle_deg=45.0)
 SCAN = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(47.5))
-
-
-@pytest.fixture(scope="module")
-def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
 
 
 def state_of(flying, command, rate, **changes):

@@ -4,29 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from mechid.budgets.attractors import steady_states
-from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.flying_mechanism import on_modes
 from mechid.budgets.operating_mode import OperatingMode
-from mechid.budgets.orbit import find_orbit, multipliers
+from mechid.budgets.orbit import find_orbit
 from mechid.budgets.orders import phasors
 from mechid.budgets.period_map import PeriodMap
 from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.structure import Modes
-from paper_estimate import write_estimate_of_paper
 
 FULL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(1.0), start_angle_deg=45.0)
 MICRO = replace(FULL, stepping="micro", microsteps=16, start_angle_deg=0.0)
 SUBSTEPS = 4
-
-
-@pytest.fixture(scope="module")
-def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
 
 
 def mode(command, *rates, settle_s=1.0):
@@ -36,21 +28,6 @@ def mode(command, *rates, settle_s=1.0):
 def period_map(flying, command, rate, names=(), **values):
     mechanism = flying.mechanism.with_values({name.replace("__", "."): value for name, value in values.items()})
     return PeriodMap(mechanism, mode(command, rate), rate, tuple(names), SUBSTEPS)
-
-
-@pytest.mark.parametrize(("command", "rate"), [(FULL, 12.0), (FULL, 37.3), (FULL, 92.0), (MICRO, 23.0), (MICRO, 92.0)])
-def test_the_maps_derivative_is_that_of_differences(flying, command, rate):
-    """Truth: central differences of simulations of one period, across the switches on the way."""
-    period = period_map(flying, command, rate)
-    x = period.settled(None, 30)
-    image = period(x)
-    step = 1e-6 * image.size
-    for k in np.flatnonzero(period.pinned(x) == 0.0):
-        moved = np.eye(x.size)[k] * step
-        expected = (period.settled(x + moved, 1) - period.settled(x - moved, 1)) / (2.0 * step[k])
-        np.testing.assert_allclose(
-            image.by_state[:, k] * image.size[k] / image.size, expected * image.size[k] / image.size, atol=2e-5
-        )
 
 
 def test_the_fixed_points_derivative_is_that_of_differences(flying):
@@ -67,37 +44,6 @@ def test_the_fixed_points_derivative_is_that_of_differences(flying):
         expected = (ends[0] - ends[1]) / (0.002 * value)
         off = np.abs(orbit.by_parameter[:, k] - expected) / size
         assert off.max() < 0.02 * np.abs(expected / size).max() + 1e-9 / value, name
-
-
-def test_a_linear_mechanism_in_closed_form(flying):
-    """Truth: expm(A 2/r) of coils that do not act, and of rotor, gear and load without dry friction and detents."""
-    v = flying.mechanism.value
-    linear = {
-        "stepper__torque_constant": 0.0,
-        "stepper__detent__0__amplitude": 0.0,
-        "stepper__detent__1__amplitude": 0.0,
-        "friction__static": 0.0,
-        "friction__coulomb": 0.0,
-    }
-    period = period_map(flying, FULL, 40.0, **linear)
-    G, K, D, J, J_m = (
-        v(n) for n in ("gear.ratio", "gear.stiffness", "gear.damping", "stepper.rotor_inertia", "load.inertia")
-    )
-    A = np.zeros((6, 6))
-    A[0, 0] = A[1, 1] = -v("stepper.coil_resistance") / v("stepper.coil_inductance")
-    A[2, 3] = A[4, 5] = 1.0
-    twist = np.array([0.0, 0.0, K, D, -G * K, -G * D]) / G**2
-    A[3] = -twist / J
-    A[3, 3] -= v("friction.viscous") / J
-    A[5] = G * twist / J_m
-    x = np.array([0.1, -0.2, 0.0, 3.0, 1e-3, 0.01])
-    expected = np.diag([-1.0, -1.0, 1.0, 1.0, 1.0, 1.0]) @ expm(A * 2.0 / 40.0)
-    image = period(x)
-    scale = image.size / image.size[:, None]
-    np.testing.assert_allclose(image.by_state * scale, expected * scale, atol=1e-6)
-    np.testing.assert_allclose(
-        np.abs(multipliers(image.by_state)), np.sort(np.abs(np.linalg.eigvals(expected)))[::-1], atol=1e-6
-    )
 
 
 @pytest.mark.parametrize("command", [FULL, MICRO])

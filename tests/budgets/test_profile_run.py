@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.budgets.discrepancy import Discrepancy
-from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.flying_mechanism import on_modes
 from mechid.budgets.indices import Index
 from mechid.budgets.levels import always, mixed_level
 from mechid.budgets.line_of_sight import respond
@@ -17,7 +16,6 @@ from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import UsageError
 from mechid.structure import Modes, Structure
-from paper_estimate import write_estimate_of_paper
 
 MODES = Modes(np.array([35.0]), np.array([0.05]), np.array([0.2]), np.array([[0.05]]))
 STRUCTURE = Structure(name="s", line_of_sight=("x",), model=MODES)
@@ -28,11 +26,6 @@ def mode(points, seconds):
     return OperatingMode(
         name="m", command=command, rates=np.zeros(0), duration_s=seconds, rms_window_s=0.5, highest_hz=300.0
     )
-
-
-@pytest.fixture(scope="module")
-def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
 
 
 @pytest.fixture(scope="module")

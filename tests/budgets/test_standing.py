@@ -24,7 +24,6 @@ from mechid.budgets.standing import DISCREPANCY, SAMPLING, nominal_level, standi
 from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
-from mechid.errors import InputFileError, UsageError
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 from states_by_hand import state_by_hand
@@ -90,28 +89,6 @@ def test_other_sources_add_to_the_lines(certain):
     for c in (0.68, 0.9545, 0.9973):
         got = nominal_level(requirement(confidence=c), [(1.0, line(2.0))], errors)
         assert got == pytest.approx(np.quantile(np.abs(draws), c), rel=5e-3)
-
-
-@pytest.mark.parametrize(
-    ("index", "kept"), [(APE, 1.0), (Index("MPE", 50.0), 0.0), (Index("RPE", 50.0), 1.0), (Index("RPE", 0.001), 0.0)]
-)
-def test_slow_and_fast_noise_under_an_index(index, kept):
-    """Truth: noise to 5 Hz is averaged out over 50 s and does not move within a millisecond."""
-    noise = OtherError(name="n", kind="random", axes=ONE, size_rad=2.0, bandwidth_hz=5.0)
-    assert noise.contribution(index, 0).size == pytest.approx(2.0 * kept, abs=0.15)
-
-
-def test_an_unknown_kind_of_error_does_not_become_another():
-    with pytest.raises(UsageError, match='w: unknown kind "drift"; write one of bias, random, periodic'):
-        OtherError(name="w", kind="drift", axes=ONE, size_rad=2.0)
-
-
-def test_a_slow_wheel_under_an_index():
-    """Truth: the weight of its frequency."""
-    wheel = OtherError(name="w", kind="periodic", axes=ONE, size_rad=2.0, frequency_hz=3.0)
-    index = Index("RPE", 0.1)
-    assert wheel.contribution(index, 0).size == pytest.approx(2.0 * np.sqrt(1.0 - np.sinc(0.3) ** 2))
-    assert OtherError(name="b", kind="bias", axes=ONE, size_rad=1.0).contribution(index, 0) is None
 
 
 def test_an_ensemble_of_biases(certain):
@@ -227,18 +204,6 @@ def test_what_the_model_misses_of_each_line(tmp_path, certain):
     assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy.orders == {}
 
 
-def test_what_is_uncertain_joins_the_covariance(tmp_path):
-    """Truth: the file. What is estimated already is refused."""
-    path = write_estimate_of_paper(tmp_path)
-    flying = read_flying(path, Flight(uncertain={"stepper.peak_voltage": 0.05, "load.inertia": 1e-4}))
-    assert flying.names[-2:] == ("stepper.peak_voltage", "load.inertia")
-    np.testing.assert_allclose(np.diag(flying.covariance)[-2:], [0.05**2, 1e-8])
-    with pytest.raises(InputFileError, match=r"gear[.]stiffness is estimated and has its error from there"):
-        read_flying(path, Flight(uncertain={"gear.stiffness": 1.0}))
-    moved = Flight(values={"gear.stiffness": 900.0}, uncertain={"gear.stiffness": 9.0})
-    assert read_flying(path, moved).names[-1] == "gear.stiffness"
-
-
 SCAN = OperatingMode(
     name="scan",
     command=Command(stepping="micro", microsteps=16, rate=RateProfile.constant(37.3)),
@@ -250,11 +215,6 @@ PAYLOAD = Modes(np.array([35.0]), np.array([0.01]), np.array([0.2]), np.array([[
 STRUCTURE = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
 
 
-@pytest.fixture(scope="module")
-def flying(tmp_path_factory):
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
-
-
 def test_an_error_of_the_bench_voltage_is_one_of_the_flight_voltage(flying):
     """Truth: U -> c U, k_m -> c k_m, R, L -> c^2 leaves the torque; so c in the three alone is 1/c in the voltage."""
     c, v = 1.03, flying.mechanism.value
@@ -263,16 +223,6 @@ def test_an_error_of_the_bench_voltage_is_one_of_the_flight_voltage(flying):
     other = flying.mechanism.with_values({"stepper.peak_voltage": v("stepper.peak_voltage") / c})
     lines = [steady_state(m, SCAN, 37.3, (), 4).lines for m in (scaled, other)]
     np.testing.assert_allclose(lines[0], lines[1], atol=1e-6 * np.abs(lines[0]).max())
-
-
-def test_one_mode_against_the_closed_form(flying):
-    """Truth: RMS of psi phi |T_k| / |w0^2 - w^2 + 2 i z w0 w| over the lines, written out."""
-    state = steady_state(flying.mechanism, SCAN, 37.3, (), 4)
-    w, w0 = 2.0 * np.pi * 0.5 * 37.3 * state.orders, 2.0 * np.pi * 35.0
-    inside = w <= 2.0 * w0
-    size = 0.2 * 0.05 * np.abs(state.lines) / np.hypot(w0**2 - w**2, 2.0 * 0.01 * w0 * w)
-    expected = np.sqrt(0.5 * np.sum(size[inside] ** 2))
-    assert respond(state, STRUCTURE).rms()[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_bands_over_the_rate_are_those_of_units_simulated_anew(flying):

@@ -3,15 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 
 import mechid
 from mechid.campaign import mechanism_text
+from samples_in_memory import COMMAND, RATE_HZ, SOURCES, TIME, TORQUE
 
-RATE_HZ = 1000.0
-TIME = np.arange(400) / RATE_HZ
-TORQUE = np.sin(2.0 * np.pi * 46.0 * TIME)
-COMMAND = mechid.make_command("full", rate=46.0)
 DRIVE = {
     "assembly": "direct_torque_drive",
     "load": {"inertia": {"value": 0.1, "min": 0.01, "max": 1.0}},
@@ -21,42 +17,6 @@ DRIVE = {
 
 def data_of(*records):
     return mechid.make_campaign(mechid.catalogue_mechanism(), records).records
-
-
-def named(columns):
-    """Return a DataFrame with dates for an index, as loggers give it."""
-    return pd.DataFrame(columns, index=pd.Timestamp("2026-01-01") + pd.to_timedelta(TIME, unit="s"))
-
-
-SOURCES = {
-    "array and rate": lambda: mechid.make_record("a", TORQUE, sample_rate_hz=RATE_HZ, command=COMMAND),
-    "array and times": lambda: mechid.make_record("a", TORQUE, time_s=TIME, command=COMMAND),
-    "list": lambda: mechid.make_record("a", TORQUE.tolist(), sample_rate_hz=RATE_HZ, command=COMMAND),
-    "mapping": lambda: mechid.make_record("a", {"time_s": TIME, "torque_mNm": 1e3 * TORQUE}, command=COMMAND),
-    "series": lambda: mechid.make_record("a", pd.Series(TORQUE, index=TIME), command=COMMAND),
-    "frame": lambda: mechid.make_record("a", pd.DataFrame({"time_s": TIME, "torque": TORQUE}), command=COMMAND),
-    "frame over dates": lambda: mechid.make_record("a", named({"torque [Nmm]": 1e3 * TORQUE}), command=COMMAND),
-    "data array": lambda: mechid.make_record("a", xr.DataArray(TORQUE, coords={"t": TIME}, dims="t"), command=COMMAND),
-    "data set": lambda: mechid.make_record(
-        "a", xr.Dataset({"torque": ("t", 1e3 * TORQUE, {"units": "mN*m"})}, coords={"t": TIME}), command=COMMAND
-    ),
-    "array and rate, nothing masked": lambda: mechid.make_record(
-        "a", np.ma.array(TORQUE), sample_rate_hz=RATE_HZ, command=COMMAND
-    ),
-    "times and their rate": lambda: mechid.make_record(
-        "a", {"time_s": TIME, "torque": TORQUE}, sample_rate_hz=RATE_HZ, command=COMMAND
-    ),
-    "series over numbers of rows": lambda: mechid.make_record(
-        "a", pd.Series(TORQUE, index=7 + np.arange(400)), sample_rate_hz=RATE_HZ, command=COMMAND
-    ),
-    "channels": lambda: mechid.make_record(
-        "a",
-        {"Mz": -TORQUE},
-        sample_rate_hz=RATE_HZ,
-        command=COMMAND,
-        channels=[{"quantity": "torque", "column": "Mz", "gain": -1.0}],
-    ),
-}
 
 
 @pytest.mark.parametrize("source", SOURCES)
@@ -115,40 +75,6 @@ def test_a_measured_channel_drives_a_mechanism():
     late = slice(20, 90)  # within the first half period, in motion
     expected = (0.3 - 0.02 - 0.001 * rate[late]) / 0.1  # J dw/dt = T - T_c - b w
     assert np.gradient(rate, TIME)[late] == pytest.approx(expected, rel=1e-3)
-
-
-@pytest.mark.parametrize("source", SOURCES)
-def test_a_campaign_in_memory_is_the_same_in_files(source, tmp_path):
-    """Truth: the campaign that was written, samples to the last bit."""
-    entries = {
-        "stage": [{"records": ["a"], "window_s": [0.0, 0.2], "free": ["gear.stiffness"]}],
-        "identify": {"colour": "none"},
-    }
-    planned = mechid.make_record(
-        "b",
-        command=mechid.make_command("micro", microsteps=16, rate=[[0.0, 0.0], [2.0, 60.0]], clock_tick_s=1e-4),
-        use="validate",
-        entries={"time_offset_s": {"value": 0.0, "min": -1e-3, "max": 1e-3}},
-    )
-    made = mechid.make_campaign(mechid.catalogue_mechanism(), [SOURCES[source](), planned], entries=entries)
-    files = mechid.write_campaign(made, tmp_path / "bench")
-    assert sorted(file.name for file in files) == ["a.csv", "campaign.toml", "mechanism.toml"]
-    read = mechid.load_campaign(tmp_path / "bench", need_files=False)
-    assert read.parameters == made.parameters
-    assert [r.command for r in read.records] == [r.command for r in made.records]
-    assert (read.stages, read.options, read.warnings) == (made.stages, made.options, made.warnings)
-    one, other = read.records[0].data, made.records[0].data
-    assert one.sample_rate_hz == pytest.approx(other.sample_rate_hz, rel=1e-12)
-    assert np.array_equal(one.channel("torque").data[:], other.channel("torque").data[:])
-
-
-def test_a_campaign_is_written_once_and_only_where_it_is_in_no_file(tmp_path):
-    made = mechid.make_campaign(mechid.catalogue_mechanism(), [mechid.make_record("a", command=COMMAND)])
-    mechid.write_campaign(made, tmp_path)
-    with pytest.raises(mechid.UsageError, match=r"campaign.toml: is there already; give another folder"):
-        mechid.write_campaign(made, tmp_path)
-    with pytest.raises(mechid.UsageError, match="in files already"):
-        mechid.write_campaign(mechid.load_campaign(tmp_path, need_files=False), tmp_path / "other")
 
 
 def test_another_mechanism_file_may_be_named_as_text(tmp_path):

@@ -1,12 +1,9 @@
 """How clearly records tell rivals apart, against least squares by brute force and the choice against all sets."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from mechid.designs.separating import choice
 from mechid.designs.separation import CLEAR, LEAST, Pair, least_misfit
 
 
@@ -46,22 +43,3 @@ def test_clear_is_what_chance_leaves_enough_of():
     noise = rng.standard_normal((40_000, 20))
     falls = np.sum((d + noise) ** 2, axis=1) - np.sum(noise**2, axis=1)
     assert np.mean(falls < LEAST) == pytest.approx(0.0228, abs=0.003)
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_the_choice_tells_apart_in_little_time(seed):
-    """Truth: every set of the pool. A single record is the shortest that does; a set takes at most twice the least."""
-    rng = np.random.default_rng(seed)
-    pairs = [made_up(rng, scale=scale) for scale in (4.0, 5.0)]
-    seconds, allowed = rng.integers(10, 30, 5).astype(float), np.array([True, True, True, False, True])
-    sets = [s for n in range(1, 5) for s in combinations([0, 1, 2, 4], n) if sum(seconds[list(s)]) <= 80.0]
-    clear = [s for s in sets if min(p.expected(s) for p in pairs) >= CLEAR]
-    chosen = choice(pairs, allowed, seconds, 80.0)
-    assert 3 not in chosen
-    assert sum(seconds[list(chosen)]) <= 80.0
-    assert bool(clear) == (min(p.expected(chosen) for p in pairs) >= CLEAR)
-    if clear:
-        least = min(sum(seconds[list(s)]) for s in clear)
-        assert sum(seconds[list(chosen)]) <= 2.0 * least
-        if single := [s for s in clear if len(s) == 1]:
-            assert seconds[list(chosen)].sum() == min(seconds[s[0]] for s in single)

@@ -23,6 +23,7 @@ from mechid.parameter import Status
 from mechid.reports import report_data
 from mechid.reports.fit.files import write_report
 from mechid.signal import LjungBox, TheilInequality
+from once import once
 from synthetic import COMMANDS, displaced, measured
 
 TRUTH = {"stepper.coil_resistance": 9.9, "stepper.detent.0.phase_deg": -179.0, "gear.stiffness": 913.47}
@@ -163,6 +164,10 @@ HOSTILE = "<img src=x onerror=document.title='taken'> <script> \"quoted\" 'µ' "
 @pytest.fixture(scope="session")
 def reported(tmp_path_factory):
     """Return a campaign of a record and a sweep held out, its fit, validation, and the folder of its report."""
+    return once(tmp_path_factory, "reported", lambda: _reported(tmp_path_factory.mktemp("reported")))
+
+
+def _reported(folder):
     start = displaced(synthetic.truth(), {"gear.stiffness": 1.01, "gear.damping": 1.02})
     rng = np.random.default_rng(5)
     sweep = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (2.0, 60.0)]))
@@ -179,7 +184,6 @@ def reported(tmp_path_factory):
     )
     fit = identify(campaign, workers=1)
     validation = validate(campaign, fit)
-    folder = tmp_path_factory.mktemp("reported")
     data = report_data(fit, synthetic=True, validation=validation)
     files = write_report(data, campaign, fit, validation, folder)
     return SimpleNamespace(campaign=campaign, fit=fit, validation=validation, data=data, folder=folder, files=files)

@@ -18,34 +18,6 @@ EXPLOSIVE = {"gear.damping": -2.0}
 """A damper that feeds energy in."""
 
 
-@pytest.mark.parametrize("block", [1, 7, 333, 5000])
-@pytest.mark.parametrize("housing", ["paper", None])
-def test_blocks_of_any_size_give_the_same_bits(housing, block):
-    """Truth: the run in one piece; across stick/slip and edges, with sensitivities."""
-    m, command, time_base = mechanism(housing), RECORDS["full_46"], base(0.1)
-    whole = run_kernel(m, command, time_base, sensitive=indices(m), block=time_base.samples)
-    parts = run_kernel(m, command, time_base, sensitive=indices(m), block=block)
-    np.testing.assert_array_equal(parts.torque, whole.torque)
-    np.testing.assert_array_equal(parts.jacobian["torque"], whole.jacobian["torque"])
-    np.testing.assert_array_equal(parts.rate["torque"], whole.rate["torque"])
-    np.testing.assert_array_equal(parts.switching.time, whole.switching.time)
-
-
-@pytest.mark.parametrize("block", [1, 7, 333])
-def test_blocks_of_any_size_give_the_same_bits_without_sensitivities(block):
-    """Truth: the run in one piece."""
-    m, command, time_base = mechanism(), RECORDS["full_46"], base(0.1)
-    whole = run_kernel(m, command, time_base, block=time_base.samples)
-    np.testing.assert_array_equal(run_kernel(m, command, time_base, block=block).torque, whole.torque)
-
-
-def test_runs_with_and_without_sensitivities_are_one_run():
-    """Truth: each other; only the order of rounding differs."""
-    m, command = mechanism(), RECORDS["full_46"]
-    plain, both = run_kernel(m, command, base(0.5)), run_kernel(m, command, base(0.5), sensitive=indices(m))
-    np.testing.assert_allclose(plain.torque, both.torque, rtol=0, atol=1e-11)
-
-
 @pytest.mark.parametrize("sensitive", [False, True])
 def test_a_mechanism_that_diverges_is_nan_from_there_on_and_says_so(sensitive):
     """Truth: negative damping; the shape of the arrays stays, and what came before is the same as alone."""
@@ -86,34 +58,6 @@ def test_the_filter_flows_on_through_a_switch_that_comes_at_once():
 
     for gap in (1e-9, 1e-11, 1e-13, 1e-15, -1e-15, -1e-13):
         assert second_sample(gap) == pytest.approx(second_sample(1e-7), abs=1e-8), gap
-
-
-def test_a_free_rotor_at_rest_goes_where_it_will_be_pulled():
-    """Truth: one push, one direction. Where no torque acts at the instant of an edge, neither way is right yet."""
-    m = mechanism(changes={"friction.static": 0.0, "friction.coulomb": 0.0})
-    command = Command(
-        stepping="full", microsteps=1, rate=RateProfile.constant(20.0), start_angle_deg=45.0, start="equilibrium"
-    )
-    [R] = indices(m, ("R",))
-    for k in range(30):
-        p = m.kernel_values()
-        p[R] -= k * 1e-6 * p[R]
-        run = run_kernel(m, command, base(0.08), p=p)
-        assert run.outcome is SimulationOutcome.COMPLETE
-        assert len(run.switching.time) <= 1
-        assert run.torque[700] != 0.0
-
-
-def test_many_switches_before_a_record_begins_are_no_chatter():
-    """Truth: the record from the start. A rotor without friction swings through rest a hundred times."""
-    no_friction = {"friction.static": 0.0, "friction.coulomb": 0.0, "friction.viscous": 1e-5}
-    m = mechanism(changes={**no_friction, "gear.damping": 0.01})
-    hold = Command(stepping="full", microsteps=1, rate=RateProfile.through([(0.0, 20.0), (0.06, 20.0), (0.06, 0.0)]))
-    whole = run_kernel(m, hold, base(2.0))
-    assert whole.switching.time.size > 100
-    late = run_kernel(m, hold, base(0.5, start_s=1.5))
-    assert late.outcome is SimulationOutcome.COMPLETE
-    assert rms(late.torque - whole.torque[15000:]) <= 1e-4 * rms(whole.torque)
 
 
 @pytest.mark.parametrize("static", [0.008, 0.0])
@@ -161,34 +105,3 @@ def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
     for quantity, J in found.jacobian.items():
         slope = (ahead.values[quantity] - behind.values[quantity]) / (2.0 * h[at])
         np.testing.assert_allclose(J[:20, 0], slope[:20], rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.parametrize("rate_hz", [1e4, 2048.0, 3e4])
-@pytest.mark.parametrize("offset_s", [0.0, 0.001, 0.1, 0.1024, 0.3, 0.7])
-@pytest.mark.parametrize("sensitive", [False, True])
-def test_blocks_end_at_the_same_samples_wherever_the_motion_begins(rate_hz, offset_s, sensitive):
-    """Truth: the run in one piece; the command begins on a sample, and a thousandth of one before and behind it."""
-    m, command = mechanism(), RECORDS["full_46"]
-    time_base = TimeBase(rate_hz, round(0.75 * rate_hz))
-    on_sample = round(offset_s * rate_hz) / rate_hz
-    run = Simulator(m.plant, command, time_base, [(i,) for i in indices(m)] if sensitive else (), latest_s=1.0)
-    ends = []
-    for off in (0.0, 1e-3 / rate_hz, -1e-3 / rate_hz):
-        begun = [run.run(m.kernel_values(), timing=Timing(on_sample + off), block=size) for size in (97, 30000)]
-        parts = list(_copied(begun[0]))
-        (whole,) = _copied(begun[1])
-        ends.append([b.stop for b in parts])
-        for name in ("y", "rate", "jacobian"):
-            together = np.concatenate([getattr(b, name) for b in parts])
-            np.testing.assert_array_equal(together, getattr(whole, name))
-        still = begun[1].resting
-        assert not whole.y[:still].any()
-        assert still in (round(offset_s * rate_hz), round(offset_s * rate_hz) + 1)
-        assert whole.y[still:].any()
-    assert ends[0] == ends[1] == ends[2]
-
-
-def _copied(run):
-    """Yield a run's blocks, each with arrays of its own."""
-    for block in run.blocks():
-        yield replace(block, y=block.y.copy(), rate=block.rate.copy(), jacobian=block.jacobian.copy())

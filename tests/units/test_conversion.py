@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mechid.errors import RecordError
-from mechid.units import SI_UNIT, conversion_factor, is_unit, si_unit, split_header, to_si_factor, unit_within
+from mechid.units import SI_UNIT, conversion_factor, is_unit, si_unit, to_si_factor
 
 POUND_FORCE, INCH = 0.45359237 * 9.80665, 0.0254  # by definition
 
@@ -126,38 +126,6 @@ def test_any_text_is_a_positive_factor_or_refused(unit):
         assert "torque" in str(error)  # noqa: PT017
 
 
-HEADERS = [
-    ("torque_Nm", "torque", "Nm"),
-    ("torque_mN_m", "torque", "mN*m"),
-    ("torque_raw_Nm", "torque_raw", "Nm"),
-    ("Mz [N*m]", "Mz", "N*m"),
-    ("Mz (mNm)", "Mz", "mNm"),
-    ("Mz_[Nm]", "Mz", "Nm"),
-    ("Torque [Nm] CH1", "Torque CH1", "Nm"),
-    ("Mz(CH1) [Nm]", "Mz(CH1)", "Nm"),
-    ("Mz [foo]", "Mz", "foo"),
-    ("time_s", "time", "s"),
-    ("t/s", "t", "s"),
-    ("M / Nm", "M", "Nm"),
-    ("v/(m/s)", "v", "m/s"),
-    ("omega_rad_s", "omega", "rad/s"),
-    ("omega_rad_per_s", "omega", "rad/s"),
-    ("omega_deg/s", "omega", "deg/s"),
-    ("iA", "iA", None),
-    ("Mz []", "Mz", None),
-    ("phase_a", "phase_a", None),
-    ("torque_raw", "torque_raw", None),
-    ("dz/dt", "dz/dt", None),
-    ("s", "s", None),
-    ("", "", None),
-]
-
-
-@pytest.mark.parametrize(("column", "name", "unit"), HEADERS)
-def test_a_header_is_split_into_name_and_unit(column, name, unit):
-    assert split_header(column) == (name, unit)
-
-
 def test_pint_is_not_loaded_for_units_that_are_si_already():
     """Truth: the list of loaded modules, in a fresh interpreter."""
     program = (
@@ -181,26 +149,6 @@ def test_pint_is_not_loaded_for_units_that_are_si_already():
 def test_units_in_words_are_those_of_the_sign(spelled, quantity, factor):
     """Truth: the international foot and pound; force by standard gravity."""
     assert to_si_factor(spelled, quantity) == pytest.approx(factor, rel=1e-12)
-
-
-UNITS_WITHIN = [
-    ("torque_mNm_filtered", "torque", "mNm"),
-    ("torque_oz_in", "torque", "oz in"),
-    ("Torque kg cm", "torque", "kg cm"),
-    ("torque µNm raw", "torque", "µNm"),
-    ("Winkel grad", "rotor_angle", "grad"),
-    ("deg", "output_angle", "deg"),
-    ("speed in RPM", "rotor_rate", "RPM"),
-    ("i mA ch1", "current_phase_a", "mA"),
-    ("torque filtered", "torque", None),
-    ("u_A", "voltage_phase_a", None),
-    ("phase_a", "current_phase_a", None),
-]
-
-
-@pytest.mark.parametrize(("column", "quantity", "word"), UNITS_WITHIN)
-def test_a_unit_within_a_name_is_seen(column, quantity, word):
-    assert unit_within(column, quantity) == word
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import sys
 import zipfile
 from contextlib import ExitStack
 from dataclasses import replace
-from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -19,8 +18,8 @@ from mechid.exports.c.compiler import found_compiler
 from mechid.exports.export import exported
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.options import Options
-from mechid.exports.fmu.unit import Unit, closed, opened
-from mechid.exports.fmu.variables import INPUT, PARAMETER, variables_of
+from mechid.exports.fmu.unit import closed
+from mechid.exports.fmu.variables import INPUT, PARAMETER
 from mechid.exports.handover import Trial
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
@@ -69,15 +68,13 @@ class Driven(Importer):
 
 
 @pytest.fixture(scope="module")
-def unit(paper, tmp_path_factory):
+def unit(of_paper, at_rest, tmp_path_factory):
     """Return the paper's units as they fly, written, with the mechanism on a base at rest."""
     folder = tmp_path_factory.mktemp("units")
-    at_rest = replace(paper, mechanism=closed(paper, {}, stand=False))
-    made = Unit(replace(at_rest, mechanism=opened(at_rest.mechanism, stand=False)), 1.0)
     paths = {version: folder / f"fmi{version}.fmu" for version in "23"}
     for version, path in paths.items():
-        assert made.write(version, path) is None
-    return made, at_rest.mechanism, paths
+        assert of_paper.write(version, path) is None
+    return of_paper, at_rest.mechanism, paths
 
 
 @pytest.fixture
@@ -253,27 +250,6 @@ def test_events_end_a_step_early_in_fmi_3(unit, importer):
     assert now == pytest.approx(0.3)
     assert len(instants) == len(truth)
     assert np.abs(np.array(instants) - truth).max() < 1e-9
-
-
-@pytest.mark.parametrize("version", "23")
-def test_the_description_names_every_parameter(unit, version):
-    """Truth: the mechanism file's names, values, units, and the standard errors of the estimate."""
-    own = unit[0].handover
-    root = ET.fromstring(unit[0].description(version))
-    assert root.get("fmiVersion") == f"{version}.0"
-    found = {entry.get("name"): entry for entry in root.find("ModelVariables")}
-    numbers = [entry.get("valueReference") for entry in found.values()]
-    assert len(set(numbers)) == len(numbers) >= len(own.mechanism.plant.declarations)
-    units = {entry.get("name") for entry in root.find("UnitDefinitions")}
-    for variable in variables_of(own):
-        if variable.causality == "independent" and version == "2":
-            continue
-        assert not variable.unit or variable.unit in units
-        assert found[variable.name].get("causality") == variable.causality
-    name = "gear.stiffness"
-    value = found[name][0] if version == "2" else found[name]
-    assert float(value.get("start")) == own.mechanism.value(name)
-    assert f"standard error {own.std_error(name):.6g}" in found[name].get("description")
 
 
 @pytest.mark.skipif(FMPY is None, reason="FMPy is not installed")

@@ -314,20 +314,3 @@ def test_options_that_cannot_be_are_refused(given, said):
     with pytest.raises(UsageError) as error:
         Options.read(given)
     assert said in str(error.value)
-
-
-def test_options_of_another_kind_are_refused(paper, tmp_path):
-    """Truth: nothing is written."""
-    with pytest.raises(UsageError, match="options of another target"):
-        exported(paper, "tables", tmp_path / "out", object())
-    assert not (tmp_path / "out").exists()
-
-
-def test_synthetic_records_are_called_so(paper, tmp_path):
-    """Truth: the report beside the estimate, of the same fit; another fit's report says nothing."""
-    assert "SYNTHETIC" not in paper.trust
-    report = {"synthetic": True, "provenance": paper.estimate["provenance"]}
-    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    assert replace(paper, folder=tmp_path).provenance["trust"].startswith("SYNTHETIC: the records were simulated")
-    (tmp_path / "report.json").write_text(json.dumps(report | {"provenance": {}}), encoding="utf-8")
-    assert "SYNTHETIC" not in replace(paper, folder=tmp_path).trust

@@ -6,7 +6,7 @@ import pytest
 from hand_typed import gear_torque, motor_torque, right_hand_side
 from mechid.simulation.simulator import TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
-from paper import ESTIMATED, RECORDS, constant, indices, mechanism
+from paper import ESTIMATED, RECORDS, constant, mechanism
 from runs import base, rms, run_kernel, run_twin, state_after
 
 STUCK, FORWARD, BACKWARD = 0, 1, 2
@@ -35,40 +35,6 @@ def test_friction_above_every_torque_holds_for_ever():
     run = run_kernel(m, RECORDS["full_46"], base(0.3))
     assert np.abs(run.torque).max() < 1e-15
     assert run.switching.time.size == 0
-
-
-@pytest.mark.parametrize(("static", "held"), [(0.008, False), (0.05, True)])
-def test_detents_release_the_rotor_at_the_start_unless_friction_holds_it(static, held):
-    """Truth: |T_mot| at the commanded angle against T_frs, and then y = -(T_mot -+ T_frd), typed by hand."""
-    m = mechanism(None, changes={"friction.static": static})
-    command, q = constant(5.0), parameters(m)
-    theta = command.start_angle_rad
-    x = np.array([-np.cos(theta), np.sin(theta), 0, 0, 0, 0]) * q["U"] / q["R"]
-    x[2], x[4] = theta / 50, theta / 50 / 50
-    drive = motor_torque(x, q, (4, 2))
-    assert bool(abs(drive) <= static) == held
-    y = run_kernel(m, command, base(0.1)).torque
-    assert y[0] == pytest.approx(0.0 if held else -(drive - np.sign(drive) * q["T_frd"]), abs=1e-15)
-    assert (np.abs(y[1:]).max() < 1e-15) == held
-
-
-def test_a_blocked_rotor_breaks_away_at_the_closed_form_instant():
-    """Truth: i_B = U/R (1 - exp(-R t/L)) after the first full step from 0 deg, so that k_m i_B = T_frs at
-
-    t = -(L/R) ln(1 - T_frs R / (k_m U)), and its derivatives to R, L, k_m, T_frs.
-    """
-    m = mechanism(changes={**NO_DETENTS, "friction.static": 0.05})
-    sensitive = indices(m, ("R", "L", "k_m", "T_frs"))
-    run = run_kernel(m, constant(10.0, start_angle_deg=0.0), base(0.2), substeps=32, sensitive=sensitive)
-    R, L, k_m, U, T_frs = 9.9, 0.045, 0.384, 5.7, 0.05
-    share = T_frs * R / (k_m * U)
-    t = -L / R * np.log(1 - share)
-    slope = L / R / (1 - share) * share
-    expected = [-t / R + slope / R, t / L, -slope / k_m, slope / T_frs]
-    assert run.switching.time[0] == pytest.approx(0.1 + t, abs=1e-11)
-    assert (run.switching.before[0], run.switching.after[0]) == (STUCK, FORWARD)
-    np.testing.assert_allclose(run.switching.sensitivity[0], expected, rtol=1e-7)
-    assert np.abs(run.torque[: int((0.1 + t) * 1e4)]).max() < 1e-15
 
 
 def test_a_stuck_rotor_leaves_the_load_swinging_freely():

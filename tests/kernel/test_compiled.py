@@ -5,9 +5,12 @@ import subprocess
 import sys
 import textwrap
 import time
+from types import SimpleNamespace
 
 import pytest
 
+import mechid
+from mechid.kernel.compiled import aligned, kernel_for, lane_places
 from mechid.kernel.kept import TAG, forget, is_sealed, is_whole, one_process, seal
 
 GIVEN = """
@@ -132,3 +135,26 @@ def test_a_process_that_is_killed_while_it_makes_a_kernel_stops_nobody(tmp_path)
         began = time.perf_counter()
         with one_process(path):
             assert time.perf_counter() - began < 10.0
+
+
+def test_the_source_is_the_text_that_is_compiled():
+    """Truth: the file of the kernel that runs."""
+    mechanism = mechid.catalogue_mechanism()
+    assert mechid.kernel_source(mechanism) == kernel_for(mechanism.plant).text
+    with pytest.raises(mechid.UsageError, match="-1 is negative"):
+        mechid.kernel_source(mechanism, sensitivities=-1)
+
+
+@pytest.mark.parametrize("size", [1, 8, 1000])
+def test_a_workspace_starts_on_a_cache_line(size):
+    """Truth: the address; 64 bytes are a line of every processor that Numba compiles for."""
+    room = aligned(size)
+    assert room.shape == (size,)
+    assert room.ctypes.data % 64 == 0
+    assert not room.any()
+
+
+def test_lanes_stand_in_groups():
+    """Truth: by hand; two lanes of a row side by side, the next group a whole group's rows further on."""
+    module = SimpleNamespace(LANES_PER_GROUP=2, GROUP_SIZE=20)
+    assert lane_places(module, 3, 5).tolist() == [6, 7, 26, 27, 46]
