@@ -11,7 +11,7 @@ import pytest
 
 from mechid.analysis import validate
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.as_written import incomplete
@@ -137,7 +137,7 @@ def test_the_estimated_mechanism_file_says_that_it_lacks_the_term(made):
 def test_the_mechanism_as_written_flies_and_the_budget_says_what_it_lacks(made, tmp_path):
     """Truth: the file left beside the estimate, which has to have the equations that the estimate names."""
     write_results(made.fit, report_data(made.fit), tmp_path)
-    estimate = read_flying(tmp_path / "estimate.json", Flight())
+    estimate = flying_estimate(read_fit(tmp_path / "estimate.json"), Flight())
     assert AMPLITUDE not in estimate.mechanism.parameters
     assert set(estimate.names) == set(FREE)
     for name in FREE:

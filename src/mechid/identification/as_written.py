@@ -10,9 +10,10 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside
 from mechid.identification.result.estimated_mechanism import PLANT
-from mechid.identification.result.fit import Fit, RecordFit
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.record_fit import record_fit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.result.terms_beside import TermBeside, TermsBeside
 from mechid.plant.superset import words_of

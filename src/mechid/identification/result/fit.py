@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING, Any
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
-from mechid.identification.output_error.declaration import DECLARED, Reading
-from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
-from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
@@ -30,7 +28,7 @@ if TYPE_CHECKING:
 
     from mechid.identification.result.optimum import Optimum
 
-FORMAT = "mechid-estimate/1"
+ESTIMATE_NAME, FORMAT = "estimate.json", "mechid-estimate/1"
 OPTIMUM = "_optimum"
 """Attribute under which a fit keeps its optimum."""
 LINEAR = "mechid.exports.linear.linear"
@@ -38,100 +36,8 @@ LINEAR = "mechid.exports.linear.linear"
 REBUILD = "mechid.identification.refit.rebuild"
 """Rebuilds the optimum of a fit, likewise."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class RecordFit:
-    """How well one record is predicted; where it has several channels, its leading one, the torque if it is there.
-
-    Attributes
-    ----------
-    fit_percent : float
-        100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
-    residual_rms, noise_sigma : float
-        In the channel's SI unit. The noise is that of the record itself, as of `ChannelFit`.
-    offset, drift : float or None
-        At the first sample, and per second: measured = model + offset + drift t. None where not removed.
-    samples : int
-        Samples used.
-    horizon_s : float
-        How far the residual stays within what the noise explains, s from the first sample; a small lack ends it early.
-    prefilter_order : int
-        Of the autoregressive model that whitened its residual; 0 where none did.
-    rejected : int
-        Samples that do not count.
-    channels : mapping of quantity to ChannelFit
-        Each of its channels, the leading one first.
-    taken : Reading
-        How it was taken, where that is not as the campaign file declares it.
-    nuisance : Nuisance or None
-        Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
-    """
-
-    name: str
-    use: str
-    samples: int
-    fit_percent: float
-    residual_rms: float
-    noise_sigma: float
-    offset: float | None
-    drift: float | None
-    horizon_s: float
-    prefilter_order: int = 0
-    rejected: int = 0
-    channels: Mapping[str, ChannelFit] = field(default_factory=dict)
-    taken: Reading = DECLARED
-    nuisance: Nuisance | None = None
-
-    @property
-    def followed_percent(self) -> float:
-        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
-        return min((c.followed_percent for c in self.channels.values()), default=100.0)
-
-    @property
-    def lines(self) -> tuple[float, ...]:
-        """Frequency in Hz of each line that was removed of the leading channel."""
-        channel = next(iter(self.channels.values()), None)
-        return tuple(hz for hz, _, _ in channel.lines) if channel else ()
-
-    def residual_of(self, quantity: str) -> float:
-        """Return the residual's RMS of a channel, in its SI unit."""
-        own = self.channels.get(quantity)
-        return own.residual_rms if own else self.residual_rms
-
-    @property
-    def noise_rests_on(self) -> str:
-        """What the noise of the leading channel rests on, empty where that is not known."""
-        return next((c.noise_rests_on for c in self.channels.values()), "")
-
-    @property
-    def noise_known(self) -> float:
-        """The noise of the leading channel as known before the fit."""
-        return next((c.known for c in self.channels.values()), self.noise_sigma)
-
-    def known_noise_of(self, quantity: str) -> float:
-        """Return the noise of a channel as known before the fit, in its SI unit."""
-        own = self.channels.get(quantity)
-        return own.known if own else self.noise_sigma
-
-    def to_dict(self) -> dict[str, object]:
-        """Return what estimate.json says of it."""
-        return {
-            "use": self.use,
-            "samples": self.samples,
-            "fit_percent": self.fit_percent,
-            "residual_rms": self.residual_rms,
-            "noise_sigma": self.noise_sigma,
-            "offset": self.offset,
-            "drift": self.drift,
-            "horizon_s": self.horizon_s,
-            "prefilter_order": self.prefilter_order,
-            "rejected": self.rejected,
-            "noise_rests_on": self.noise_rests_on,
-            "noise_known": self.noise_known,
-            "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
-            "taken": self.taken.to_dict(),
-            "nuisance": self.nuisance.to_dict() if self.nuisance else None,
-        }
+MECHANISM_FILE = "mechid.identification.result.estimated_mechanism"
+"""Reads the mechanism file beside an estimate; likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,6 +121,21 @@ class Fit(Shown):
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
+
+    if not TYPE_CHECKING:  # what is looked up here is no field, or the mechanism that was not read yet
+
+        def __getattr__(self, name: str) -> object:
+            """Read the mechanism file of a fit whose numbers alone were read (`read_numbers`)."""
+            if name != "mechanism" or not vars(self).get("folder"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            read = import_module(MECHANISM_FILE).read_estimated_mechanism
+            object.__setattr__(self, name, read(self.provenance, Path(self.source)))
+            return self.mechanism
+
+    @property
+    def source(self) -> str:
+        """Path of the estimate.json that it was read from, or "the fit" of one in memory: the place in messages."""
+        return str(self.folder / ESTIMATE_NAME) if self.folder else "the fit"
 
     @property
     def required_campaign(self) -> Campaign:
