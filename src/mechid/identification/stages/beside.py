@@ -19,12 +19,12 @@ from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
 from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, floors, grow, horizons_at
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, needed_terms
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.raised_noise import explained_mostly
 from mechid.plant.superset import Superset, rivals_of, superset_of
@@ -100,17 +100,14 @@ def settled_louder(
         return (plain, growth) if explained_mostly(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
-    return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
+    plain = Beside(louder.problem.space.mechanism).problem(louder.problem, [one.disturbance for one in found])
+    state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explained_mostly)
+    return watch.note(state), replace(fitted.growth, q=state.q)
 
 
 def _needs_terms(fitted: Wide) -> bool:
     """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
-    problem, worth = by_own_residuals(fitted.problem, fitted.growth.q, fitted.problem.whole())
-    named: dict[str, list[str]] = {term: [] for term in fitted.beside.terms}
-    for name, term in fitted.beside.new.items():
-        named[term].append(name)
-    triangle = problem.joint(fitted.growth.q, problem.whole())
-    return bool(needed(triangle, _away(problem, fitted.growth.q), groups_of(problem, named), worth))
+    return bool(needed_terms(fitted.problem, fitted.growth.q, fitted.beside))
 
 
 def _all_beside(
@@ -205,8 +202,8 @@ def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[S
         follows, alone = True, growth.q
     if follows:
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
-    at = replace(at.of(problem), beside=wide.beside)
-    return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
+    at = drop_unneeded_terms(replace(at.of(problem), beside=wide.beside).at(q, whole), plain)
+    return watch.note(at), Growth(at.q, whole, True, wide.growth.rounds)
 
 
 def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatArray]:
