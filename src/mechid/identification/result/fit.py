@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechid.arrays import FloatArray
@@ -180,6 +181,8 @@ class Fit(Shown):
         Frequency of the grid, Hz, whose hum was removed or is left in the records; None where none is evident.
     campaign : Campaign or None
         Of which it was identified, where it is at hand: of fits that `mechid.identify` and `mechid.load_fit` give.
+    folder : Path or None
+        Result folder that it was read from; None of a fit that was not read.
     """
 
     mechanism: Mechanism
@@ -203,6 +206,7 @@ class Fit(Shown):
     completed: tuple[Mapping[str, Any], ...] | None = None
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
+    folder: Path | None = field(default=None, compare=False)
 
     def linear(
         self,

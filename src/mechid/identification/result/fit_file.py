@@ -1,9 +1,10 @@
-"""A fit read back from its estimate.json and the campaign it was made of."""
+"""Reader of a finished fit: its estimate.json, with the campaign or with the mechanism file beside it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.inputs import file_digest
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.estimate_file import is_synthetic, read_estimate
+from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
+from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.fit import Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
@@ -23,6 +25,7 @@ from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.terms_beside import TermsBeside
+from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (
     "use",
@@ -57,32 +60,51 @@ NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
 
 
-def read_fit(path: Path | str, campaign: Campaign) -> Fit:
-    """Return the fit that an estimate.json holds.
+def estimate_path(place: Path | str) -> Path:
+    """Return the path of the estimate.json of a result folder, or the path itself where it names the file."""
+    place = Path(place)
+    return place if place.suffix == ".json" else place / FILE_NAME
+
+
+def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
+    """Read a finished fit.
 
     Parameters
     ----------
-    path : Path
-    campaign : Campaign
-        The one that was identified, its records read.
+    place : Path
+        Result folder, or its estimate.json.
+    campaign : Campaign or None
+        The one that was identified, its records read. Without it the mechanism is the file that identify left beside
+        the estimate, and no record is read.
+
+    Returns
+    -------
+    Fit
+        Its `folder` is where it was read from.
 
     Raises
     ------
     InputFileError
-        The file is missing or damaged, or a file of the campaign is no longer the one that was identified.
+        The file is missing or damaged, a file of the campaign is no longer the one that was identified, or without a
+        campaign the mechanism file is not the one that identify left.
     """
+    path = estimate_path(place)
     content = read_estimate(path)
+    mechanism = read_estimated_mechanism(content, path) if campaign is None else campaign.mechanism
     try:
-        _refuse_changed(content["provenance"]["inputs_sha256"], campaign, Path(path))
-        fit = _fit(content, campaign)
-        fit.to_dict()  # what cannot be written again is no fit
-        return fit
+        if campaign is not None:
+            _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
+        fit = _fit(content, mechanism)
+        fit.to_dict()  # a fit that cannot be written again is damaged
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
+    is_simulated = fit.synthetic or (campaign is not None and campaign.synthetic)
+    return replace(fit, folder=path.parent, synthetic=is_simulated)
 
 
-def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
+def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
+    """Return the fit of a mechanism that the content of an estimate.json describes."""
     parameters = {
         name: ParameterEstimate(
             name=name,
@@ -94,7 +116,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         )
         for name, p in content["parameters"].items()
     }
-    own = campaign.mechanism.parameters
+    own = mechanism.parameters
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
@@ -108,7 +130,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         for name, r in content["records"].items()
     }
     return Fit(
-        mechanism=campaign.mechanism.with_values(values),
+        mechanism=mechanism.with_values(values),
         parameters=parameters,
         correlation_names=tuple(names),
         correlation=_square(matrix, len(names)),
@@ -127,7 +149,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
-        synthetic=is_synthetic(content) or campaign.synthetic,
+        synthetic=is_synthetic(content),
     )
 
 
