@@ -21,7 +21,6 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.estimate_file import WITH_ERRORS, is_synthetic, read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.grade import GRADE_WORDS, Grade
-from mechid.identification.result.terms_beside import TermsBeside
 from mechid.parameter import Role
 from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
 from mechid.plant.layout import Base, Flying
@@ -53,8 +52,6 @@ class Estimate:
         What the fit left of the bench's torque records; None where identify left none beside the estimate.
     side : SideRecords or None
         Forces and moments that the bench measured beside the torque; None where it did not.
-    lacking : str
-        What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
     synthetic : bool
         Whether its records were simulated.
     """
@@ -67,7 +64,6 @@ class Estimate:
     outcome: str = ""
     residual: ResidualSource | None = None
     side: SideRecords | None = None
-    lacking: str = ""
     synthetic: bool = False
 
 
@@ -112,7 +108,6 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         residual=source,
         side=read_components(content, path.parent),
         synthetic=is_synthetic(content),
-        lacking=_lacking(content),
     )
 
 
@@ -173,18 +168,6 @@ def _doubt(content: Mapping[str, Any]) -> str:
     if grade.good:
         return ""
     return " ".join([GRADE_WORDS[grade], *(str(reason["text"]) for reason in content.get("grade_reasons", []))])
-
-
-def _lacking(content: Mapping[str, Any]) -> str:
-    """Return what was found beside the mechanism that flies, and what becomes of it; empty where nothing was."""
-    if not content.get("beside"):
-        return ""
-    beside = TermsBeside.from_dict(content["beside"])
-    clear = ", ".join(beside.words[name] for name in beside.clear)
-    return (
-        f"what flies lacks terms that the records ask for{f' ({clear})' if clear else ''}: what they leave of the "
-        "records counts as what the model lacks; identify with them in the mechanism file to have them fly"
-    )
 
 
 def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...], FloatArray]:

@@ -59,6 +59,8 @@ class Evidence:
         What happens in a record at an instant, as a clause or more.
     seed : int
         Of the search.
+    incomplete : Reason or None
+        What the fit had to add to the mechanism file; None where it added nothing.
     """
 
     campaign: str
@@ -70,6 +72,7 @@ class Evidence:
     contradicted: Mapping[str, str]
     circumstances: Callable[[str, float], str]
     seed: int = 0
+    incomplete: Reason | None = None
 
 
 def graded(fit: Fit, evidence: Evidence) -> Fit:
@@ -93,6 +96,8 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     for record in fit.records.values():
         yield from _record_reasons(record, evidence)
     yield from _search_reasons(fit, evidence)
+    if evidence.incomplete:
+        yield evidence.incomplete
     found = fit.consistency
     if found and not found.agrees:
         yield _disagreement(fit, found, evidence)

@@ -26,9 +26,9 @@ def with_suggestions(
 ) -> Fit:
     """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
 
-    One that has terms beside the mechanism has found them already, and gets none.
+    One with added terms has found them already, and gets none.
     """
-    if fit.grade not in (Grade.B, Grade.C) or fit.beside:
+    if fit.grade not in (Grade.B, Grade.C) or fit.as_written:
         return fit
     say("asking the residual what the model is missing ...")
     with one_core_algebra():

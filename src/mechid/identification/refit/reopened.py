@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +11,6 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
-from mechid.identification.beside.beside import beside_again
 from mechid.identification.disturbance.declared import Declared, recalled
 from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
@@ -85,11 +84,10 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     parameters: dict[str, Any] = estimate["parameters"]
     campaign = as_fitted(campaign, estimate)
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
-    terms = estimate["beside"]["parameters"] if estimate.get("beside") else {}
-    values |= {name: p["value"] for name, p in terms.items()}
-    problem = _with_terms(campaign, make_problem(campaign, workers), estimate)
+    widths = {n: p["prior"]["sigma"] for n, p in parameters.items() if p.get("added") and p["prior"]}
+    problem = replace(make_problem(campaign, workers), shrinkage=widths)
     problem, q, windows = _at(campaign, at_levels_of(problem, estimate["records"]), values)
-    problem, q = _as_moved(problem, q, {**_as_free(terms), **parameters}, values)
+    problem, q = _as_moved(problem, q, parameters, values)
     problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
     if options.spikes == "reject" and not campaign.stages:
@@ -128,19 +126,6 @@ def _nuisance(record: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return what was fitted of a held-out record on its first part, by dotted name."""
     own: Mapping[str, Any] = (record.get("nuisance") or {}).get("parameters", {})
     return own
-
-
-def _as_free(names: Iterable[str]) -> dict[str, Any]:
-    return {name: {"status": Status.FREE} for name in names}
-
-
-def _with_terms(campaign: Campaign, problem: Problem, estimate: Mapping[str, Any]) -> Problem:
-    """Return the problem with the terms that the fit had beside the mechanism as written."""
-    found = estimate.get("beside")
-    if not found:
-        return problem
-    widths = {name: p["width"] for name, p in found["parameters"].items()}
-    return beside_again(campaign.mechanism, found["names"], widths).problem(problem)
 
 
 def _found(estimate: Mapping[str, Any]) -> dict[str, Declared]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import DECLARED, Reading
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
@@ -18,7 +20,6 @@ from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
 
@@ -57,6 +58,8 @@ class RecordFit:
         How it was taken, where that is not as the campaign file declares it.
     nuisance : Nuisance or None
         Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
+    followed_of_whole : float or None
+        Percent of the whole record that the model follows, where only a part of it was used; None where all was.
     """
 
     name: str
@@ -73,11 +76,19 @@ class RecordFit:
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Reading = DECLARED
     nuisance: Nuisance | None = None
+    followed_of_whole: float | None = None
 
     @property
     def followed_percent(self) -> float:
-        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
+        """Share of the whole record in windows that the model follows, of the channel that it follows least."""
+        if self.followed_of_whole is not None:
+            return self.followed_of_whole
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
+
+    @property
+    def residual_over_noise(self) -> float:
+        """Ratio of the residual's RMS to the noise as known before the fit, of the leading channel."""
+        return self.residual_rms / self.noise_known if self.noise_known > 0.0 else math.inf
 
     @property
     def lines(self) -> tuple[float, ...]:
@@ -120,6 +131,8 @@ class RecordFit:
             "rejected": self.rejected,
             "noise_rests_on": self.noise_rests_on,
             "noise_known": self.noise_known,
+            "followed_percent": self.followed_percent,
+            "residual_over_noise": self.residual_over_noise,
             "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
             "taken": self.taken.to_dict(),
             "nuisance": self.nuisance.to_dict() if self.nuisance else None,
@@ -146,7 +159,7 @@ class Fit(Shown):
     Attributes
     ----------
     mechanism : Mechanism
-        With the estimated values.
+        The one that was graded, with the estimated values and the terms that the records needed.
     parameters : mapping of dotted name to ParameterEstimate
     correlation_names : tuple of str, (n,)
         The free parameters.
@@ -170,11 +183,12 @@ class Fit(Shown):
     synthetic : bool
         Whether the records were simulated.
     missing : tuple of Missing
-        What the files do not declare and the records ask for, put into the fit.
+        Effects that the files do not declare and the records need, added to the fit: terms and laws of the mechanism,
+        and disturbances of the records.
     suggested : tuple of Suggested
-        What a fit of grade B or C without terms beside leaves to be explained, the likeliest first.
-    beside : TermsBeside or None
-        Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
+        What a fit of grade B or C without added terms leaves to be explained, the likeliest first.
+    as_written : AsWritten or None
+        How the mechanism as written does at these values; None where nothing was added to it.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
     mains_hz : float or None
@@ -202,7 +216,7 @@ class Fit(Shown):
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
     suggested: tuple[Suggested, ...] = ()
-    beside: TermsBeside | None = None
+    as_written: AsWritten | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
@@ -280,7 +294,7 @@ class Fit(Shown):
             "mains_hz": self.mains_hz,
             "missing": [one.to_dict() for one in self.missing],
             "suggested": [asdict(one) for one in self.suggested],
-            "beside": self.beside.to_dict() if self.beside else None,
+            "as_written": self.as_written.to_dict() if self.as_written else None,
             "completed": None if self.completed is None else [dict(step) for step in self.completed],
             "records": {name: r.to_dict() for name, r in self.records.items()},
             "stages": [{**asdict(s), "records": dict(s.records), "free": list(s.free)} for s in self.stages],

@@ -14,6 +14,7 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.inputs import file_digest
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
@@ -24,7 +25,6 @@ from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (
@@ -90,7 +90,10 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     """
     path = estimate_path(place)
     content = read_estimate(path)
-    mechanism = read_estimated_mechanism(content, path) if campaign is None else campaign.mechanism
+    if campaign is None or has_added_terms(content):
+        mechanism = read_estimated_mechanism(content, path)
+    else:
+        mechanism = campaign.mechanism
     try:
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
@@ -103,6 +106,13 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     return replace(fit, folder=path.parent, synthetic=is_simulated)
 
 
+def has_added_terms(content: Mapping[str, Any]) -> bool:
+    """Return whether the mechanism of an estimate has terms that its campaign's mechanism file lacks."""
+    parameters = content.get("parameters")
+    entries = parameters.values() if isinstance(parameters, Mapping) else ()
+    return any(isinstance(p, Mapping) and bool(p.get("added")) for p in entries)
+
+
 def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
     """Return the fit of a mechanism that the content of an estimate.json describes."""
     parameters = {
@@ -112,6 +122,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
             at_physical_limit=bool(p.get("at_physical_limit")),
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
             std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
+            added=bool(p.get("added")),
             **_kept(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
@@ -125,6 +136,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
             channels=_channels(r["channels"]),
             taken=Reading.from_dict(r["taken"]),
             nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
+            followed_of_whole=r.get("followed_percent"),  # absent from files of earlier versions
             **_kept(r, ESTIMATED),
         )
         for name, r in content["records"].items()
@@ -146,7 +158,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
         mains_hz=content.get("mains_hz"),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
-        beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
+        as_written=AsWritten.from_dict(content["as_written"]) if content.get("as_written") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
         synthetic=is_synthetic(content),

@@ -24,7 +24,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, floors, grow, horizons_at
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.needed_terms import drop_unneeded_terms, needed_terms
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, judged
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.raised_noise import explained_mostly
 from mechid.plant.superset import Superset, rivals_of, superset_of
@@ -96,8 +96,8 @@ def settled_louder(
     if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
         return None
     if not _needs_terms(fitted):
-        plain = watch.note(louder.at(growth.q, growth.horizons))
-        return (plain, growth) if explained_mostly(louder.problem, growth.q) else None
+        alone = watch.note(louder.at(growth.q, growth.horizons))
+        return (alone, growth) if explained_mostly(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
     plain = Beside(louder.problem.space.mechanism).problem(louder.problem, [one.disturbance for one in found])
@@ -107,7 +107,8 @@ def settled_louder(
 
 def _needs_terms(fitted: Wide) -> bool:
     """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
-    return bool(needed_terms(fitted.problem, fitted.growth.q, fitted.beside))
+    all_terms = judged(fitted.problem, fitted.growth.q, fitted.beside)
+    return all_terms is None or bool(all_terms.needed)
 
 
 def _all_beside(
