@@ -1,12 +1,10 @@
-"""Optima of small in-memory campaigns, taken up again from what estimate.json would hold."""
+"""Optima of fits of small campaigns in memory."""
 
-import json
 from dataclasses import replace
 
 from mechid.campaign import Stage
 from mechid.identification.identify import identify
-from mechid.identification.refit.reopened import Optimum, reopened
-from mechid.identification.result.estimate_file import estimate_text
+from mechid.identification.result.optimum import Optimum
 from synthetic import bench, bounded, truth
 
 
@@ -19,4 +17,4 @@ def optimum(*free: str, seconds: float = 0.2, seed: int = 6, **bounds: dict) -> 
     campaign = bench(mechanism, truth(), "full_46", seed=seed, seconds=seconds)
     stage = Stage(records=("full_46",), window_s=None, free=free)
     campaign = replace(campaign, stages=(stage,))
-    return reopened(campaign, json.loads(estimate_text(identify(campaign))))
+    return identify(campaign).optimum

@@ -45,8 +45,9 @@ if TYPE_CHECKING:
     from mechid.interface.diagnose import diagnose
     from mechid.interface.equations import equations, kernel_source
     from mechid.interface.explore import explore
+    from mechid.interface.fits import load_fit
     from mechid.interface.fleet import fleet
-    from mechid.interface.identification import identify, identify_into, load_fit
+    from mechid.interface.identification import identify, identify_into
     from mechid.interface.look import look
     from mechid.interface.reading import load_mechanism, load_record, load_structure
     from mechid.interface.refits import Profiles, bootstrap, profile
@@ -100,7 +101,8 @@ _NAMES = {
     "interface.equations": ("equations", "kernel_source"),
     "interface.explore": ("explore",),
     "interface.fleet": ("fleet",),
-    "interface.identification": ("identify", "identify_into", "load_fit"),
+    "interface.fits": ("load_fit",),
+    "interface.identification": ("identify", "identify_into"),
     "interface.look": ("look",),
     "interface.reading": ("load_mechanism", "load_record", "load_structure"),
     "interface.refits": ("Profiles", "bootstrap", "profile"),

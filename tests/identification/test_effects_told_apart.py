@@ -15,10 +15,11 @@ from mechid.command import RateProfile
 from mechid.identification.diagnosis import search
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.search import in_doubt, small_in_part, standing_in
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
+from mechid.identification.result.grade import Grade
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 
@@ -31,7 +32,7 @@ def test_a_high_pass_that_hides_in_the_noise_is_found():
         for k, n in enumerate(("full_46", "full_23", "micro_46"))
     ]
     bench = replace(campaign(catalogue_mechanism(), *records), considered=("charge_amplifier", "clock"))
-    found = diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
+    found = diagnose(identify(bench, workers=1, near=TRUTH), workers=1)
     assert [one.name for one in found.missing] == ["charge_amplifier"]
     own = found.missing[0].parameters["charge_amplifier.time_constant"]
     assert abs(own.value - 1.0) < 4.0 * own.std_error < 0.5
@@ -50,7 +51,7 @@ def test_a_detent_that_no_list_has_is_named_with_its_period():
         for k, (n, (command, seconds)) in enumerate(commands.items())
     ]
     bench = campaign(catalogue_mechanism(), *records)
-    found = diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
+    found = diagnose(identify(bench, workers=1, near=TRUTH), workers=1)
     (one,) = found.missing
     assert one.name == "stepper.detent:2.63deg"
     own = {name.rpartition(".")[2]: p for name, p in one.parameters.items()}
@@ -68,7 +69,7 @@ def test_hum_that_the_fit_has_found_is_named():
     bench = replace(campaign(made_by, record("sweep", torque, command)), considered=("clock",))
     fit = identify(bench, workers=1, near={p.name: p.value for p in made_by.free})
     assert [one.name for one in fit.missing] == ["mains:50Hz"]
-    found = diagnose(bench, fit, workers=1)
+    found = diagnose(fit, workers=1)
     assert [one.name for one in found.missing] == ["mains:50Hz"]
 
 
@@ -125,7 +126,7 @@ def test_a_small_effect_is_not_named_of_records_followed_in_part():
 def test_effects_are_found_from_the_first_moments_on(fitted):
     """Truth: the harmonic that made the records, five times that of the fit's, whose values are none of these."""
     bench = made({**HARMONIC, "amplitude": 0.05})
-    before, _ = begun(bench, fitted[1].to_dict())
+    before, _ = initial_models(replace(fitted[1], campaign=bench))
     told = []
     found = in_stretches(replace(before, q=before.problem.start, cost=np.inf), told.append)
     assert found.effects == ("stepper.torque_harmonic:3",)
@@ -141,21 +142,19 @@ def test_effects_are_found_from_the_first_moments_on(fitted):
 def test_a_fit_on_a_wrong_branch_holds_no_parameter(fitted):
     """Truth: the mechanism file, which says what is free; the fit has held one of these."""
     bench, fit = fitted
-    estimate = fit.to_dict()
-    held = {**estimate["parameters"]["gear.damping"], "status": "frozen"}
-    estimate = {**estimate, "parameters": {**estimate["parameters"], "gear.damping": held}, "grade_reasons": []}
+    held = replace(fit.parameters["gear.damping"], status="frozen")
+    fit = replace(fit, parameters={**fit.parameters, "gear.damping": held})
 
     def free(grade):
-        return {p.name for p in begun(bench, {**estimate, "grade": grade})[0].base.free}
+        return {p.name for p in initial_models(replace(fit, grade=grade))[0].base.free}
 
-    assert free("C") == {p.name for p in bench.mechanism.free}
-    assert free("C") - free("B") == {"gear.damping"}
+    assert free(Grade.C) == {p.name for p in bench.mechanism.free}
+    assert free(Grade.C) - free(Grade.B) == {"gear.damping"}
 
 
 def test_a_law_stands_beside_another(fitted):
     """Truth: the parameters that each law has of its own, and the values with which the first one stood there."""
-    bench, fit = fitted
-    before, _ = begun(bench, fit.to_dict())
+    before, _ = initial_models(fitted[1])
     friction = next(law for law in before.other_laws if law.name == "output_friction")
     one = before.in_place_of(friction, friction.mechanism.with_values({"output_friction.coulomb": 0.0123}))
     backlash = next(law for law in one.other_laws if law.name == "gear.backlash")
@@ -177,7 +176,7 @@ def test_an_alias_is_found_from_where_the_other_effect_is():
         for k, n in enumerate(("full_46", "micro_46"))
     ]
     bench = campaign(catalogue_mechanism(), *records)
-    before, _ = begun(bench, mechid.identify(bench, workers=1, near=TRUTH).to_dict())
+    before, _ = initial_models(mechid.identify(bench, workers=1, near=TRUTH))
     detent = before.fitted(before).with_effect("stepper.detent:7.2deg")
     offset = detent.exchanged("stepper.detent:7.2deg", "stepper.phase_offset")
     assert offset.terms == ("stepper.phase_offset",)
@@ -204,8 +203,7 @@ def backwards_after(bench, seconds):
 def test_what_is_missing_is_named_from_what_can_be_followed(fitted):
     """Truth: the harmonic that made the records up to 0.2 s of 0.3; nothing made what comes after that."""
     bench = backwards_after(made({**HARMONIC, "amplitude": 0.05}), 0.2)
-    estimate = {**fitted[1].to_dict(), "grade": "C", "grade_reasons": []}
-    found = diagnose(bench, estimate, workers=1)
+    found = diagnose(replace(fitted[1], campaign=bench, grade=Grade.C, reasons=()), workers=1)
     assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
     assert 0.6 < found.share < 0.7
     assert f"the first {100.0 * found.share:.3g} % of all samples" in found.words

@@ -13,7 +13,6 @@ from freed import assert_found
 from layouts import mechanism_of, paper_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.noise_level import LARGEST, NoiseSource, known_noise
-from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.channel_noise import channel_noises
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
@@ -151,7 +150,7 @@ def test_noise_whose_floor_says_nothing_is_found_and_the_fit_taken_up_again():
         assert [
             w for w in fit.warnings if w.startswith(f"record {record.name}: to follow it the noise level was raised")
         ]
-    problem = reopened(made, fit.to_dict()).problem
+    problem = fit.optimum.problem
     assert [t.leading.sigma for t in problem.targets] == pytest.approx([NOISE_NM, NOISE_NM], rel=0.05)
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mechid.analysis.prediction import as_fitted
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduced import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit, RecordFit
 from mechid.parameter import Parameter, Status
 
@@ -92,7 +92,7 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
     free = tuple(name for name, p in fit.parameters.items() if p.status == Status.FREE)
     mechanism = fit.mechanism
     targets = []
-    taken = [r for record in campaign.records if record.data and (r := as_fitted(record, fit)).use == "estimate"]
+    taken = [r for record in campaign.records if record.data and (r := record_as_fitted(record, fit)).use == "estimate"]
     for record in taken:
         target = _as_left(target_of(record), fit.records[record.name])
         targets.append(replace(target, own=tuple(_as_found(q, fit) for q in target.own)))

@@ -22,20 +22,18 @@ def export(
     from mechid.cli.printed import print_result
     from mechid.exports.export import exported, named_options
     from mechid.exports.handover import handover
-    from mechid.identification.refit.reopened import other_files
-    from mechid.identification.result.estimate_file import FILE_NAME
-    from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-    from mechid.interface.finished_fit import finished_fit
+    from mechid.identification.refit.rebuild import other_files
+    from mechid.identification.result.fit_file import read_fit
+    from mechid.interface.fits import load_campaign_of, result_folder
     from mechid.reports.console import console_on, print_lines
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
     options = named_options(option or ())
-    finished = finished_fit(fit, campaign)
-    if changed := other_files(finished.campaign, finished.estimate):
+    of = load_campaign_of(fit, campaign)
+    found = read_fit(result_folder(fit))
+    if changed := other_files(of, found):
         line = f"{', '.join(changed)}: changed since the fit, whose values are handed on; identify anew to have others"
         print_lines(console_on(err=True), "warning", [line])
-    folder = fit if fit.is_dir() else fit.parent
-    mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway, folder=folder)
+    what = handover(found.to_dict(), found.mechanism, of, anyway=anyway, folder=found.folder)
     print_result(exported(what, to, out, options), None)

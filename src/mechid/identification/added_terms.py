@@ -170,7 +170,7 @@ def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | Non
     """
     if state.beside is None or fit.as_written is None:
         return None
-    terms = [one for one in fit.missing if one.block]
+    terms = fit.added_terms
     names = [f"{one.words} ({one.name})" for one in terms[:NAMED]] or list(state.beside.terms)
     more = f" and {len(terms) - NAMED} more" if len(terms) > NAMED else ""
     what, them = ("effects", "them") if len(state.beside.terms) > 1 else ("an effect", "it")

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mechid.analysis import validate
-from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports import report_data
@@ -72,7 +72,7 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         | {n: own.std_error for n, own in nuisance.items() if own.std_error},
         summary=report_contents(data, campaign, fit)["summary"],
         angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
-        records=tuple(as_fitted(record, fit) for record in campaign.records),
+        records=tuple(record_as_fitted(record, fit) for record in campaign.records),
         over_noise=_over_noise(data),
         left_out=frozenset(name for name, r in fit.records.items() if r.taken.left_out),
     )

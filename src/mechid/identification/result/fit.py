@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
+from mechid.errors import UsageError
 from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
@@ -18,6 +20,7 @@ from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
+from mechid.identification.result.optimum import Optimum
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.plant.mechanism import Mechanism
@@ -28,8 +31,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FORMAT = "mechid-estimate/1"
+OPTIMUM = "_optimum"
+"""Attribute under which a fit keeps its optimum."""
 LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
+REBUILD = "mechid.identification.refit.rebuild"
+"""Rebuilds the optimum of a fit, likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,6 +228,62 @@ class Fit(Shown):
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
+
+    @property
+    def required_campaign(self) -> Campaign:
+        """The campaign of the fit; UsageError where the fit does not hold it."""
+        if self.campaign is None:
+            raise UsageError("the fit does not hold its campaign; give campaign=, with its records read")
+        return self.campaign
+
+    @property
+    def added_terms(self) -> tuple[Missing, ...]:
+        """Entries of `missing` that are terms or laws of the mechanism, and no disturbances of the records."""
+        return tuple(one for one in self.missing if one.block)
+
+    @property
+    def start_mechanism(self) -> Mechanism:
+        """The mechanism with the values that the fit started from."""
+        names = {p.name for p in self.mechanism.free}
+        return self.mechanism.with_values({n: p.start for n, p in self.parameters.items() if n in names})
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The value of each parameter by its dotted name, in the file's unit."""
+        return {name: p.value for name, p in self.parameters.items()}
+
+    @property
+    def inputs_sha256(self) -> Mapping[str, str]:
+        """Digests of the files that the fit was made of, by file name; empty where it does not know them."""
+        found = self.provenance.get("inputs_sha256")
+        return found if isinstance(found, Mapping) else {}
+
+    @property
+    def optimum(self) -> Optimum:
+        """The problem that the fit solved, at its optimum, with one thread per core.
+
+        Raises
+        ------
+        UsageError
+            The fit does not hold its campaign.
+        InputFileError
+            The files of the campaign are not those of the fit.
+        FitError
+            The fit has no optimum.
+        """
+        return self.optimum_on(os.cpu_count() or 1)
+
+    def optimum_on(self, workers: int) -> Optimum:
+        """Return `optimum` with a number of threads. It is rebuilt from the campaign once, and kept by this fit."""
+        if OPTIMUM not in vars(self):
+            # Not a field: copies with other values must not inherit it, and it is neither compared nor pickled.
+            vars(self)[OPTIMUM] = import_module(REBUILD).rebuild_optimum(self, workers)
+        kept: Optimum = vars(self)[OPTIMUM]
+        return replace(kept, problem=replace(kept.problem, workers=workers))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: everything but the optimum, which is rebuilt where it is asked for."""
+        return {name: value for name, value in vars(self).items() if name != OPTIMUM}
 
     def linear(
         self,

@@ -80,7 +80,7 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     Returns
     -------
     Fit
-        Its `folder` is where it was read from.
+        Its `folder` is where it was read from; it holds the campaign where that is given.
 
     Raises
     ------
@@ -90,6 +90,8 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     """
     path = estimate_path(place)
     content = read_estimate(path)
+    if "grade" not in content:
+        raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
     if campaign is None or has_added_terms(content):
         mechanism = read_estimated_mechanism(content, path)
     else:
@@ -103,7 +105,7 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
         what = " ".join(str(error).split()) or type(error).__name__
         raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
     is_simulated = fit.synthetic or (campaign is not None and campaign.synthetic)
-    return replace(fit, folder=path.parent, synthetic=is_simulated)
+    return replace(fit, folder=path.parent, campaign=campaign, synthetic=is_simulated)
 
 
 def has_added_terms(content: Mapping[str, Any]) -> bool:

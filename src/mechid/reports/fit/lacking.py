@@ -86,7 +86,7 @@ def _most_apart(one: Missing) -> str:
 def added_notes(fit: Fit) -> dict[str, str]:
     """Return remarks for the estimated mechanism file on what the fit added, by dotted name of parameter or option."""
     notes: dict[str, str] = {}
-    for one in (m for m in fit.missing if m.block):
+    for one in fit.added_terms:
         note = f"added by mechid: {one.words}; the records need it (chi-square {one.chi_square:.4g} for {one.dof})"
         places = {name.rpartition(".")[0] for name in one.parameters}
         notes |= {
@@ -103,7 +103,7 @@ def added_notes(fit: Fit) -> dict[str, str]:
 
 def added_comment(fit: Fit) -> list[str]:
     """Return what the head of the estimated mechanism file says of added terms, a line or none."""
-    added = [one.name for one in fit.missing if one.block]
+    added = [one.name for one in fit.added_terms]
     if not added:
         return []
     return [f"ADDED to the mechanism as written, because the records need it: {', '.join(added)}."]
