@@ -19,12 +19,13 @@ from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.identification.result.fit import Fit, RecordFit, StageReport
+from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
+from mechid.identification.result.record_quality import RecordFit
 from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (

@@ -143,7 +143,7 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
 
     def on_progress(_q: FloatArray, gates: Mapping[str, int]) -> None:
         share = 100.0 * sum(gates.values()) / total
-        watch.tell("terms beside", f"{share:.1f} % of all samples followed")
+        watch.tell("added terms", f"{share:.1f} % of all samples followed")
 
     return grow(problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=ESCAPES, journal=watch.journal)
 
@@ -256,7 +256,7 @@ def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int
 def _grown_rival(
     watch: Watch, state: SearchState, beside: Beside, best: Candidate, seed: int
 ) -> tuple[SearchState, Growth] | None:
-    watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
+    watch.tell("other laws", f"{', '.join(beside.terms)} from its best start")
     wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
     return _settled(watch, state, wide, seed) if wide.growth.complete else None
 
@@ -268,7 +268,7 @@ def _rival_starts(
     for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
         beside = law_beside(campaign.mechanism, law)
         problem = beside.problem(state.problem)
-        watch.tell("laws beside", law.name)
+        watch.tell("other laws", law.name)
         starts = multistart(problem, seed, problem.workers, journal=watch.journal)
         best = next(candidates(problem, starts, problem.workers, watch.journal), None)
         if best is not None:
