@@ -21,7 +21,7 @@ from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
 from mechid.exports.handover import Trial, handover
 from mechid.exports.trials import sample_rate_hz, substeps
-from mechid.interface.fits import load_fit
+from mechid.interface.export import read_with_campaign
 from mechid.simulation.simulator import Simulator, TimeBase
 
 SECONDS = 60.0
@@ -53,10 +53,9 @@ def main() -> None:
     parser.add_argument("fit", type=Path)
     parser.add_argument("--rounds", type=int, default=10)
     arguments = parser.parse_args()
-    fit = load_fit(arguments.fit)
-    what = handover(fit.to_dict(), fit.mechanism, fit.campaign, folder=arguments.fit)
+    what = handover(*read_with_campaign(arguments.fit)[:2])
     with tempfile.TemporaryDirectory() as folder:
-        contenders = {"kernel": kernel(fit.mechanism), "C text": c_text(what, Path(folder))}
+        contenders = {"kernel": kernel(what.mechanism), "C text": c_text(what, Path(folder))}
         contenders |= units(what, Path(folder))
         seconds = {name: min(run() for _ in range(arguments.rounds)) for name, run in contenders.items()}
     for name, found in seconds.items():

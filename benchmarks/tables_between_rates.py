@@ -16,7 +16,7 @@ from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import handover
 from mechid.exports.stepping import steppings, usual_rates
 from mechid.exports.tables.bulk import order_loads
-from mechid.interface.fits import load_fit
+from mechid.interface.export import read_with_campaign
 
 ORDERS = 4.0
 """Up to here a row each; all together below."""
@@ -25,8 +25,7 @@ ORDERS = 4.0
 def main() -> None:
     """Print a row an order and stepping."""
     folder, campaign = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    fit = load_fit(folder, campaign)
-    what = handover(fit.to_dict(), fit.mechanism, fit.campaign, folder=folder)
+    what = handover(*read_with_campaign(folder, campaign)[:2])
     estimate, ways = estimate_on_base(what), steppings(what.trials)
     rates = usual_rates(estimate.mechanism, ways)
     print("| stepping | order | largest line, N m | median error | 95 % of rates below | largest | at steps/s |")

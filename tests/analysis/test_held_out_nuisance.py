@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mechid.analysis import compare, validate
+import mechid
+from mechid.analysis import validate
 from mechid.analysis.prediction import predict
 from mechid.analysis.residual_file import residual_content
 from mechid.campaign import load_campaign
@@ -242,4 +243,4 @@ def test_terminal_report_and_file_say_it_and_a_fit_read_again_has_it(folder):
 @pytest.mark.slow
 def test_fits_judged_by_other_parts_are_not_compared(folder):
     with pytest.raises(UsageError, match=r'record "held": judged as a whole, from 0.35\d* s on in free'):
-        compare(folder[0][0] / "fit", folder[1][0] / "fit")
+        mechid.compare(folder[0][0] / "fit", folder[1][0] / "fit")

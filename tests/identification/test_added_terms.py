@@ -14,7 +14,7 @@ import pytest
 
 from mechid.analysis import validate
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.campaign import read_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
@@ -204,10 +204,10 @@ def test_the_file_left_behind_marks_what_was_added(made, with_law):
 
 
 def test_a_budget_flies_the_term_and_leaves_the_filter_on_the_bench(made, with_law):
-    flying = read_flying(made.folder / "estimate.json", Flight())
+    flying = flying_estimate(read_fit(made.folder), Flight())
     assert flying.mechanism.value(AMPLITUDE) == made.fit.mechanism.value(AMPLITUDE)
     assert set(flying.names) == {*FREE, *HARMONIC}
-    flying = read_flying(with_law.folder / "estimate.json", Flight())
+    flying = flying_estimate(read_fit(with_law.folder), Flight())
     assert "[anti_alias]" in flying.left
     assert set(flying.names) == set(FREE)
 

@@ -15,7 +15,7 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Parameter, Status
 
 

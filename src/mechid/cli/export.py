@@ -22,18 +22,13 @@ def export(
     from mechid.cli.printed import print_result
     from mechid.exports.export import exported, named_options
     from mechid.exports.handover import handover
-    from mechid.identification.refit.rebuild import other_files
-    from mechid.identification.result.fit_file import read_fit
-    from mechid.interface.fits import load_campaign_of, result_folder
+    from mechid.interface.export import read_with_campaign
     from mechid.reports.console import console_on, print_lines
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
     options = named_options(option or ())
-    of = load_campaign_of(fit, campaign)
-    found = read_fit(result_folder(fit))
-    if changed := other_files(of, found):
-        line = f"{', '.join(changed)}: changed since the fit, whose values are handed on; identify anew to have others"
-        print_lines(console_on(err=True), "warning", [line])
-    what = handover(found.to_dict(), found.mechanism, of, anyway=anyway, folder=found.folder)
-    print_result(exported(what, to, out, options), None)
+    finished, own, notice = read_with_campaign(fit, campaign)
+    if notice:
+        print_lines(console_on(err=True), "warning", [notice])
+    print_result(exported(handover(finished, own, anyway=anyway), to, out, options), None)

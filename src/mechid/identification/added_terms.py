@@ -22,7 +22,7 @@ from mechid.identification.result.grade import Cause, Reason
 from mechid.identification.result.missing import Missing, OwnValue, missing_warning
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import record_fit
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.mechanism import Mechanism

@@ -13,7 +13,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.search.doubts import WORTH_SAYING
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.plant.tables import table_of

@@ -26,7 +26,7 @@ from mechid.identification.result.missing import OwnValue
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import record_fit
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.run_up import run_up
 from mechid.identification.search.solve import solve

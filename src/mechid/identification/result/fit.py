@@ -16,10 +16,9 @@ from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
-from mechid.identification.result.optimum import Optimum
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
 
@@ -27,13 +26,18 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-FORMAT = "mechid-estimate/1"
+    from mechid.identification.result.optimum import Optimum
+
+ESTIMATE_NAME, FORMAT = "estimate.json", "mechid-estimate/1"
 OPTIMUM = "_optimum"
 """Attribute under which a fit keeps its optimum."""
 LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 REBUILD = "mechid.identification.refit.rebuild"
 """Rebuilds the optimum of a fit, likewise."""
+
+MECHANISM_FILE = "mechid.identification.result.estimated_mechanism"
+"""Reads the mechanism file beside an estimate; likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +122,21 @@ class Fit(Shown):
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
+
+    if not TYPE_CHECKING:  # what is looked up here is no field, or the mechanism that was not read yet
+
+        def __getattr__(self, name: str) -> object:
+            """Read the mechanism file of a fit whose numbers alone were read (`read_numbers`)."""
+            if name != "mechanism" or not vars(self).get("folder"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            read = import_module(MECHANISM_FILE).read_estimated_mechanism
+            object.__setattr__(self, name, read(self.provenance, Path(self.source)))
+            return self.mechanism
+
+    @property
+    def source(self) -> str:
+        """Path of the estimate.json that it was read from, or "the fit" of one in memory: the place in messages."""
+        return str(self.folder / ESTIMATE_NAME) if self.folder else "the fit"
 
     @property
     def required_campaign(self) -> Campaign:

@@ -25,7 +25,7 @@ from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (
@@ -60,6 +60,8 @@ PARAMETER = (
 NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
 
+NOT_READ: Any = None
+
 
 def estimate_path(place: Path | str) -> Path:
     """Return the path of the estimate.json of a result folder, or the path itself where it names the file."""
@@ -91,33 +93,50 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     """
     path = estimate_path(place)
     content = read_estimate(path)
-    if "grade" not in content:
-        raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
-    if campaign is None or has_added_terms(content):
-        mechanism = read_estimated_mechanism(content, path)
+    if campaign is None or _has_added_terms(content):
+        mechanism = read_estimated_mechanism(content.get("provenance"), path)
     else:
         mechanism = campaign.mechanism
+    fit = _checked(content, path, mechanism, campaign)
+    return replace(fit, campaign=campaign, synthetic=fit.synthetic or (campaign is not None and campaign.synthetic))
+
+
+def read_numbers(place: Path | str) -> Fit:
+    """Read a finished fit whose mechanism is not needed, as `read_fit` does without a campaign.
+
+    Its mechanism file is read, and checked to be the one that identify left, when `Fit.mechanism` is first asked for:
+    fits can be compared whose mechanism files or own blocks have changed since.
+    """
+    path = estimate_path(place)
+    return _checked(read_estimate(path), path)
+
+
+def _checked(
+    content: Mapping[str, Any], path: Path, mechanism: Mechanism | None = None, campaign: Campaign | None = None
+) -> Fit:
+    """Return the fit that the content of an estimate.json describes, of the campaign's files where one is given."""
+    if "grade" not in content:
+        raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
     try:
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
-        fit = _fit(content, mechanism)
+        fit = _fit(content, mechanism, path.parent)
         fit.to_dict()  # a fit that cannot be written again is damaged
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
-    is_simulated = fit.synthetic or (campaign is not None and campaign.synthetic)
-    return replace(fit, folder=path.parent, campaign=campaign, synthetic=is_simulated)
+    return fit
 
 
-def has_added_terms(content: Mapping[str, Any]) -> bool:
+def _has_added_terms(content: Mapping[str, Any]) -> bool:
     """Return whether the mechanism of an estimate has terms that its campaign's mechanism file lacks."""
     parameters = content.get("parameters")
     entries = parameters.values() if isinstance(parameters, Mapping) else ()
     return any(isinstance(p, Mapping) and bool(p.get("added")) for p in entries)
 
 
-def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
-    """Return the fit of a mechanism that the content of an estimate.json describes."""
+def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) -> Fit:
+    """Return the fit that the content of an estimate.json describes, without a mechanism where none is given."""
     parameters = {
         name: ParameterEstimate(
             name=name,
@@ -130,7 +149,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
         )
         for name, p in content["parameters"].items()
     }
-    own = mechanism.parameters
+    own = mechanism.parameters if mechanism else {}
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
@@ -140,12 +159,13 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
             taken=Reading.from_dict(r["taken"]),
             nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
             followed_of_whole=r.get("followed_percent"),  # absent from files of earlier versions
+            validation=r.get("validation"),
             **_kept(r, ESTIMATED),
         )
         for name, r in content["records"].items()
     }
-    return Fit(
-        mechanism=mechanism.with_values(values),
+    fit = Fit(
+        mechanism=mechanism.with_values(values) if mechanism else NOT_READ,
         parameters=parameters,
         correlation_names=tuple(names),
         correlation=_square(matrix, len(names)),
@@ -165,7 +185,11 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism) -> Fit:
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
         synthetic=is_synthetic(content),
+        folder=folder,
     )
+    if mechanism is None:
+        del vars(fit)["mechanism"]  # `Fit` reads it when it is asked for
+    return fit
 
 
 def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:

@@ -17,7 +17,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.channel_noise import ChannelNoise, channel_noises
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.search.gates import chance_of, followed
 from mechid.signal.following import WINDOW_S, following, out_of_step
 from mechid.signal.moments import norm

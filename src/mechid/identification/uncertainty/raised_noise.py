@@ -16,7 +16,7 @@ from mechid.identification.output_error.noise_level import NoiseSource, known_no
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.record_quality import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.search.gates import Growth, followed
 from mechid.identification.uncertainty.covariance import residual
 from mechid.signal.moments import standard_deviation
