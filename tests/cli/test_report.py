@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from mechid.campaign import load_campaign
+from mechid.identification import run as identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
-from mechid.reports import identified
 
 NAMES = ["report.html", "report.json", "report.md"]
 

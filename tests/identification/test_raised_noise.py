@@ -180,7 +180,7 @@ def test_a_current_behind_a_low_pass_is_followed(tmp_path):
     made = written(tmp_path, m, values, quantities=("torque", "current_phase_a"), change=filtered)
     fit = identify(replace(made, stages=()), workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
-    assert (fit.grade, fit.beside) == (Grade.A, None)
+    assert (fit.grade, fit.as_written) == (Grade.A, None)
     assert_found(fit, values, sigmas=5.0)
     for record in fit.records.values():
         torque, current = record.channels.values()

@@ -91,9 +91,7 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
     What every record has of its own is told by each of that one; the mechanism's, their mean, by none.
     """
     free = tuple(name for name, p in fit.parameters.items() if p.status == Status.FREE)
-    own = {q.name: q for q in campaign.mechanism.parameters.values()}
-    values = {n: p.value for n, p in fit.parameters.items() if n in own and own[n].is_free}
-    mechanism = campaign.mechanism.with_values(values)
+    mechanism = fit.mechanism
     targets = []
     taken = [r for record in campaign.records if record.data and (r := record_as_fitted(record, fit)).use == "estimate"]
     for record in taken:

@@ -49,8 +49,6 @@ class Estimate:
         What the fit left of the bench's torque records; None where identify left none beside the estimate.
     side : SideRecords or None
         Forces and moments that the bench measured beside the torque; None where it did not.
-    lacking : str
-        What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
     synthetic : bool
         Whether its records were simulated.
     """
@@ -63,7 +61,6 @@ class Estimate:
     outcome: str = ""
     residual: ResidualSource | None = None
     side: SideRecords | None = None
-    lacking: str = ""
     synthetic: bool = False
 
 
@@ -110,7 +107,6 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
         residual=source,
         side=residuals.components,
         synthetic=is_simulated(fit),
-        lacking=_lacking(fit),
     )
 
 
@@ -161,14 +157,3 @@ def _doubt(fit: Fit) -> str:
     if fit.grade.good:
         return ""
     return " ".join([GRADE_WORDS[fit.grade], *(reason.text for reason in fit.reasons)])
-
-
-def _lacking(fit: Fit) -> str:
-    """Return what was found beside the mechanism that flies, and what becomes of it; empty where nothing was."""
-    if not fit.beside:
-        return ""
-    clear = ", ".join(fit.beside.words[name] for name in fit.beside.clear)
-    return (
-        f"what flies lacks terms that the records ask for{f' ({clear})' if clear else ''}: what they leave of the "
-        "records counts as what the model lacks; identify with them in the mechanism file to have them fly"
-    )

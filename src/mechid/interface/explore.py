@@ -91,6 +91,9 @@ def explored(
     if diagnosis is not None:
         loaded, diagnosed = read_diagnosed(Path(diagnosis), loaded, estimate)
         needed(loaded)
+    elif estimate is not None and estimate.mechanism is not None:
+        loaded = replace(loaded, mechanism=estimate.mechanism)
+        needed(loaded)
     followed = folder / JOURNAL_NAME if folder and not diagnosis else None  # the fit that was diagnosed has ended
     return Source(loaded, estimate, workers, followed, diagnosed)
 

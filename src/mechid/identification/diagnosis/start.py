@@ -15,8 +15,8 @@ from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
+from mechid.identification.result.missing import Missing
 from mechid.identification.result.optimum import MOVED
-from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.superset import rivals_of, words_of
 
 
@@ -59,36 +59,38 @@ def _disturbances(plain: Model, fit: Fit) -> tuple[str, ...]:
 
 def _with_effects_of_fit(plain: Model, fit: Fit) -> Model:
     """Return the model with the disturbances and terms of a fit that are needed, fitted without small priors."""
-    model, found = replace(plain, disturbances=_disturbances(plain, fit)), fit.beside
-    own = {name: p.value for name, p in found.parameters.items()} if found else {}
-    law = next((law for law in rivals_of(plain.base) if found and law.name in found.names), None)
+    model = replace(plain, disturbances=_disturbances(plain, fit))
+    found = {one.name: one for one in fit.added_terms}
+    own = {name: p.value for one in found.values() for name, p in one.parameters.items()}
+    law = next((law for law in rivals_of(plain.base) if law.name in found), None)
     if law is not None and law.name in plain.setting.considered:
         base = law.mechanism.with_values({n: v for n, v in own.items() if n in law.mechanism.parameters})
         model = replace(model, base=base, laws=(law.name,)).at({**fit.values, **own})
         return model.fitted(model).regrown()
-    if found is not None and law is None:
+    if found and law is None:
         return _with_terms(model, found, fit.values).regrown()
     model = model.at(fit.values)
     return model.fitted(model).regrown()
 
 
-def _with_terms(model: Model, found: TermsBeside, values: Mapping[str, float]) -> Model:
-    """Return the model with the terms of a fit, and of these and the disturbances what is needed, fitted."""
-    model = replace(model, terms=found.names)
+def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
+    """Return the model with the terms that a fit added, and of these and the disturbances those needed, fitted."""
+    model = replace(model, terms=tuple(found))
     library = model.library
     assert library is not None
     names: dict[str, list[str]] = {}
     for name, term in library.term_of.items():
         names.setdefault(term, []).append(name)
-    there = {n: v for term, own in names.items() for n, v in _values(term, own, found).items()}
+    there = {n: v for term, one in found.items() for n, v in _values(names[term], one).items()}
     model = model.at({**values, **there})
     return model.keeping(needed_effects(model, wanted_small=library.widths) & model.setting.considered)
 
 
-def _values(term: str, names: Sequence[str], found: TermsBeside) -> dict[str, float]:
-    """Return the values that a fit gives the parameters of a term, by their names in the library: entries are moved."""
-    there = sorted(name for name, p in found.parameters.items() if p.term == term)
-    return {n: found.parameters[own].value for n, own in zip(sorted(names), there, strict=False)}
+def _values(names: Sequence[str], added: Missing) -> dict[str, float]:
+    """Return the values of an added term by the names in the library, whose entries have other places."""
+    return {
+        n: p.value for n, p in zip(sorted(names), map(added.parameters.get, sorted(added.parameters)), strict=True) if p
+    }
 
 
 def _considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:

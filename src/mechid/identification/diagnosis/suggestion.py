@@ -23,9 +23,9 @@ MOST = 3
 def with_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:
     """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
 
-    One that has terms beside the mechanism has found them already, and gets none.
+    One with added terms has found them already, and gets none.
     """
-    if fit.grade not in (Grade.B, Grade.C) or fit.beside:
+    if fit.grade not in (Grade.B, Grade.C) or fit.as_written:
         return fit
     say("asking the residual what the model is missing ...")
     with one_core_algebra():

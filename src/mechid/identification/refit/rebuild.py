@@ -10,7 +10,6 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
-from mechid.identification.beside.beside import beside_again
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.inputs import file_digests
@@ -44,9 +43,8 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     _refuse_without_optimum(fit)
     campaign = campaign_as_fitted(replace(fit.required_campaign, mechanism=fit.start_mechanism), fit)
     values = {name: p.value for name, p in fit.parameters.items() if p.status in (*MOVED, Status.FROZEN)}
-    values |= _values_beside(fit)
     with one_core_algebra():
-        problem = _with_terms_beside(campaign, make_problem(campaign, workers), fit)
+        problem = replace(make_problem(campaign, workers), shrinkage=_small_priors(fit))
         problem, q, windows = _first_point(campaign, at_levels_of(problem, fit.records), values)
         problem, q = _as_moved(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
@@ -62,17 +60,9 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     return Optimum(problem, solution.q, windows, solution.triangle, fit.parameters)
 
 
-def _with_terms_beside(campaign: Campaign, problem: Problem, fit: Fit) -> Problem:
-    """Return the problem with the terms that the fit had beside the mechanism as written."""
-    if fit.beside is None:
-        return problem
-    widths = {name: p.width for name, p in fit.beside.parameters.items()}
-    return beside_again(campaign.mechanism, fit.beside.names, widths).problem(problem)
-
-
-def _values_beside(fit: Fit) -> dict[str, float]:
-    """Return the values of the terms beside the mechanism as written, by dotted name."""
-    return {name: p.value for name, p in fit.beside.parameters.items()} if fit.beside else {}
+def _small_priors(fit: Fit) -> dict[str, float]:
+    """Return the widths of the priors that hold added terms near their null value, where the fit ended with such."""
+    return {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
 
 
 def _first_point(
@@ -87,7 +77,7 @@ def _first_point(
 
 def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, float]) -> tuple[Problem, FloatArray]:
     """Hold the parameters that the fit held, and search detents at their limit in the coordinates that it used."""
-    status = {**dict.fromkeys(_values_beside(fit), Status.FREE), **{n: p.status for n, p in fit.parameters.items()}}
+    status = {n: p.status for n, p in fit.parameters.items()}
     moved = [p.name for p in problem.space.mechanism.free if status[p.name] in MOVED]
     known = problem.space.mechanism.parameters
     held = {n: v for n, v in values.items() if status[n] == Status.FROZEN and n in known}

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
-from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
 
@@ -60,7 +60,7 @@ class Fit(Shown):
     Attributes
     ----------
     mechanism : Mechanism
-        With the estimated values.
+        The one that was graded, with the estimated values and the terms that the records needed.
     parameters : mapping of dotted name to ParameterEstimate
     correlation_names : tuple of str, (n,)
         The free parameters.
@@ -84,11 +84,12 @@ class Fit(Shown):
     synthetic : bool
         Whether the records were simulated.
     missing : tuple of Missing
-        What the files do not declare and the records ask for, put into the fit.
+        Effects that the files do not declare and the records need, added to the fit: terms and laws of the mechanism,
+        and disturbances of the records.
     suggested : tuple of Suggested
-        What a fit of grade B or C without terms beside leaves to be explained, the likeliest first.
-    beside : TermsBeside or None
-        Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
+        What a fit of grade B or C without added terms leaves to be explained, the likeliest first.
+    as_written : AsWritten or None
+        How the mechanism as written does at these values; None where nothing was added to it.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
     mains_hz : float or None
@@ -116,7 +117,7 @@ class Fit(Shown):
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
     suggested: tuple[Suggested, ...] = ()
-    beside: TermsBeside | None = None
+    as_written: AsWritten | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
@@ -143,6 +144,11 @@ class Fit(Shown):
         if self.campaign is None:
             raise UsageError("the fit does not hold its campaign; give campaign=, with its records read")
         return self.campaign
+
+    @property
+    def added_terms(self) -> tuple[Missing, ...]:
+        """Entries of `missing` that are terms or laws of the mechanism, and no disturbances of the records."""
+        return tuple(one for one in self.missing if one.block)
 
     @property
     def start_mechanism(self) -> Mechanism:
@@ -260,7 +266,7 @@ class Fit(Shown):
             "mains_hz": self.mains_hz,
             "missing": [one.to_dict() for one in self.missing],
             "suggested": [asdict(one) for one in self.suggested],
-            "beside": self.beside.to_dict() if self.beside else None,
+            "as_written": self.as_written.to_dict() if self.as_written else None,
             "completed": None if self.completed is None else [dict(step) for step in self.completed],
             "records": {name: r.to_dict() for name, r in self.records.items()},
             "stages": [{**asdict(s), "records": dict(s.records), "free": list(s.free)} for s in self.stages],

@@ -14,6 +14,7 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.inputs import file_digest
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
@@ -25,7 +26,6 @@ from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_result import RecordFit
-from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (
@@ -93,7 +93,10 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     """
     path = estimate_path(place)
     content = read_estimate(path)
-    mechanism = read_estimated_mechanism(content.get("provenance"), path) if campaign is None else campaign.mechanism
+    if campaign is None or _has_added_terms(content):
+        mechanism = read_estimated_mechanism(content.get("provenance"), path)
+    else:
+        mechanism = campaign.mechanism
     fit = _checked(content, path, mechanism, campaign)
     return replace(fit, campaign=campaign, synthetic=fit.synthetic or (campaign is not None and campaign.synthetic))
 
@@ -125,6 +128,13 @@ def _checked(
     return fit
 
 
+def _has_added_terms(content: Mapping[str, Any]) -> bool:
+    """Return whether the mechanism of an estimate has terms that its campaign's mechanism file lacks."""
+    parameters = content.get("parameters")
+    entries = parameters.values() if isinstance(parameters, Mapping) else ()
+    return any(isinstance(p, Mapping) and bool(p.get("added")) for p in entries)
+
+
 def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) -> Fit:
     """Return the fit that the content of an estimate.json describes, without a mechanism where none is given."""
     parameters = {
@@ -134,6 +144,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
             at_physical_limit=bool(p.get("at_physical_limit")),
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
             std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
+            added=bool(p.get("added")),
             **_kept(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
@@ -147,6 +158,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
             channels=_channels(r["channels"]),
             taken=Reading.from_dict(r["taken"]),
             nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
+            followed_of_whole=r.get("followed_percent"),  # absent from files of earlier versions
             validation=r.get("validation"),
             **_kept(r, ESTIMATED),
         )
@@ -169,7 +181,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
         mains_hz=content.get("mains_hz"),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
-        beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
+        as_written=AsWritten.from_dict(content["as_written"]) if content.get("as_written") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
         synthetic=is_synthetic(content),

@@ -39,6 +39,8 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     leading = channels[record.leading]
     judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed(problem, judged, q)
+    whole = (0, target.samples)
+    everywhere = channels if window == whole else _channels(record, target, problem, q, whole, noises)
     return RecordFit(
         name=record.name,
         use=record.use,
@@ -52,6 +54,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
         rejected=leading.rejected,
         horizon_s=max(follows - 1, 0) / target.base.sample_rate_hz,
         channels=channels,
+        followed_of_whole=min(c.followed_percent for c in everywhere.values()),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -37,6 +38,8 @@ class RecordFit:
         How it was taken, where that is not as the campaign file declares it.
     nuisance : Nuisance or None
         Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
+    followed_of_whole : float or None
+        Percent of the whole record that the model follows, as of `followed_percent`; None: that of the samples used.
     validation : mapping or None
         The table of that name in estimate.json, of a fit that was read; `mechid.analysis.fit_residuals` reads it.
     """
@@ -55,12 +58,20 @@ class RecordFit:
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Reading = DECLARED
     nuisance: Nuisance | None = None
+    followed_of_whole: float | None = None
     validation: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
     @property
     def followed_percent(self) -> float:
-        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
+        """Share of the whole record in windows that the model follows, of the channel that it follows least."""
+        if self.followed_of_whole is not None:
+            return self.followed_of_whole
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
+
+    @property
+    def residual_over_noise(self) -> float:
+        """Ratio of the residual's RMS to the noise as known before the fit, of the leading channel."""
+        return self.residual_rms / self.noise_known if self.noise_known > 0.0 else math.inf
 
     @property
     def lines(self) -> tuple[float, ...]:
@@ -103,6 +114,8 @@ class RecordFit:
             "rejected": self.rejected,
             "noise_rests_on": self.noise_rests_on,
             "noise_known": self.noise_known,
+            "followed_percent": self.followed_percent,
+            "residual_over_noise": self.residual_over_noise,
             "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
             "taken": self.taken.to_dict(),
             "nuisance": self.nuisance.to_dict() if self.nuisance else None,

@@ -82,7 +82,7 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
 def meaning_data(campaign: Campaign, fit: Fit) -> dict[str, str]:
     """Return what each parameter is, by name, those that the fit found its records to have among them."""
     records = tuple(record_as_fitted(record, fit) for record in campaign.records)
-    return {name: q.declaration.meaning for name, q in parameters_of(campaign.mechanism, records).items()}
+    return {name: q.declaration.meaning for name, q in parameters_of(fit.mechanism, records).items()}
 
 
 def symbol_of(fit: Fit, name: str) -> str:
