@@ -13,6 +13,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.beside.beside import Beside, lifted, terms_beside
 from mechid.identification.disturbance.disturbance import Disturbance
 from mechid.identification.disturbance.scores import worth_of
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
@@ -21,17 +22,6 @@ from mechid.identification.uncertainty.lowered_noise import at_these_levels, low
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
-
-ESCAPES = 1
-"""Of a growth of what a joint fit leaves beyond noise; a choice, not measured."""
-FOLLOWED = 1.01
-"""What a model leaves over the noise from which it is grown anew: more than a level known to 1 % explains."""
-STEPS = 30
-"""Of a fit at most. A choice, not measured."""
-TOLERANCE = 0.1
-"""Chi-square by which a step has to better a fit for another one to follow: no effect is judged by so little."""
-FINER = 3.0
-"""Times as many effective samples after a fit as it was stopped by, from which it goes on; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,7 +290,7 @@ class Model:
     def _listed(self) -> set[str]:
         return {t.name for t in self.library.terms} if self.library else set()
 
-    def fitted(self, near: Model, *, steps: int = STEPS) -> Model:
+    def fitted(self, near: Model, *, steps: int = IN_DIAGNOSIS.steps) -> Model:
         """Return it at its optimum, sought from that of another in so many steps at most."""
         return self._fitted_from(lifted(near.problem, near.q, self.problem), near.worth, steps)
 
@@ -310,19 +300,19 @@ class Model:
         A model that leaves no more than noise has not; and where no other branch follows all records, none is better.
         Of windows that are not whole records growth has said already how far they go.
         """
-        if self.over_noise <= FOLLOWED or not self.is_of_whole_records:
+        if self.over_noise <= IN_DIAGNOSIS.followed or not self.is_of_whole_records:
             return self
-        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
+        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=IN_DIAGNOSIS.escapes)
         other = self._fitted_from(growth.q, self.worth) if growth.complete else self
         return other if other.cost < self.cost else self
 
-    def _fitted_from(self, q: FloatArray, worth: float, steps: int = STEPS) -> Model:
+    def _fitted_from(self, q: FloatArray, worth: float, steps: int = IN_DIAGNOSIS.steps) -> Model:
         """Return it at its optimum, sought from a point of its problem, as near as so many samples let it be judged."""
         problem, windows = self.problem, self.setting.windows
 
         def solved(x: FloatArray) -> Solution:
-            return solve(problem, x, windows, steps=steps, tolerance=TOLERANCE / worth)
+            return solve(problem, x, windows, steps=steps, tolerance=IN_DIAGNOSIS.tolerance / worth)
 
         found = out_of_corner(problem, solved(q), solved)
         there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
-        return there._fitted_from(there.q, there.worth, steps) if there.worth > FINER * worth else there
+        return there._fitted_from(there.q, there.worth, steps) if there.worth > IN_DIAGNOSIS.finer * worth else there

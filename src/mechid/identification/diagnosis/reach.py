@@ -9,10 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of
-from mechid.identification.diagnosis.steps import LEAST, SHARE, counts, of_misfit
-from mechid.identification.disturbance.scores import COLLINEAR
+from mechid.identification.diagnosis.steps import counts, of_misfit
+from mechid.identification.disturbance.scores import COLLINEAR, Score
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 
 NOT_LOOKED_FOR = "not looked for"
 
@@ -28,7 +29,11 @@ def out_of_reach(before: Model, model: Model) -> dict[str, str]:
         That in which the search has ended.
     """
     plain = landscape_of(before if math.isfinite(before.cost) else model)
-    weak = _weak(model, plain if model is before else landscape_of(model)) if model.over_noise > FOLLOWED else {}
+    weak = (
+        _weak(model, plain if model is before else landscape_of(model))
+        if model.over_noise > IN_DIAGNOSIS.followed
+        else {}
+    )
     return {**weak, **not_carried(plain)}
 
 
@@ -41,7 +46,7 @@ def weighed(model: Model) -> dict[str, str]:
     scores = sorted(landscape.scores().items(), key=lambda item: item[1].over, reverse=True)
     whys = {
         name: f"would take {100.0 * of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
-        f"{s.chi_square:.3g} for {s.dof}; {max(LEAST, s.chi_square - s.over):.3g} is asked for"
+        f"{s.chi_square:.3g} for {s.dof}; {_asked_for(s):.3g} is asked for"
         for name, s in scores
     }
     return whys | not_carried(landscape)
@@ -76,7 +81,12 @@ def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
     scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
     return {
         name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
-        f"records are worth {s.worth:.3g} independent samples, and {max(LEAST, s.chi_square - s.over):.3g} is asked for"
+        f"records are worth {s.worth:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
         for name, s in scores.items()
-        if s.share >= SHARE and not counts(s)
+        if s.share >= IN_DIAGNOSIS.share and not counts(s)
     }
+
+
+def _asked_for(s: Score) -> float:
+    """Return the chi-square from which an effect of a score's freedom counts."""
+    return max(IN_DIAGNOSIS.least_chi_square, s.chi_square - s.over)

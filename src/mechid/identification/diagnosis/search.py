@@ -7,27 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.landscape import landscape_of
-from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
-from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
+from mechid.identification.diagnosis.steps import Step, beside, counts, gain, grown, pruned, step
+from mechid.identification.diagnosis.with_laws import in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.identification.uncertainty.deviations import comparison_at
 from mechid.identification.uncertainty.noise import MISFIT
-
-SMALL = 0.01
-"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
-Backlash and a detent: beside them, delays of 1 to 6 us were named before this rule (docs/diagnosis.md)."""
-FAR = 1.2
-"""What is left over the noise with all effects found, from which a model may stand on a wrong branch. The limit
-from which a record counts as misfit, too."""
-FEW = 4
-"""Effects that a mechanism file may well lack at once; a choice, not measured."""
-NEARLY_ALL = 0.9
-"""Of what a model without an effect leaves, that it has to take to be named where the parts of the records still
-disagree on the values: what a block of the library is takes nearly all, whatever is missing beside it; a choice."""
-FEW_WEAK = 2
-"""Of them that may take less than `MOSTLY`: small ones do, since the noise is not known to the last digit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +81,7 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     model, hidden = with_hidden(model, tried, say) if model.over_noise <= MISFIT else (model, [])
     model, imitated = in_place_of_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
-    if model.over_noise > FOLLOWED:
+    if model.over_noise > IN_DIAGNOSIS.followed:
         bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
         better, law_steps = with_a_law(bare, model, tried, say)
         if better is not model:
@@ -136,7 +123,7 @@ def small_in_part(model: Model, needed: Mapping[str, Score]) -> str:
         return ""
     least = min(needed, key=lambda name: needed[name].chi_square)
     most = max(score.chi_square for score in needed.values())
-    return least if needed[least].chi_square < SMALL * most else ""
+    return least if needed[least].chi_square < IN_DIAGNOSIS.small * most else ""
 
 
 def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
@@ -146,10 +133,14 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     effects share what there is to explain, so that several take less than half, or some of more than four: all, since
     they imitate it together. Nothing is named for less than the share for which nothing is added.
     """
-    weak = [name for name, score in needed.items() if score.share < MOSTLY]
-    if len(weak) > FEW_WEAK or (weak and len(needed) > FEW):
+    weak = [name for name, score in needed.items() if score.share < IN_DIAGNOSIS.mostly]
+    if len(weak) > IN_DIAGNOSIS.few_weak or (weak and len(needed) > IN_DIAGNOSIS.few):
         return list(needed)
-    return weak if model.over_noise > FOLLOWED else [name for name in weak if needed[name].share < SHARE]
+    return (
+        weak
+        if model.over_noise > IN_DIAGNOSIS.followed
+        else [name for name in weak if needed[name].share < IN_DIAGNOSIS.share]
+    )
 
 
 def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
@@ -158,9 +149,13 @@ def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model
     With a model that lacks nothing they agree; with one that leaves far more than noise they need not, since it may be
     on a wrong branch. Those stay that take nearly all of what is beyond noise.
     """
-    if not needed or not model.over_noise <= FAR or _agrees(model):
+    if not needed or not model.over_noise <= IN_DIAGNOSIS.far or _agrees(model):
         return []
-    clear = {name for name in needed if needed[name].share >= NEARLY_ALL and less[name].over_noise > FOLLOWED}
+    clear = {
+        name
+        for name in needed
+        if needed[name].share >= IN_DIAGNOSIS.nearly_all and less[name].over_noise > IN_DIAGNOSIS.followed
+    }
     return [name for name in needed if name not in clear]
 
 
@@ -171,7 +166,9 @@ def _agrees(model: Model) -> bool:
 def _why_refused(share: float) -> str:
     explains = f"explains {100.0 * share:.3g} % of the misfit"
     return (
-        f"{explains} only" if share < MOSTLY else f"{explains}, yet parts of the records disagree on the values with it"
+        f"{explains} only"
+        if share < IN_DIAGNOSIS.mostly
+        else f"{explains}, yet parts of the records disagree on the values with it"
     )
 
 

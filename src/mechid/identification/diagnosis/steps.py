@@ -9,26 +9,12 @@ from dataclasses import dataclass, replace
 from scipy.special import chdtrc
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
 from mechid.identification.diagnosis.locked import locked
 from mechid.identification.disturbance.scores import Score
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.plant.superset import extensions_at
-
-LEAST = 30.0
-"""Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
-SHARE = 0.1
-"""Of what the records hold beyond noise and effects named so far, that a further effect has to explain; a choice,
-not measured."""
-FALSE_DISCOVERIES = 0.05
-"""The usual rate; 40 of 40 complete benches were left without a name (docs/diagnosis.md)."""
-TRIES = 2
-"""Effects that are fitted where the likeliest does not keep in a fit what its score promised; a choice, not
-measured."""
-MOST = 16
-"""Effects of a model; a choice, not measured."""
-NEAR = 1
-"""Periods in a turn by which what is seen may be wrong: a record of few turns does not tell them better."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +57,7 @@ def of_misfit(model: Model, fall: float) -> float:
 
 def counts(score: Score) -> bool:
     """Tell whether what an effect explains is more than chance and than what its freedom costs."""
-    return score.chi_square > LEAST and score.over > 0.0 and score.share >= SHARE
+    return score.chi_square > IN_DIAGNOSIS.least_chi_square and score.over > 0.0 and score.share >= IN_DIAGNOSIS.share
 
 
 def step(model: Model, *, added: str = "", removed: str = "") -> Step:
@@ -88,12 +74,12 @@ def beside(end: Model, steps: Sequence[Step]) -> list[Step]:
 def grown(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
-    while len(model.effects) < MOST:
+    while len(model.effects) < IN_DIAGNOSIS.most:
         better = one_more(model, tried, say)
-        if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
+        if better is None and model.over_noise > IN_DIAGNOSIS.followed and model.is_of_whole_records:
             wider = _with_periods_seen(model)
             better = one_more(wider, tried, say) if wider else None
-        if better is None and model.over_noise > FOLLOWED:
+        if better is None and model.over_noise > IN_DIAGNOSIS.followed:
             better = _exchanged(model, say)
         if better is None:
             break
@@ -116,7 +102,7 @@ def _with_periods_seen(model: Model) -> Model | None:
     known = {(e.name, str(e.structure)) for e in model.further}
     some = [
         e
-        for e in extensions_at(model.base, seen.orders[0], NEAR)
+        for e in extensions_at(model.base, seen.orders[0], IN_DIAGNOSIS.periods_around)
         if e.name.partition(":")[0] in kinds and (e.name, str(e.structure)) not in known
     ]
     return model.with_further(some) if some else None
@@ -135,14 +121,14 @@ def exchanges(model: Model, say: Tell) -> Iterator[Model]:
     """Yield the model with another effect in place of each of its terms, fitted, the likeliest of each first."""
     for name in model.terms:
         less = model.without(name)
-        for other in [one for one in asked(less, landscape_of(less)) if one != name][:TRIES]:
+        for other in [one for one in asked(less, landscape_of(less)) if one != name][: IN_DIAGNOSIS.tries]:
             say(f"{other} is fitted in place of {name}")
             yield model.exchanged(name, other)
 
 
 def one_more(model: Model, tried: dict[str, str], say: Tell) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
-    for name in asked(model, landscape_of(model))[:TRIES]:
+    for name in asked(model, landscape_of(model))[: IN_DIAGNOSIS.tries]:
         if name in tried:
             continue
         say(f"{name} is fitted")
@@ -162,7 +148,7 @@ def asked(model: Model, landscape: Landscape) -> list[str]:
     from scipy.stats import false_discovery_control  # takes 0.4 s to load, which only fits that miss something pay
 
     chances = [chdtrc(s.dof, s.chi_square) for s in scores.values()]
-    sure = false_discovery_control(chances) <= FALSE_DISCOVERIES
+    sure = false_discovery_control(chances) <= IN_DIAGNOSIS.false_discoveries
     likely = {name: s for (name, s), one in zip(scores.items(), sure, strict=True) if one and counts(s)}
     return sorted(likely, key=lambda name: -likely[name].over)
 

@@ -13,12 +13,10 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.start import as_written
 from mechid.identification.diagnosis.steps import asked
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Suggested
-
-MOST = 3
-"""Effects that are suggested; a choice, not measured."""
 
 
 def with_suggestions(
@@ -48,5 +46,5 @@ def _suggested(model: Model) -> tuple[Suggested, ...]:
             share=one.share,
             p_value=float(chdtrc(one.dof, one.chi_square)),
         )
-        for name, one in ((name, scores[name]) for name in asked(model, landscape)[:MOST])
+        for name, one in ((name, scores[name]) for name in asked(model, landscape)[: IN_DIAGNOSIS.suggested])
     )

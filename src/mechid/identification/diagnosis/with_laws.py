@@ -14,21 +14,13 @@ import numpy as np
 
 from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.steps import Step, counts, gain, grown, pruned, step
 from mechid.identification.disturbance.scores import Score
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 
-TRIES = 2
-"""Laws that are fitted with what may be beside them; a choice, not measured."""
-MOSTLY = 0.5
-"""Share of the misfit that an effect has to take to be named where more than noise is left, or that a law has to
-take to be tried with further effects where it alone is not the best. Six of the eight effects that a saturating
-torque constant was called take less (docs/diagnosis.md)."""
-TRIAL = 8
-"""Steps in which a law has to show in a fit that it takes a share of what is left. With it hysteresis of a gear
-took 135 s of CPU, 297 before (docs/diagnosis.md, with other savings)."""
 WORSE = "leaves more than the effects without it"
 
 
@@ -76,7 +68,11 @@ def with_a_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -
     """
     best, steps = smooth, list[Step]()
     for rank, (law, trial) in enumerate(_promising(before, smooth, tried, say)):
-        hopeless = rank >= TRIES or gain(before, trial).share < MOSTLY or best.over_noise <= FOLLOWED
+        hopeless = (
+            rank >= IN_DIAGNOSIS.law_tries
+            or gain(before, trial).share < IN_DIAGNOSIS.mostly
+            or best.over_noise <= IN_DIAGNOSIS.followed
+        )
         if hopeless and _bic(trial, best) >= _bic(best, trial):
             tried[law] = WORSE
             continue
@@ -124,7 +120,7 @@ def _in_place(model: Model, law: Law) -> Model:
     """Return the model with a law, less the disturbance that takes its place where it is lacking, after some steps."""
     start = _promise(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
-    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=TRIAL)
+    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=IN_DIAGNOSIS.law_steps)
 
 
 def _bic(model: Model, other: Model) -> float:

@@ -10,6 +10,7 @@ from mechid.campaign import Campaign
 from mechid.identification.disturbance.disturbance import Disturbance, Found, carried, with_disturbances, without
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.disturbance.scores import Score, scores, worth_of
+from mechid.identification.effects.rules import DURING_FIT
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
@@ -18,19 +19,6 @@ from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.deviations import deviations
 from mechid.identification.uncertainty.noise import MISFIT
-
-LEAST = 30.0
-"""Chi-square from which a disturbance counts, whatever its freedom: by chance, one in 2e7 of one degree."""
-SHARE = 0.5
-"""Of what records hold beyond their noise, that a disturbance has to explain: with less, the mechanism lacks
-something that it imitates. Without it voltages were named for phases apart and temperatures for a torque
-harmonic (docs/identification.md)."""
-LEAST_DEVIATION = 4.0
-"""Standard errors, widened by what the model lacks, by which one of its parameters has to be off none. Without it
-voltages were named for hysteresis in the gear (the same page)."""
-ROUGH = 1e-6
-"""Relative fall of the cost at which a fit that shows whether a disturbance is there may stop; a choice, not
-measured."""
 
 
 def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
@@ -77,7 +65,7 @@ def _stands_out(state: SearchState, one: Disturbance) -> bool:
     """Tell whether a disturbance is beyond its own errors, those that hold where the model lacks something else."""
     if not one.parameters:
         return True
-    return float(deviations(state.problem, state.q, state.windows, one).max(initial=0.0)) > LEAST_DEVIATION
+    return float(deviations(state.problem, state.q, state.windows, one).max(initial=0.0)) > DURING_FIT.least_deviation
 
 
 def _asks(watch: Watch, state: SearchState) -> bool:
@@ -110,14 +98,14 @@ def _with_one_more(
 
 
 def _counts(score: Score) -> bool:
-    return score.chi_square > LEAST and score.over > 0.0
+    return score.chi_square > DURING_FIT.least_chi_square and score.over > 0.0
 
 
 def _fitted(watch: Watch, state: SearchState, one: Disturbance, names: tuple[str, ...]) -> SearchState:
     problem = with_disturbances(state.problem, [one])
     begun = state.of(problem).at(carried(state.problem, state.q, problem))
     own = tuple(p.name for p in one.parameters)
-    return joint_fit(watch, watch.note(begun), f"with {one.name}", (*names, *own), tolerance=ROUGH)
+    return joint_fit(watch, watch.note(begun), f"with {one.name}", (*names, *own), tolerance=DURING_FIT.tolerance)
 
 
 def _gain(watch: Watch, state: SearchState, tried: SearchState, one: Disturbance) -> Found | None:
@@ -131,7 +119,7 @@ def _gain(watch: Watch, state: SearchState, tried: SearchState, one: Disturbance
     worth = worth_of(tried.problem, tried.q, tried.windows)
     score = Score(worth * fall / costs[1], one.dof, fall / costs[0], worth)
     share = fall / max(costs[0] - sum(samples.values()), fall)
-    return Found(one, score.chi_square, share) if _counts(score) and share >= SHARE else None
+    return Found(one, score.chi_square, share) if _counts(score) and share >= DURING_FIT.share else None
 
 
 def _follows(watch: Watch, state: SearchState) -> bool:
@@ -159,4 +147,4 @@ def _fitted_without(watch: Watch, state: SearchState, found: Found, names: tuple
     problem, q = without(state.problem, state.q, [one])
     rest = tuple(other for other in state.found if other is not found)
     begun = watch.note(replace(state.of(problem).at(q), found=rest))
-    return joint_fit(watch, begun, f"without {one.name}", names, tolerance=ROUGH)
+    return joint_fit(watch, begun, f"without {one.name}", names, tolerance=DURING_FIT.tolerance)

@@ -14,8 +14,9 @@ from mechid.campaign import Campaign
 from mechid.identification.beside.beside import law_beside, lifted
 from mechid.identification.disturbance.disturbance import Found, without
 from mechid.identification.disturbance.scores import worth_of
+from mechid.identification.effects.rules import DURING_FIT
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.stages.disturbances import ROUGH, fit_released_anew, with_noise_as_known
+from mechid.identification.stages.disturbances import fit_released_anew, with_noise_as_known
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.watch import Watch
 from mechid.plant.superset import Law, rivals_of
@@ -48,7 +49,7 @@ def _in_place(
         watch.note(begun),
         f"{law.name} in place of {found.disturbance.name}",
         (*names, *sorted(beside.new)),
-        tolerance=ROUGH,
+        tolerance=DURING_FIT.tolerance,
     )
     assert tried.solution is not None
     cost = state.problem.total_norm(state.q, state.windows) ** 2
