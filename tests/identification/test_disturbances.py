@@ -14,9 +14,9 @@ from mechid.analysis.residual_emission import TRACKED
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.identify_options import DISTURBANCES
 from mechid.errors import InputFileError
-from mechid.identification.disturbance.disturbance import carried, with_disturbances, without
-from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import scores
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import carried, with_disturbances, without
+from mechid.identification.effects.scores import scores
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.estimate_file import write_estimate

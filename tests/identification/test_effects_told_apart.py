@@ -16,8 +16,9 @@ from mechid.identification.diagnosis import search
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.search import in_doubt, small_in_part, standing_in
 from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.steps import exchange_effect
 from mechid.identification.diagnosis.stretches import in_stretches
-from mechid.identification.disturbance.scores import Score
+from mechid.identification.effects.scores import Score
 from mechid.identification.identify import identify
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
@@ -179,7 +180,7 @@ def test_an_alias_is_found_from_where_the_other_effect_is():
     bench = campaign(catalogue_mechanism(), *records)
     before, _ = begun(bench, mechid.identify(bench, workers=1, near=TRUTH).to_dict())
     detent = before.fitted(before).with_effect("stepper.detent:7.2deg")
-    offset = detent.exchanged("stepper.detent:7.2deg", "stepper.phase_offset")
+    offset = exchange_effect(detent, "stepper.detent:7.2deg", "stepper.phase_offset")
     assert offset.terms == ("stepper.phase_offset",)
     assert offset.cost == pytest.approx(detent.cost, abs=3.0)
     values = offset.problem.coordinates.values(offset.q)

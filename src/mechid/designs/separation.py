@@ -20,11 +20,11 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
-from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.disturbance.disturbance import with_disturbances
-from mechid.identification.disturbance.possible import possible
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import with_disturbances
+from mechid.identification.effects.effect import lifted
 from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target

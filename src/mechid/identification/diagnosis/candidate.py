@@ -1,4 +1,4 @@
-"""A model of a campaign: the mechanism as written with some effects of the library, and what else may be beside it."""
+"""Augmented model of a campaign: the mechanism as written with some effects of the library, at its optimum."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.beside.beside import Beside, lifted, terms_beside
-from mechid.identification.disturbance.disturbance import Disturbance
-from mechid.identification.disturbance.scores import worth_of
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.effects.effect import Beside, lifted, terms_beside
+from mechid.identification.effects.pruning import needed_effects
+from mechid.identification.effects.rules import IN_DIAGNOSIS, EffectRules
+from mechid.identification.effects.scores import Landscape, Score, landscape_at, worth_of
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
@@ -39,6 +40,7 @@ class Setting:
         That the records may have beside.
     considered : frozenset of str
         Names of the effects that are looked for.
+    rules : EffectRules
     libraries : dict
         Libraries of mechanisms so far, each with its mechanism, whose identity and further terms tell it: making one
         takes a second.
@@ -48,6 +50,7 @@ class Setting:
     windows: Windows
     disturbances: tuple[Disturbance, ...]
     considered: frozenset[str]
+    rules: EffectRules = IN_DIAGNOSIS
     libraries: dict[tuple[int, int], tuple[Mechanism, Superset | None]] = field(default_factory=dict)
 
     @property
@@ -102,13 +105,14 @@ class Model:
         return math.sqrt(self.cost / self.setting.samples)
 
     @property
-    def away(self) -> FloatArray:
-        """How far each coordinate of its effects is from where it is none, (n,)."""
-        values = self.problem.space.values(self.problem.coordinates.of_mechanism(self.q))
-        own = self.problem.coordinates.own
-        nulls = [values.get(c.parameter.replaces, c.parameter.value) for c in own]
-        records = self.problem.coordinates.of_records(self.q) - nulls
-        return np.concatenate([self.problem.coordinates.of_mechanism(self.q), records])
+    def rules(self) -> EffectRules:
+        """How much an effect has to explain."""
+        return self.setting.rules
+
+    @property
+    def freedom(self) -> int:
+        """Number of coordinates."""
+        return self.problem.size
 
     @property
     def is_of_whole_records(self) -> bool:
@@ -145,15 +149,12 @@ class Model:
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""
-        return self._keeping(effects).fitted(self)
+        return self.reduced_to(effects).fitted(self)
 
-    def _keeping(self, effects: Collection[str]) -> Model:
+    def reduced_to(self, effects: Collection[str]) -> Model:
+        """Return it with some of its terms and disturbances alone, not fitted."""
         terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
         return replace(self, terms=tuple(terms), disturbances=tuple(disturbances))
-
-    def beyond(self, other: Model) -> str:
-        """Return the name of the effect that it has and another has not."""
-        return next((name for name in self.effects if name not in other.effects), "")
 
     @cached_property
     def library(self) -> Superset | None:
@@ -168,23 +169,40 @@ class Model:
         """The problem in which its effects are free."""
         return self._beside(self.terms).problem(self.setting.problem, self._of(self.disturbances))
 
-    def widened(self, problem: Problem, effects: Collection[str]) -> Problem:
+    def _widened(self, problem: Problem, effects: Collection[str]) -> Problem:
         """Return its problem, or that with other weights, with some further effects free."""
         others = [name for name in effects if name not in self.disturbances]
         return self._beside((*self.terms, *effects)).problem(problem, self._of(others))
+
+    def landscape(self) -> Landscape:
+        """Return the derivatives at its optimum: to all that it has, and to each effect that is looked for beside."""
+        looked_for = self.setting.considered - {*self.effects}
+
+        def widened(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
+            wide = self._widened(plain, names)
+            return wide, lifted(self.problem, self.q, wide)
+
+        effects = {name: own for name, own in self.parameters.items() if name in looked_for}
+        return landscape_at(self.problem, self.q, self.setting.windows, effects, widened)
+
+    def scores(self) -> Mapping[str, Score]:
+        """Return the score of each effect that is looked for beside."""
+        return self.landscape().scores()
+
+    def needed_effects(self, shrinkage: Mapping[str, float] | None = None) -> frozenset[str]:
+        """Return the terms and disturbances that its optimum needs, as its derivatives have it.
+
+        `shrinkage` holds the widths of small priors by dotted name, where it was fitted with such.
+        """
+        problem = replace(self.problem, shrinkage=shrinkage or {})
+        named = {name: self.parameters[name] for name in (*self.terms, *self.disturbances)}
+        return needed_effects(problem, self.q, self.setting.windows, named)
 
     def _beside(self, terms: Collection[str]) -> Beside:
         return replace(terms_beside(self.library, terms), widths={}) if self.library else Beside(self.base)
 
     def _of(self, names: Collection[str]) -> list[Disturbance]:
         return [one for one in self.setting.disturbances if one.name in names]
-
-    def holds_more(self, effect: str, other: str) -> bool:
-        """Tell whether one disturbance is another with more that is free: a clock of each record, and one of all."""
-        known = {one.name: one for one in self.setting.disturbances}
-        if effect not in known or other not in known:
-            return False
-        return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof
 
     @cached_property
     def parameters(self) -> Mapping[str, tuple[str, ...]]:
@@ -212,32 +230,14 @@ class Model:
         return tuple(p.name for p in self.base.free if p.name not in known)
 
     def with_effect(self, effect: str) -> Model:
-        """Return it with one more term or disturbance, fitted."""
-        return self._having(effect).fitted(self)
+        """Return it with one more term or disturbance, fitted and grown anew."""
+        return self.having(effect).fitted(self).regrown()
 
-    def _having(self, effect: str) -> Model:
+    def having(self, effect: str) -> Model:
         """Return it with one more term or disturbance, not fitted."""
         if effect in self._listed:
             return replace(self, terms=(*self.terms, effect))
         return replace(self, disturbances=(*self.disturbances, effect))
-
-    def exchanged(self, effect: str, other: str) -> Model:
-        """Return it with another term or disturbance in place of one, fitted.
-
-        The fit begins where the derivatives say that the other explains most nearly the same: from a point with
-        neither, what one step of a stick/slip or an impact hides would have to be found again.
-        """
-        both = self._having(other)
-        q = lifted(self.problem, self.q, both.problem)
-        both = replace(both, q=q)
-        J = both.problem.joint(q, self.setting.windows).jacobian
-        names = both.problem.coordinates.names
-        lost = np.array([name in both.parameters[effect] for name in names])
-        step = np.where(lost, -both.away, 0.0)
-        if np.all(np.isfinite(J)):
-            step[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ step[lost], rcond=None)[0]
-        there = replace(both, q=both.problem.coordinates.clip(q + step))
-        return there._keeping([name for name in both.effects if name != effect]).fitted(there)
 
     def without(self, effect: str) -> Model:
         """Return it without one of its effects, fitted; what has been fitted once is kept."""
@@ -264,14 +264,17 @@ class Model:
             base = law.mechanism.with_values({n: values[n] for n in law.own if n in values})
         return replace(self, base=base, laws=rest)
 
-    def with_law(self, law: Law, mechanism: Mechanism | None = None) -> Model:
-        """Return it with a law in place of one of its mechanism, fitted from that law's start or from a mechanism."""
-        return self.in_place_of(law, mechanism or law.mechanism).fitted(self)
-
     def in_place_of(self, law: Law, mechanism: Mechanism) -> Model:
         """Return it with a mechanism that has a law, without the terms that are none beside it, not fitted."""
         other = replace(self, base=mechanism, laws=(*self.laws, law.name))
         return replace(other, terms=tuple(name for name in self.terms if name in other._listed))
+
+    def is_better_than(self, other: Model) -> bool:
+        """Tell whether the Bayesian criterion prefers it, the noise being what the better of the two leaves."""
+        better = min(self, other, key=lambda one: one.cost)
+        penalty = math.log(max(better.worth, math.e))
+        mine, others = (better.worth * one.cost / better.cost + one.freedom * penalty for one in (self, other))
+        return mine < others
 
     def at(self, values: Mapping[str, float]) -> Model:
         """Return it at values by dotted name, not fitted."""
@@ -290,9 +293,10 @@ class Model:
     def _listed(self) -> set[str]:
         return {t.name for t in self.library.terms} if self.library else set()
 
-    def fitted(self, near: Model, *, steps: int = IN_DIAGNOSIS.steps) -> Model:
+    def fitted(self, near: Model, *, steps: int | None = None) -> Model:
         """Return it at its optimum, sought from that of another in so many steps at most."""
-        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.worth, steps)
+        most = self.rules.steps if steps is None else steps
+        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.worth, most)
 
     def regrown(self) -> Model:
         """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
@@ -300,19 +304,19 @@ class Model:
         A model that leaves no more than noise has not; and where no other branch follows all records, none is better.
         Of windows that are not whole records growth has said already how far they go.
         """
-        if self.over_noise <= IN_DIAGNOSIS.followed or not self.is_of_whole_records:
+        if self.over_noise <= self.rules.followed or not self.is_of_whole_records:
             return self
-        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=IN_DIAGNOSIS.escapes)
-        other = self._fitted_from(growth.q, self.worth) if growth.complete else self
+        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)
+        other = self._fitted_from(growth.q, self.worth, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self
 
-    def _fitted_from(self, q: FloatArray, worth: float, steps: int = IN_DIAGNOSIS.steps) -> Model:
+    def _fitted_from(self, q: FloatArray, worth: float, steps: int) -> Model:
         """Return it at its optimum, sought from a point of its problem, as near as so many samples let it be judged."""
         problem, windows = self.problem, self.setting.windows
 
         def solved(x: FloatArray) -> Solution:
-            return solve(problem, x, windows, steps=steps, tolerance=IN_DIAGNOSIS.tolerance / worth)
+            return solve(problem, x, windows, steps=steps, tolerance=self.rules.tolerance / worth)
 
         found = out_of_corner(problem, solved(q), solved)
         there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
-        return there._fitted_from(there.q, there.worth, steps) if there.worth > IN_DIAGNOSIS.finer * worth else there
+        return there._fitted_from(there.q, there.worth, steps) if there.worth > self.rules.finer * worth else there

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
-from mechid.identification.disturbance.mains import mains
-from mechid.identification.disturbance.scores import scores
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
+from mechid.identification.effects.mains import mains
 from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.scores import scores
 from mechid.identification.result.missing import Missing
 
 

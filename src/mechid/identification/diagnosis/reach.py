@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.landscape import Landscape, landscape_of
-from mechid.identification.diagnosis.steps import counts, of_misfit
-from mechid.identification.disturbance.scores import COLLINEAR, Score
 from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.scores import COLLINEAR, Landscape, Score
+from mechid.identification.effects.selection import counts, scores_of_misfit, share_of_misfit
 
 NOT_LOOKED_FOR = "not looked for"
 
@@ -28,9 +26,9 @@ def out_of_reach(before: Model, model: Model) -> dict[str, str]:
     model : Model
         That in which the search has ended.
     """
-    plain = landscape_of(before if math.isfinite(before.cost) else model)
+    plain = (before if math.isfinite(before.cost) else model).landscape()
     weak = (
-        _weak(model, plain if model is before else landscape_of(model))
+        _weak(model, plain if model is before else model.landscape())
         if model.over_noise > IN_DIAGNOSIS.followed
         else {}
     )
@@ -42,10 +40,10 @@ def weighed(model: Model) -> dict[str, str]:
 
     The effect that comes nearest to what is asked for is first.
     """
-    landscape = landscape_of(model)
+    landscape = model.landscape()
     scores = sorted(landscape.scores().items(), key=lambda item: item[1].over, reverse=True)
     whys = {
-        name: f"would take {100.0 * of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
+        name: f"would take {100.0 * share_of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
         f"{s.chi_square:.3g} for {s.dof}; {_asked_for(s):.3g} is asked for"
         for name, s in scores
     }
@@ -78,12 +76,12 @@ def _is_seen(free: FloatArray, further: FloatArray) -> bool:
 
 def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
     """Return the effects that would take a share of what is left, which so few samples do not make sure."""
-    scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
+    scores = scores_of_misfit(model, landscape.scores())
     return {
         name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
         f"records are worth {s.worth:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
         for name, s in scores.items()
-        if s.share >= IN_DIAGNOSIS.share and not counts(s)
+        if s.share >= IN_DIAGNOSIS.share and not counts(s, IN_DIAGNOSIS)
     }
 
 

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.landscape import landscape_of
-from mechid.identification.diagnosis.steps import Step, beside, counts, gain, grown, pruned, step
-from mechid.identification.diagnosis.with_laws import in_place_of_imitators, with_a_law, with_hidden
-from mechid.identification.disturbance.scores import Score
+from mechid.identification.diagnosis.laws import add_hidden_laws, add_law, replace_imitators
+from mechid.identification.diagnosis.steps import (
+    Step,
+    add_effects,
+    drop_effects,
+    exchange_effect,
+    step,
+    with_criteria,
+)
 from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.scores import Score
+from mechid.identification.effects.selection import gain, is_needed
 from mechid.identification.uncertainty.deviations import comparison_at
 from mechid.identification.uncertainty.noise import MISFIT
 
@@ -58,7 +65,7 @@ class Found:
     @property
     def as_written(self) -> Step:
         """The mechanism as written, before any step."""
-        return beside(self.model, [step(self.before)])[0]
+        return with_criteria(self.model, [step(self.before)])[0]
 
 
 def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Found:
@@ -76,14 +83,14 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     tried: dict[str, str] = {}
     before = _at_its_best(before) if start.effects else start
     steps = [step(start, added=name) for name in start.effects]
-    model, added = grown(start, tried, say)
-    model, removed = pruned(model, say)
-    model, hidden = with_hidden(model, tried, say) if model.over_noise <= MISFIT else (model, [])
-    model, imitated = in_place_of_imitators(model, say)
+    model, added = add_effects(start, tried, say)
+    model, removed = drop_effects(model, say)
+    model, hidden = add_hidden_laws(model, tried, say) if model.over_noise <= MISFIT else (model, [])
+    model, imitated = replace_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
     if model.over_noise > IN_DIAGNOSIS.followed:
         bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
-        better, law_steps = with_a_law(bare, model, tried, say)
+        better, law_steps = add_law(bare, model, tried, say)
         if better is not model:
             model, steps = better, law_steps
     less, needed = _needed(before, model)
@@ -100,7 +107,7 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
         steps += [step(model, removed=name) for name in lost]
         less, needed = _needed(before, model)
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(beside(model, steps)), tried, needed, less, like, tuple(refused))
+    return Found(model, before, tuple(with_criteria(model, steps)), tried, needed, less, like, tuple(refused))
 
 
 def _at_its_best(model: Model) -> Model:
@@ -180,11 +187,19 @@ def _without_all(model: Model, names: Sequence[str]) -> Model:
 
 def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
     """Yield the effects that do as well in place of one, by the score test first and then by a fit."""
-    landscape = landscape_of(less)
+    landscape = less.landscape()
     if name not in landscape.effects:
         return
     for other in landscape.like(name):
-        if other not in model.effects and not model.holds_more(other, name):
-            swapped = model.exchanged(name, other)
-            if not counts(replace(gain(swapped, model), share=1.0)):
+        if other not in model.effects and not _holds_more(model, other, name):
+            swapped = exchange_effect(model, name, other)
+            if not is_needed(swapped, model):
                 yield other
+
+
+def _holds_more(model: Model, effect: str, other: str) -> bool:
+    """Tell whether one disturbance is another with more that is free: a clock of each record, and one of all."""
+    known = {one.name: one for one in model.setting.disturbances}
+    if effect not in known or other not in known:
+        return False
+    return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof

@@ -15,9 +15,10 @@ import numpy as np
 
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.steps import exchanges, grown, one_more, pruned
-from mechid.identification.diagnosis.with_laws import with_a_law
+from mechid.identification.diagnosis.laws import add_law
+from mechid.identification.diagnosis.steps import add_effects, drop_effects, exchanged_models
 from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.selection import with_one_more
 from mechid.identification.search.gates import Growth, floors, followed, grow
 from mechid.identification.search.multistart import candidates, multistart
 from mechid.identification.uncertainty.lowered_noise import levels_of
@@ -126,17 +127,17 @@ def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterat
     """
     here, tried = model.fitted(model), dict[str, str]()
     more = here
-    while (better := one_more(more, tried, say)) is not None:
+    while (better := with_one_more(more, tried, say)) is not None:
         more = better
         yield more, before, 0
-    more, _ = pruned(grown(more, tried, say)[0], say)
+    more, _ = drop_effects(add_effects(more, tried, say)[0], say)
     if {*more.effects} != {*here.effects}:
         yield more, before, IN_DIAGNOSIS.first_escapes
     if more.over_noise <= IN_DIAGNOSIS.followed:
-        yield from ((other, before, IN_DIAGNOSIS.first_escapes) for other in exchanges(more, say))
+        yield from ((other, before, IN_DIAGNOSIS.first_escapes) for other in exchanged_models(more, say))
     if model.laws:  # a second one is rarer than a branch
         yield more, before, IN_DIAGNOSIS.patient_escapes
-    with_law, _ = with_a_law(here, more, tried, say)
+    with_law, _ = add_law(here, more, tried, say)
     if with_law is not more:
         yield with_law, before, IN_DIAGNOSIS.first_escapes
     if model.laws:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.disturbance.disturbance import Disturbance
+from mechid.identification.effects.disturbance import Disturbance
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.uncertainty.covariance import covariances, scores
 from mechid.identification.uncertainty.model_error import Comparison
