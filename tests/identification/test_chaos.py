@@ -12,12 +12,8 @@ from layouts import changed, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
-from mechid.identification.identifiability.predictability import (
-    DISPLACED,
-    apart_at_s,
-    chaos_warnings,
-    first_apart_for_good,
-)
+from mechid.identification.identifiability.predictability import apart_at_s, chaos_warnings, first_apart_for_good
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.misfit import misfit_series, misfit_series_of
 from paper import constant
@@ -99,7 +95,7 @@ def test_runs_that_meet_again_are_not_chaotic(tmp_path):
     problem = make_problem(made, 1)
     target, q = problem.targets[0], problem.start
     size = np.maximum(np.abs(q), 1e-3 * problem.coordinates.span)
-    displaced = q + DISPLACED * size * np.random.default_rng(0).choice([-1.0, 1.0], q.size)
+    displaced = q + VERDICTS.displaced * size * np.random.default_rng(0).choice([-1.0, 1.0], q.size)
     one, other = (problem.model.predict(target, point, target.samples)[0] for point in (q, displaced))
     off = np.abs(one - other)
     assert off.max() > 2.0 * target.leading.sigma

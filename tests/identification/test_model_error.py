@@ -12,12 +12,14 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.output_error.weighted_rows import WeightedRows
-from mechid.identification.result.consistency import BY_CHANCE, Consistency, Scatter
+from mechid.identification.result.consistency import Consistency, Scatter
+from mechid.identification.result.settings import GRADE
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty import model_error
 from mechid.identification.uncertainty.covariance import scores
 from mechid.identification.uncertainty.model_error import Comparison, ModelError, clustered, left_out
-from mechid.identification.uncertainty.parts import PHASES, Parts, RecordParts
+from mechid.identification.uncertainty.parts import Parts, RecordParts
+from mechid.identification.uncertainty.settings import ERRORS
 from mechid.identification.uncertainty.standard_errors import _Spread
 from synthetic import COMMANDS, NOISE_NM, bounded, campaign, displaced, measured, record, truth
 
@@ -69,7 +71,7 @@ def test_clusters_by_phase_are_those_of_statsmodels(fitted):
     rows = [rows_of(problem, q, t) for t in problem.targets]
     times = np.arange(len(rows[0])) / 1e4
     rates = [float(COMMANDS[t.name].rate.rates[0]) for t in problem.targets]
-    groups = [k * PHASES + np.floor(PHASES * ((rate * times) % 1.0)) for k, rate in enumerate(rates)]
+    groups = [k * ERRORS.phases + np.floor(ERRORS.phases * ((rate * times) % 1.0)) for k, rate in enumerate(rates)]
     rJ = np.concatenate(rows)
     step = np.linalg.lstsq(rJ[:, 1:], rJ[:, 0], rcond=None)[0]
     ols = sm.OLS(rJ[:, 0] - rJ[:, 1:] @ step, rJ[:, 1:])
@@ -86,7 +88,7 @@ def test_clusters_by_phase_are_those_of_statsmodels(fitted):
 
 def test_leaving_out_a_record_is_a_fit_without_it(fitted, monkeypatch):
     """Truth: linear least squares of the other records' rows, from the same point."""
-    monkeypatch.setattr(model_error, "ALONE", 1.0)
+    monkeypatch.setattr(model_error, "ERRORS", replace(ERRORS, irreplaceable=1.0))
     problem, solution = fitted
     rows = [rows_of(problem, solution.q, t) for t in problem.targets]
     everything = np.concatenate(rows)
@@ -134,7 +136,7 @@ def test_parts_of_noise_agree_and_those_of_an_effect_do_not(common, agrees):
         compared = Comparison(parts, information, np.linalg.inv(information), np.ones(6, dtype=bool))
         assert compared.consistency.agrees is agrees
         z.append(compared.consistency.phase.z)
-    assert (max(z) < BY_CHANCE) is agrees
+    assert (max(z) < GRADE.by_chance) is agrees
     if agrees:  # of chance, mean 0 and deviation 1, each known to its own error over 60 draws
         assert abs(np.mean(z)) < 4.0 / np.sqrt(60)
         assert np.std(z) == pytest.approx(1.0, abs=0.4)
@@ -196,7 +198,7 @@ def test_with_a_wrong_housing_the_errors_reach_the_truth():
     start = wrong(displaced(truth(), FREE))
     fit = identify(campaign(start, *records_of(truth(), 33)), near={n: start.value(n) for n in FREE}, workers=1)
     assert not fit.consistency.agrees
-    assert fit.consistency.phase.z > BY_CHANCE
+    assert fit.consistency.phase.z > GRADE.by_chance
     assert fit.consistency.contested_record in MADE
     off = {n: fit.parameters[n].value - truth().value(n) for n in FREE}
     by_noise = [abs(off[n]) / fit.parameters[n].std_error_noise for n in FREE]

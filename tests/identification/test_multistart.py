@@ -8,7 +8,8 @@ import pytest
 from complete_fits import CASES
 from mechid.identification.identify import make_problem
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.multistart import STARTS, candidates, capped_costs, multistart
+from mechid.identification.search.multistart import candidates, capped_costs, multistart
+from mechid.identification.search.settings import SEARCH
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +25,7 @@ def test_starts_that_explain_nothing_better_are_tried_as_drawn_the_catalogue_fir
     """Truth: the sequence itself. All costs are 1e-12 of a start that is wrong, and differ by less than counts."""
     starts = multistart(quiet_problem, seed, 1)
     assert 0.0 < np.ptp([start.cost for start in starts]) < 1e-3
-    drawn = sample_box(quiet_problem.space, STARTS, seed)
+    drawn = sample_box(quiet_problem.space, SEARCH.starts, seed)
     np.testing.assert_array_equal([start.q[: quiet_problem.space.size] for start in starts], drawn)
     first = next(iter(candidates(quiet_problem, starts, 1)))
     np.testing.assert_array_equal(first.q, quiet_problem.start)

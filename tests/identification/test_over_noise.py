@@ -10,7 +10,8 @@ import pytest
 import synthetic
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.misfit import misfit_series
-from mechid.identification.stages.over_noise import SHARE, OverNoise, over_noise
+from mechid.identification.stages.over_noise import OverNoise, over_noise
+from mechid.identification.stages.settings import STAGES
 from mechid.simulation.interruption import interrupted_by
 from synthetic import bench, displaced, truth, with_leading
 
@@ -57,7 +58,7 @@ def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, mo
     looks = [bool(watched.seen("joint fit", problem, problem.start)) for _ in range(100)]
     apart = np.diff(np.flatnonzero(looks))
     assert looks[0]
-    assert set(apart.tolist()) <= {round(1.0 / SHARE), round(1.0 / SHARE) + 1}
+    assert set(apart.tolist()) <= {round(1.0 / STAGES.share_of_time), round(1.0 / STAGES.share_of_time) + 1}
     assert watched.seen("noise re-estimated", problem, problem.start)
     assert not watched.seen("noise re-estimated", problem, problem.start)
 

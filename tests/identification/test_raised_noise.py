@@ -18,7 +18,8 @@ from mechid.identification.result.channel_noise import channel_noises
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.gates import Growth
-from mechid.identification.uncertainty.raised_noise import FACTOR, MOST_SHARE, moved, raised
+from mechid.identification.uncertainty.raised_noise import moved, raised
+from mechid.identification.uncertainty.settings import NOISE
 from synthetic import NOISE_NM, RATE_HZ, bench, campaign, displaced, truth
 
 STEPS_OF = 0.05
@@ -89,14 +90,14 @@ def test_it_is_raised_step_by_step_up_to_a_share_of_what_moves():
     (channel,) = problem.targets[0].channels
     k = np.arange(channel.measured.size)
     most = 0.3 * np.std(channel.measured - np.polyval(np.polyfit(k, channel.measured, 1), k))
-    assert MOST_SHARE * moved(channel) == pytest.approx(most, rel=1e-9)
+    assert NOISE.most_raised_share * moved(channel) == pytest.approx(most, rel=1e-9)
     levels = [channel.sigma]
     while (louder := raised(problem, stalled(problem))) is not problem:
         problem = louder
         (channel,) = problem.targets[0].channels
         levels.append(channel.sigma)
         assert (channel.raised, channel.rests_on) == (channel.sigma, NoiseSource.RESIDUAL)
-    assert levels[1:-1] == [levels[0] * FACTOR**n for n in range(1, len(levels) - 1)]
+    assert levels[1:-1] == [levels[0] * NOISE.raise_factor**n for n in range(1, len(levels) - 1)]
     assert levels[-1] == pytest.approx(most, rel=1e-9)
 
 
@@ -131,7 +132,7 @@ def test_what_is_not_fitted_takes_the_level_its_quantity_was_raised_to():
     level = louder[0].leading.sigma
     noise = channel_noises(other, louder)["torque"]
     assert (noise.found.sigma, noise.found.rests_on, noise.follows) == (level, NoiseSource.RESIDUAL, level)
-    assert noise.known.sigma == pytest.approx(level / FACTOR)
+    assert noise.known.sigma == pytest.approx(level / NOISE.raise_factor)
     for record, targets in ((matched(other, noise_sigma=1e-4), louder), (other, (*louder, *known.targets))):
         noise = channel_noises(record, targets)["torque"]
         assert noise.found == noise.known

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.identification.search.first_moments import ROBUST_SIGMAS, robust_cost
+from mechid.identification.search.first_moments import robust_cost
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors
 
 
@@ -16,7 +17,7 @@ def test_tiny_residuals_are_squared(size):
 
 def test_large_residuals_count_by_their_size():
     r = np.array([1e9])
-    assert robust_cost(r) == pytest.approx(2.0 * ROBUST_SIGMAS * 1e9, rel=1e-6)
+    assert robust_cost(r) == pytest.approx(2.0 * SEARCH.robust_sigmas * 1e9, rel=1e-6)
 
 
 def test_a_variance_that_is_rounding_is_infinite():

@@ -2,6 +2,7 @@
 
 import pickle
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from multiprocessing import get_context
@@ -19,7 +20,9 @@ from mechid.identification.computation import worker
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.computation.progress import silent
-from mechid.identification.computation.workforce import AHEAD, working_on
+from mechid.identification.computation.settings import WORK
+from mechid.identification.computation.workforce import working_on
+from mechid.identification.contradiction import agreement
 from mechid.identification.contradiction.agreement import _first_look, start_points
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.refit.bootstrap import bootstrap
@@ -27,6 +30,7 @@ from mechid.identification.refit.profile import profiles
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.growth import _grow_best
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.draws import examine_draws
@@ -124,7 +128,7 @@ def test_a_problem_goes_to_a_worker_once():
         for first in range(3):
             mapped(function, range(first, first + 40), 1)
     carried = [function for _, _, function, _ in recorded.calls if function is not None]
-    assert len(recorded.calls) > 2 * AHEAD
+    assert len(recorded.calls) > 2 * WORK.ahead
     assert len(carried) == 1
     assert len(carried[0]) > heavy.nbytes
     assert all(len(tasks) < 1000 for *_, tasks in recorded.calls)
@@ -139,8 +143,8 @@ def test_batches_take_a_second(monkeypatch):
         mapped(partial(chores.squared, 0), range(1000), 1)
     sizes = [len(pickle.loads(tasks)) for *_, tasks in recorded.calls]
     assert sum(sizes) == 1000
-    assert sizes[: 2 * AHEAD] == [1] * AHEAD + sizes[AHEAD : 2 * AHEAD]
-    assert all(size in (100, 101) for size in sizes[AHEAD:-1])
+    assert sizes[: 2 * WORK.ahead] == [1] * WORK.ahead + sizes[WORK.ahead : 2 * WORK.ahead]
+    assert all(size in (100, 101) for size in sizes[WORK.ahead : -1])
 
 
 def test_work_within_a_task_stays_on_its_core():
@@ -201,7 +205,7 @@ def test_a_process_that_dies_is_told_and_its_journal_goes_on(tmp_path):
 
 def test_the_first_look_of_a_multi_start_goes_out_whole(pool, monkeypatch):
     """Truth: the costs of the same points here."""
-    monkeypatch.setattr("mechid.identification.contradiction.agreement.POINTS", 128)
+    monkeypatch.setattr(agreement, "SEARCH", replace(SEARCH, points=128))
     campaign = synthetic.bench(synthetic.truth(), synthetic.truth(), "full_46", seed=5, seconds=0.1)
     problem = make_problem(campaign, 1)
     points = start_points(problem, 3)

@@ -18,7 +18,7 @@ from mechid.designs.planned import PlannedRecord
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.uncertainty.draws import DEPARTURE
+from mechid.identification.uncertainty.settings import ERRORS
 
 MECHANISMS, DRAWS = 8, 3
 FARTHEST = 0.01
@@ -82,4 +82,4 @@ def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: 
     there = replace(target, channels=(replace(target.leading, measured=torque),))
     costs = np.square(problem.norms_at(there, list(draws), (0, target.samples)))
     promised = np.einsum("di,ij,dj->d", draws - q, information, draws - q)
-    return float(np.mean(~(np.abs(costs - promised) <= DEPARTURE)))
+    return float(np.mean(~(np.abs(costs - promised) <= ERRORS.cost_departure)))

@@ -21,11 +21,11 @@ from mechid.identification.held_out_nuisance import with_nuisance
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
-from mechid.identification.output_error.coordinates import ON_BOUND
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
 from mechid.identification.result.outcome import FitOutcome
@@ -235,7 +235,7 @@ def _estimate(
 
 def _is_limit_of_physics(p: Parameter, value: float) -> bool:
     """Tell whether a parameter on its bound is where nothing of its kind can go on, as a damping or a friction at 0."""
-    reach = ON_BOUND * (p.max - p.min) if math.isfinite(p.max - p.min) else 0.0
+    reach = PROBLEM.on_bound * (p.max - p.min) if math.isfinite(p.max - p.min) else 0.0
     lowest = p.min == p.declaration.lower and value - p.min <= reach
     highest = p.max == p.declaration.upper and p.max - value <= reach
     return lowest or highest

@@ -25,7 +25,8 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_residual, first_samples, robust_cost
 from mechid.identification.search.gates import Growth, grow
-from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine
+from mechid.identification.search.multistart import Candidate, refine
+from mechid.identification.search.settings import SEARCH
 
 Tell = Callable[[str], None]
 BATCHES = 4
@@ -158,7 +159,7 @@ def _agreed(
 def explains(problem: Problem, start: Candidate) -> bool:
     """Tell whether a refined start explains the first window of all records."""
     firsts = (first_samples(t) * len(t.channels) for t in problem.targets)
-    return start.cost <= GOOD * sum(firsts)
+    return start.cost <= SEARCH.good_cost * sum(firsts)
 
 
 def carried(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
@@ -213,7 +214,7 @@ def explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | 
 def start_points(problem: Problem, seed: int) -> list[FloatArray]:
     """Return the points of the multi-start, all with the records' own parameters at their start."""
     tail = problem.coordinates.of_records(problem.start)
-    return [np.concatenate([row, tail]) for row in sample_box(problem.space, POINTS, seed)]
+    return [np.concatenate([row, tail]) for row in sample_box(problem.space, SEARCH.points, seed)]
 
 
 def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
@@ -230,10 +231,10 @@ def _explaining(problem: Problem, rest: Problem, points: list[FloatArray], costs
     """Return a start, refined, that explains the first window of the records of `rest`, or None."""
     names = [t.name for t in problem.targets]
     own = costs[:, [names.index(t.name) for t in rest.targets]].sum(axis=1)
-    order = [i for i in np.argsort(own, kind="stable")[: BATCHES * BATCH] if np.isfinite(own[i])]
-    for first in range(0, len(order), BATCH):
-        starts = [Candidate(carried(problem, points[i], rest), own[i]) for i in order[first : first + BATCH]]
-        refined = mapped(partial(refine, rest, steps=STEPS), starts, rest.workers)
+    order = [i for i in np.argsort(own, kind="stable")[: BATCHES * SEARCH.batch] if np.isfinite(own[i])]
+    for first in range(0, len(order), SEARCH.batch):
+        starts = [Candidate(carried(problem, points[i], rest), own[i]) for i in order[first : first + SEARCH.batch]]
+        refined = mapped(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
         best = min(refined, key=lambda c: c.cost)
         if explains(rest, best):
             return best

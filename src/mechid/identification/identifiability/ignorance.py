@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.parameter import Parameter
 
-MOST_RELATIVE = 100.0
-"""Standard error over value, in magnitude, from which a parameter without two bounds is not known; a choice, not
-measured."""
 REMEDY = "its value is where the search left it; add a record that shows it, or give it as a known number"
 
 
@@ -28,11 +26,11 @@ def not_known(parameter: Parameter, value: float, std_error: float) -> str:
     'not known from these records: its standard error of 5e+15 exceeds what its range of 0 to 0.05 allows'
     """
     span = parameter.max - parameter.min
-    least = span / math.sqrt(12.0) if math.isfinite(span) else MOST_RELATIVE * abs(value) or math.inf
+    least = span / math.sqrt(12.0) if math.isfinite(span) else VERDICTS.most_relative * abs(value) or math.inf
     if std_error <= least and math.isfinite(std_error):
         return ""
     if not math.isfinite(std_error):
         return f"not known from these records: nothing limits it; {REMEDY}"
     allowed = f"its range of {parameter.min:.6g} to {parameter.max:.6g} allows"
-    over = f"what {allowed}" if math.isfinite(span) else f"{MOST_RELATIVE:g} times its value"
+    over = f"what {allowed}" if math.isfinite(span) else f"{VERDICTS.most_relative:g} times its value"
     return f"not known from these records: its standard error of {std_error:.3g} exceeds {over}; {REMEDY}"

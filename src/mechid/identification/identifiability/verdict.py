@@ -9,18 +9,13 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.parameter import Status
 
 Reason = tuple[Status, str]
 
-LEAST_EXCESS = 1e-7
-"""In SI units; a parameter this little above the one it never lies below is at its least, as static friction; a
-choice, not measured."""
-NOTHING = 1e-3
-"""What the whole range of a coordinate changes of all samples together, in sigmas, and yet is nothing; a choice,
-not measured."""
 IN_NO_STAGE = "in no stage of the campaign file that was worked on"
 FAILED = "the simulation fails here"
 ON_BOUND = "the optimum lies on or beyond the bound of the mechanism file"
@@ -72,7 +67,7 @@ def _at_least(problem: Problem, name: str, excess: float) -> str:
     """Say that a parameter is at its least where that is another one, as static friction at Coulomb friction."""
     plant = problem.space.mechanism.plant
     below = plant.related("above").get(name)
-    if below is None or excess > LEAST_EXCESS:
+    if below is None or excess > VERDICTS.least_excess:
         return ""
     return f"{plant.declarations[name].meaning} is at its least, which is {plant.declarations[below].meaning}"
 
@@ -80,7 +75,7 @@ def _at_least(problem: Problem, name: str, excess: float) -> str:
 def seen_coordinates(problem: Problem, triangle: Triangle) -> BoolArray:
     """Return the coordinates, (n,), whose whole range changes anything of the records."""
     effect = np.linalg.norm(triangle.jacobian, axis=0) * problem.coordinates.span
-    return np.asarray(np.isfinite(effect) & (effect > NOTHING), dtype=np.bool_)
+    return np.asarray(np.isfinite(effect) & (effect > VERDICTS.negligible_change), dtype=np.bool_)
 
 
 def _same(norm: float, other: float) -> bool:

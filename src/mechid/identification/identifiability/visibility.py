@@ -12,6 +12,7 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.prediction import simulate, time_base
 from mechid.identification.identifiability.predictability import chaos_warnings
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
@@ -19,13 +20,6 @@ from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import motion_begins
 from mechid.simulation.trajectory import SimulationOutcome
 
-LOOK_S = 1.0
-"""How much of each record is looked at, from its first motion on; a choice, not measured."""
-POINTS = 8
-"""Points of the multi-start's box that are looked at, the file's own values first; a power of two; a choice, not
-measured."""
-NOTHING = 1e-6
-"""What the whole range of a coordinate changes of a sample, in sigmas of its noise, and yet is rounding."""
 REMEDY = "no record sees it; add a record that does, or give it as a known number"
 
 
@@ -53,7 +47,7 @@ def start_warnings(campaign: Campaign) -> tuple[str, ...]:
 
 def _lost(campaign: Campaign, record: CampaignRecord) -> str:
     """Return what is to be said of a record that cannot be simulated at the values of the file."""
-    duration_s = min(LOOK_S, time_base(record, campaign).duration_s)
+    duration_s = min(VERDICTS.look_s, time_base(record, campaign).duration_s)
     trajectory = simulate(campaign, record.name, duration_s=duration_s)
     if trajectory.outcome is SimulationOutcome.COMPLETE:
         return ""
@@ -76,7 +70,7 @@ def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
     return tuple(name for name in asked if partners.get(name, name) not in visible)
 
 
-def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0) -> BoolArray:
+def seen_coordinates(problem: Problem, *, seconds: float = VERDICTS.look_s, seed: int = 0) -> BoolArray:
     """Return for each search coordinate whether any record changes with it, (n,).
 
     Each record is simulated up to `seconds` after its first motion, at the values of the file and, for coordinates
@@ -84,7 +78,7 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
     """
     seen = np.zeros(problem.size, dtype=bool)
     own = problem.coordinates.of_records(problem.start)
-    for point in sample_box(problem.space, POINTS, seed):
+    for point in sample_box(problem.space, VERDICTS.points, seed):
         q = np.concatenate([point, own])
         for target in problem.targets:
             if seen.all():
@@ -105,5 +99,5 @@ def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) ->
             j = problem.model.output(channel.quantity)
             finite = np.isfinite(block.y[:, j])
             J = problem.coordinates.block_slopes(target, j, block, block.stop - block.start)[finite]
-            moved |= np.any(np.isfinite(J) & (np.abs(J) * (span / channel.sigma) > NOTHING), axis=0)
+            moved |= np.any(np.isfinite(J) & (np.abs(J) * (span / channel.sigma) > VERDICTS.rounding_change), axis=0)
     return moved

@@ -9,13 +9,8 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target
-
-PROMISE = 1e-5
-"""Of the record's RMS torque: what is promised of the integration (docs/numerics.md)."""
-MOST_DOUBLINGS = 3
-"""Of the steps a sample. One step keeps the promise on every record of the paper's mechanism (docs/numerics.md);
-how many doublings are tried is a choice."""
 
 
 def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
@@ -25,9 +20,9 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
     The promise is an RMS error of 1e-5 of the RMS of each channel.
     """
     used = [t for t in problem.targets if t.name in windows]
-    for _ in range(MOST_DOUBLINGS):
+    for _ in range(PROBLEM.most_doublings):
         halved = replace(problem, substeps=2 * problem.substeps)
-        if all(_relative_error(problem, halved, t, q, windows[t.name][1]) <= PROMISE for t in used):
+        if all(_relative_error(problem, halved, t, q, windows[t.name][1]) <= PROBLEM.promised_accuracy for t in used):
             break
         problem = halved
     return problem.substeps

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
-
-MEAN_WITHIN = 1e-3
-"""Of the records' own prior, that the mean of their values is held to; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -52,5 +50,5 @@ def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
         by_name.setdefault(p.replaces, []).append(p)
     for name, own in by_name.items():
         if len(own) == len(targets) > 1:
-            sigma = MEAN_WITHIN * min(p.sigma for p in own if p.sigma)
+            sigma = PROBLEM.mean_within * min(p.sigma for p in own if p.sigma)
             yield Mean(name, tuple(p.name for p in own), sigma)

@@ -15,6 +15,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.output_error.jump_samples import NO_SAMPLES, JumpSamples, samples_at
 from mechid.identification.output_error.model import Model
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
 from mechid.signal.stored import Room, room_for
@@ -25,9 +26,6 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 Window = tuple[int, int]
 """First and last-plus-one sample."""
-FEWEST = 3
-"""Points that are worth simulating side by side. A batch costs as much as 3 runs by themselves
-(benchmarks/batch_of_runs.py: 0.37 to 0.4 of 8)."""
 
 
 def residual(modelled: FloatArray, measured: FloatArray, out: FloatArray | None = None) -> FloatArray:
@@ -89,7 +87,7 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
         begun = model.plain_runs(group[0][0], [q for _, q in group], window[1])
-        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if len(begun) >= FEWEST else begun
+        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if len(begun) >= PROBLEM.fewest_in_batch else begun
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 

@@ -6,14 +6,7 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.reduction import Triangle
-
-SINGULAR = 1e-7
-"""Below this share of the largest, a singular value of the column-scaled Jacobian is rounding; a choice, not
-measured."""
-
-
-WORTH_SAYING = 1.0
-"""A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
+from mechid.identification.search.settings import SEARCH
 
 
 def refused_gain(triangle: Triangle, counted: BoolArray) -> float:
@@ -23,7 +16,7 @@ def refused_gain(triangle: Triangle, counted: BoolArray) -> float:
     refuses every step and stops all the same.
     """
     U, s, _ = _decomposed(triangle, counted)
-    return float(triangle.cost * np.sum(U[0, s > SINGULAR * s.max(initial=0.0)] ** 2))
+    return float(triangle.cost * np.sum(U[0, s > SEARCH.singular * s.max(initial=0.0)] ** 2))
 
 
 def _decomposed(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:

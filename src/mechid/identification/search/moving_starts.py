@@ -9,7 +9,8 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.run_up import TRIES, gone_on, run_up
+from mechid.identification.search.run_up import gone_on, run_up
+from mechid.identification.search.settings import SEARCH
 
 Horizons = dict[str, int]
 Rounds = Callable[[Problem, FloatArray, Horizons], tuple[FloatArray, Horizons]]
@@ -71,7 +72,7 @@ def begun_anew(
         Those that are not followed to their ends, in the order in which they are tried.
     """
     for target in targets:
-        for point in (gone_on(problem, q, target), run_up(problem, q, targets=[target], tries=TRIES)):
+        for point in (gone_on(problem, q, target), run_up(problem, q, targets=[target], tries=SEARCH.run_up_tries)):
             if point is None or np.array_equal(point, q):
                 continue
             moved, reached = _by_its_start(problem, target, point, gates[target.name], rounds)

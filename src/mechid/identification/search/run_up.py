@@ -17,19 +17,11 @@ from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import first_residual, robust_cost
+from mechid.identification.search.settings import SEARCH
 from mechid.kernel.start import off_rest
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.start import states_in
 from mechid.simulation.trajectory import SimulationOutcome
-
-STEPS, SHORTEST_S = 8.0, 0.3
-"""Full steps before the first sample from which the model is stepped, and the shortest time that this may be. With
-it three cut records are found within 0.8 standard errors from 20 % off (docs/identification.md, Starts); not
-varied."""
-ELECTRICAL = 4.0
-"""Full steps after which the coils are as they were."""
-TRIES = 32
-"""States that are tried where a motion does not come to repeat; a choice, not measured."""
 
 
 def run_up(
@@ -102,8 +94,8 @@ def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[
     command, step_s = target.command, 1.0 / max(abs(target.command.start_rate), 1e-9)
     if command.begun_s <= 0.0 or not any(is_of_start(p) for p in target.moved):
         return []
-    period_s = min(ELECTRICAL * step_s, command.begun_s)
-    first = max(math.ceil(max(SHORTEST_S, STEPS * step_s) / period_s), 1)
+    period_s = min(SEARCH.electrical_steps * step_s, command.begun_s)
+    first = max(math.ceil(max(SEARCH.run_up_s, SEARCH.run_up_steps * step_s) / period_s), 1)
     periods = min(first + tries - 1, math.floor(command.begun_s / period_s * (1.0 + 1e-9)))
     n = max(math.ceil(period_s * target.base.sample_rate_hz), 1)
     earlier = command.begun_at(command.begun_s - periods * period_s)

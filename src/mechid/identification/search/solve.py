@@ -10,9 +10,8 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.search.settings import SEARCH
 
-NEGLIGIBLE = 1e-3
-"""A fall of the cost, in sigmas squared, that moves no parameter by more than a thirtieth of its standard error."""
 AT_OPTIMUM = "The derivatives promise no further fall of the cost."
 REFUSED = 1e75
 """The norm of a failed simulation: no other comes near, and SciPy can still square and divide it."""
@@ -59,7 +58,7 @@ def solve(
         return problem.joint(x, windows)
 
     bounds = (problem.coordinates.lower, problem.coordinates.upper)
-    return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=NEGLIGIBLE)
+    return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=SEARCH.negligible_fall)
 
 
 def descend(

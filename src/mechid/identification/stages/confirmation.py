@@ -12,13 +12,12 @@ from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
+from mechid.identification.search.gates import Growth, chance, floors, grow, horizons_at
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import by_own_residuals
-
-CONFIRMATIONS = 2
-"""Times that growth in finer steps is tried. A choice, not measured."""
 
 
 def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: int) -> SearchState:
@@ -27,7 +26,7 @@ def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: in
     A stick/slip that falls the other way for a moment hides below the growth's limit, and one that hangs by
     less than the integration's error is no optimum.
     """
-    for attempt in range(1, CONFIRMATIONS + 1):
+    for attempt in range(1, STAGES.confirmations + 1):
         fine = replace(state.problem, substeps=2 * state.problem.substeps)
         strict = chance(fine)
         judged = by_own_residuals(fine, state.q)
@@ -67,7 +66,7 @@ def _suspicion(growth: Growth, problem: Problem) -> str:
     )
 
 
-def _lost(problem: Problem, q: FloatArray, *, most: float = DIVERGED_AT) -> list[str]:
+def _lost(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
     """Return the records that the model at `q` does not follow to their ends."""
     whole = {t.name: t.samples for t in problem.targets}
     found = horizons_at(problem, q, whole, floors(problem), most=most)

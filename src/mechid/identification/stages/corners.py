@@ -13,18 +13,9 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution
-
-AT_LEAST = 1e-3
-"""Of what it never lies below: a parameter this little above is in the corner; a choice, not measured."""
-LOWERED = 0.3
-"""Of the upper one of the two: where the lower one begins again. From starts of 0.06 to 45 rad/s beside the corner
-2 of 7 came back without this rule, 7 of 7 with it."""
-SPREAD = (1.0, 4.0, 0.25)
-"""Times the file's value: where what no record sees begins again. As `LOWERED`."""
-WORTH_LEAVING = 1.0
-"""Sigmas squared by which the cost has to fall below that of the corner. What moves a parameter by its standard
-error."""
+from mechid.identification.stages.settings import STAGES
 
 
 def out_of_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:
@@ -35,7 +26,7 @@ def out_of_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatAr
     best = stopped
     for q in _beside(problem, stopped):
         found = solved(q)
-        if found.triangle.cost < best.triangle.cost - WORTH_LEAVING:
+        if found.triangle.cost < best.triangle.cost - SEARCH.notable_fall:
             best = found
     return best
 
@@ -48,11 +39,11 @@ def _beside(problem: Problem, stopped: Solution) -> Iterator[FloatArray]:
     unseen = [c.name for c, sees in zip(space.coordinates, seen, strict=False) if not sees and space.stands_alone(c)]
     for c, excess in zip(space.coordinates, at, strict=True):
         hidden = [name for name in unseen if _table(name) == _table(c.name)]
-        if c.kind != "excess" or excess > AT_LEAST * abs(values[c.below]) or not hidden:
+        if c.kind != "excess" or excess > STAGES.corner_share * abs(values[c.below]) or not hidden:
             continue
         known = space.mechanism.parameters
-        lowered = {c.below: LOWERED * values[c.name]} if known[c.below].is_free else {}
-        for factor in SPREAD:
+        lowered = {c.below: STAGES.lowered * values[c.name]} if known[c.below].is_free else {}
+        for factor in STAGES.spread:
             moved = {name: factor * known[name].value for name in hidden}
             begun = space.from_values({n: p.value for n, p in known.items()} | values | lowered | moved)
             yield np.concatenate([begun, problem.coordinates.of_records(q)])

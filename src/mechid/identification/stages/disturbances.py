@@ -17,7 +17,7 @@ from mechid.identification.stages.over_noise import over_noise
 from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.deviations import deviations
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.uncertainty.settings import NOISE
 
 LEAST = 30.0
 """Chi-square from which a disturbance counts, whatever its freedom: by chance, one in 2e7 of one degree."""
@@ -137,7 +137,7 @@ def _gain(watch: Watch, state: SearchState, tried: SearchState, one: Disturbance
 def _follows(watch: Watch, state: SearchState) -> bool:
     """Tell whether no residual is more than its noise allows; of one that cannot be simulated nothing is asked."""
     ratios = _over_noise(watch, state).values()
-    return max(ratios) <= MISFIT or not np.all(np.isfinite(list(ratios)))
+    return max(ratios) <= NOISE.misfit or not np.all(np.isfinite(list(ratios)))
 
 
 def _over_noise(watch: Watch, state: SearchState) -> dict[str, float]:

@@ -14,15 +14,12 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
-from mechid.identification.search.doubts import WORTH_SAYING, refused_gain
+from mechid.identification.search.doubts import refused_gain
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-
-MOST_CLIFFS = 3
-"""Times that a fit goes on along a threshold: four of 100 random mechanisms end at one (make recovery); not varied."""
-BACK_FROM_EDGE = 4.0
-"""Sigmas squared that it may cost to stand clear of a cliff; a choice, not measured."""
 
 
 def joint_fit(
@@ -72,15 +69,15 @@ def fit_past_cliffs(watch: Watch, state: SearchState, free: tuple[str, ...], see
     back to a point that they keep on this side, at the cost of a few sigmas squared.
     """
     rng = np.random.default_rng((seed, 0, 0))
-    for _ in range(MOST_CLIFFS):
-        if _refused(state) <= WORTH_SAYING:
+    for _ in range(STAGES.most_cliffs):
+        if _refused(state) <= SEARCH.notable_fall:
             break
-        better = _along_cliff(watch, state, rng, WORTH_SAYING)
+        better = _along_cliff(watch, state, rng, SEARCH.notable_fall)
         if better is None:
             break
         state = joint_fit(watch, watch.note(state.at(better)), "along a threshold", free)
     if _refused(state) > 0.1 and _depends_on_steps(state):
-        back = _along_cliff(watch, state, rng, -BACK_FROM_EDGE)
+        back = _along_cliff(watch, state, rng, -STAGES.back_from_edge)
         state = state if back is None else watch.note(state.at(back))
     return state
 
@@ -102,7 +99,7 @@ def _depends_on_steps(state: SearchState) -> bool:
     assert state.solution is not None
     fine = replace(state.problem, substeps=2 * state.problem.substeps)
     cost = float(np.sum(np.square(fine.norms(state.q, state.windows))))
-    return not abs(cost - state.solution.triangle.cost) < WORTH_SAYING
+    return not abs(cost - state.solution.triangle.cost) < SEARCH.notable_fall
 
 
 def _refused(state: SearchState) -> float:
@@ -116,7 +113,7 @@ def _refused(state: SearchState) -> float:
 def threshold_warnings(name: str, state: SearchState) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
     gain = _refused(state)
-    if gain <= WORTH_SAYING:
+    if gain <= SEARCH.notable_fall:
         return []
     return [
         f"{name}: the fit stopped at a stick/slip threshold: by its derivatives the cost should still fall by "

@@ -16,9 +16,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-
-SHARE = 0.05
-"""Of the search's time that this may take; a choice, not measured."""
+from mechid.identification.stages.settings import STAGES
 
 
 class OverNoise:
@@ -42,7 +40,7 @@ class OverNoise:
         # within it nobody is asked whether to go on: the clock makes looks, what ends a search counts without them
         found = Context().run(over_noise, problem, q, self.floors)
         ended = time.perf_counter()
-        self.stage, self.due = stage, ended + (ended - began) / SHARE
+        self.stage, self.due = stage, ended + (ended - began) / STAGES.share_of_time
         return found
 
 

@@ -16,9 +16,7 @@ from scipy.special import ndtr, ndtri
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
-
-CONTRADICTED = 3.0
-"""Standard errors beyond its bound from which a parameter is there by no chance; a choice, not measured."""
+from mechid.identification.uncertainty.settings import ERRORS
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class OnBound:
     @property
     def contradicted(self) -> bool:
         """Whether that is more than chance."""
-        return self.beyond >= CONTRADICTED
+        return self.beyond >= ERRORS.contradicted
 
 
 def newton_step(triangle: Triangle, counted: BoolArray) -> FloatArray:
@@ -82,7 +80,7 @@ def on_bounds(
         away = max(float(outward @ step), 0.0)
         beyond = away / sigma if sigma > 0.0 else 0.0
         # Beyond chance the model is wrong by as much as the records are off: that counts as an error of its own.
-        spread = math.hypot(sigma, away) if beyond >= CONTRADICTED else sigma
+        spread = math.hypot(sigma, away) if beyond >= ERRORS.contradicted else sigma
         outside = away / spread if spread > 0.0 else 0.0
         inside = spread * -float(ndtri(0.05 * float(ndtr(-outside)))) - away
         within = problem.coordinates.clip(q - inside * outward)

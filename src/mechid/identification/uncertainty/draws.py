@@ -17,19 +17,10 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.doubts import WORTH_SAYING
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.uncertainty.settings import ERRORS
 from mechid.kernel.batch.source import SETS
 from mechid.simulation.block import Block
-
-DRAWS = 30
-"""They miss a threshold that a tenth of them would meet once in 24 times. A choice, not measured."""
-DEPARTURE = 1.0
-"""Sigmas squared by which the cost of a draw may differ from the quadratic; a choice, not measured."""
-TOLD_BY = 1.1
-"""Factor by which a standard error grows without a record that tells of its parameter; a choice, not measured."""
-
-APART = 2.5
-"""Standard deviations of the difference of two means of draws from which it is no chance. Once in 80 times it is."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +75,10 @@ def examine_draws(problem: Problem, q: FloatArray, windows: Windows, covariance:
     points = _drawn(problem, q, covariance, seed)
     cost = _costs(problem, windows, points)
     excess = cost - _promised(q, triangles, points)
-    total = np.abs(excess.sum(axis=1)) > DEPARTURE
+    total = np.abs(excess.sum(axis=1)) > ERRORS.cost_departure
     found = []
     for k, target in enumerate(used):
-        off = total & (np.abs(excess[:, k]) > DEPARTURE / len(used))
+        off = total & (np.abs(excess[:, k]) > ERRORS.cost_departure / len(used))
         if off.any():
             worst = int(np.argmax(np.abs(excess[:, k]) * off))
             instant = _instant(problem, target, q, points[worst], windows[target.name])
@@ -100,7 +91,7 @@ def _lowest(problem: Problem, q: FloatArray, points: FloatArray, costs: FloatArr
     """Return the draw of the lowest cost, priors counted; None where none is lower by more than is worth saying."""
     gains = here + _prior_cost(problem, q) - costs - [_prior_cost(problem, point) for point in points]
     best = int(np.argmax(gains))
-    return LowerPoint(points[best], float(gains[best])) if gains[best] > WORTH_SAYING else None
+    return LowerPoint(points[best], float(gains[best])) if gains[best] > SEARCH.notable_fall else None
 
 
 def _prior_cost(problem: Problem, q: FloatArray) -> float:
@@ -120,7 +111,7 @@ def told_by(
     size = np.diag(np.linalg.pinv(every, hermitian=True))
     without = np.diag(np.linalg.pinv(other + 1e-12 * np.eye(len(scale)), hermitian=True))
     names = np.array(problem.coordinates.names)[counted]
-    return _with_phases(problem, names[without > TOLD_BY**2 * size].tolist())
+    return _with_phases(problem, names[without > ERRORS.told_by**2 * size].tolist())
 
 
 def _across(problem: Problem, points: FloatArray, off: BoolArray, covariance: FloatArray) -> tuple[str, ...]:
@@ -129,7 +120,8 @@ def _across(problem: Problem, points: FloatArray, off: BoolArray, covariance: Fl
         return ()
     sigma = np.sqrt(np.diag(covariance) * (1.0 / off.sum() + 1.0 / (~off).sum()))
     apart = np.abs(points[off].mean(axis=0) - points[~off].mean(axis=0))
-    return _with_phases(problem, np.array(problem.coordinates.names)[(sigma > 0.0) & (apart > APART * sigma)].tolist())
+    clearly = (sigma > 0.0) & (apart > ERRORS.means_apart * sigma)
+    return _with_phases(problem, np.array(problem.coordinates.names)[clearly].tolist())
 
 
 def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
@@ -140,10 +132,10 @@ def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -> FloatArray:
-    """Return the draws, (DRAWS, n), within the bounds."""
+    """Return the draws, (draws, n), within the bounds."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    steps = np.random.default_rng((seed, 30)).standard_normal((DRAWS, q.size)) @ root.T
+    steps = np.random.default_rng((seed, 30)).standard_normal((ERRORS.draws, q.size)) @ root.T
     return np.asarray(problem.coordinates.clip(q + steps), dtype=np.float64)
 
 

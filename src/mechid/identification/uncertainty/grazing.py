@@ -14,12 +14,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
-
-SHARE_OF_GAP = 0.1
-"""Standard deviation of an instant over its gap to the next switch, beyond which their order is not certain. A
-choice, not measured."""
-MOST_LOGGED = 20_000
-"""Switches of a record that are looked at, some 120 bytes each."""
+from mechid.identification.uncertainty.settings import ERRORS
 
 
 @dataclass(frozen=True)
@@ -63,7 +58,7 @@ def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covarian
 
 
 def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: FloatArray) -> Grazing | None:
-    run = problem.model.run(target, q, stop, jacobian=True, events=MOST_LOGGED)
+    run = problem.model.run(target, q, stop, jacobian=True, events=ERRORS.most_switches)
     for _ in run.blocks():
         pass
     log, moved = run.switching, problem.space.size
@@ -74,7 +69,7 @@ def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: 
     gaps = np.diff(log.time, prepend=-np.inf, append=np.inf)
     gap = np.minimum(gaps[:-1], gaps[1:])
     share = spread / np.maximum(gap, np.finfo(float).tiny)
-    grazes = ~(share <= SHARE_OF_GAP)
+    grazes = ~(share <= ERRORS.share_of_gap)
     if not grazes.any():
         return None
     worst = int(np.argmax(np.where(grazes, np.nan_to_num(share, nan=np.inf), 0.0)))

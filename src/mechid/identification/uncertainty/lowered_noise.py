@@ -15,15 +15,10 @@ from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.uncertainty.covariance import residual
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.moments import norm
 from mechid.signal.noise import FLOOR_ERROR
 from mechid.signal.series import Series
-
-LEAST = 300
-"""Samples from which a stretch is worth more than the parameters that are fitted to it; a choice, not measured."""
-SURE = 4.0
-"""Standard errors, of the level and of the residual's RMS, by which a residual has to be below the level. By chance
-once in 3e4."""
 
 
 def lowered(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
@@ -43,10 +38,10 @@ def _lowered(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
 
 def _at_most(channel: TargetChannel, r: Series, window: tuple[int, int]) -> TargetChannel:
     counted = r.size - channel.rejected_within(window).size
-    if channel.rests_on is not NoiseSource.FLOOR or channel.prefilter or counted < LEAST:
+    if channel.rests_on is not NoiseSource.FLOOR or channel.prefilter or counted < NOISE.least_samples:
         return channel
     level = max(norm(r) / math.sqrt(counted), channel.rounding)
-    clearly = 1.0 - SURE * math.hypot(FLOOR_ERROR, math.sqrt(0.5)) / math.sqrt(counted)
+    clearly = 1.0 - NOISE.sure * math.hypot(FLOOR_ERROR, math.sqrt(0.5)) / math.sqrt(counted)
     return replace(channel, sigma=level) if level < clearly * channel.sigma else channel
 
 

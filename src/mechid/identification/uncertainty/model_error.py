@@ -15,18 +15,11 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.uncertainty.parts import QUARTERS, Parts, RecordParts
+from mechid.identification.uncertainty.parts import Parts, RecordParts
+from mechid.identification.uncertainty.settings import ERRORS
 
-ALONE = 1.02
-"""Information of all over that which stays when a part is left out: what one record alone knows is not lost with
-it; a choice, not measured."""
-BY_RATIO = 1.15
-"""Ratio from which parts contradict each other where noise has no white model to count chance by; a choice, not
-measured."""
 ROUNDING = 1e-14
 """Share of the largest eigenvalue below which one is rounding."""
-PHASES_A_RECORD = 8
-"""Degrees of freedom a record's phases count as: neighbouring phases are not independent; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -129,10 +122,10 @@ class Comparison:
         """The covariance with what the scatter of the parts says beyond noise."""
         count = len(self.names)
         phases = [p for p in self.phases if p is not None]
-        quarters = _all([s.joined(QUARTERS) for s in self.stretches])
-        found = [self._excess(left_out(quarters, self.information), QUARTERS * count - 1)]
+        quarters = _all([s.joined(ERRORS.quarters) for s in self.stretches])
+        found = [self._excess(left_out(quarters, self.information), ERRORS.quarters * count - 1)]
         if phases:
-            found.append(self._excess(clustered(_all(phases).scores, self.inverse), PHASES_A_RECORD * count))
+            found.append(self._excess(clustered(_all(phases).scores, self.inverse), ERRORS.phases_a_record * count))
         if count > 1:
             records = _all([s.joined(1) for s in self.stretches])
             found.append(self._excess(left_out(records, self.information), count - 1))
@@ -157,7 +150,7 @@ class Comparison:
         spread = 2.0 * float(np.einsum("gij,gji->", shares, shares)) / n**2
         z = (square - expected) / np.sqrt(spread)
         ratio = float(np.sqrt(square))
-        return Scatter(ratio=ratio, z=float(z), clusters=groups, by_ratio=None if self.whitened else BY_RATIO)
+        return Scatter(ratio=ratio, z=float(z), clusters=groups, by_ratio=None if self.whitened else ERRORS.ratio)
 
     def _distances(self, parts: Parts) -> FloatArray:
         """Return how far the score of each part is from none, (G,), squared and in units of its scatter by noise."""
@@ -190,7 +183,8 @@ def clustered(scores: FloatArray, inverse: FloatArray) -> FloatArray:
 
 def left_out(parts: Parts, information: FloatArray) -> FloatArray:
     """Return the covariance of an estimate by leaving out each part, one Newton step each, (n, n)."""
-    steps = np.linalg.solve(ALONE * information - parts.information, parts.scores[:, :, np.newaxis])[:, :, 0]
+    without = ERRORS.irreplaceable * information - parts.information
+    steps = np.linalg.solve(without, parts.scores[:, :, np.newaxis])[:, :, 0]
     off = steps - steps.mean(axis=0)
     return np.asarray((parts.size - 1) / parts.size * off.T @ off, dtype=np.float64)
 

@@ -18,20 +18,11 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import Growth, followed
 from mechid.identification.uncertainty.covariance import residual
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.moments import standard_deviation
 from mechid.signal.remainder import Remainder
 from mechid.signal.trend import fit_line
 from mechid.units import unit_words
-
-FACTOR = 4.0
-"""By which a level is raised at a time; a choice, not measured."""
-MOST_SHARE = 0.3
-"""Of the standard deviation of what moves in a channel, up to which its level is raised. All six measured campaigns
-are followed below it (docs/real_data.md)."""
-
-MOSTLY = 0.05
-"""Share of what moves in a channel that is left where a model explains most of it. With it a current behind a
-low-pass has no needless terms beside (tests/identification/test_raised_noise.py)."""
 
 
 def raised(problem: Problem, growth: Growth) -> Problem:
@@ -75,7 +66,7 @@ def _at_level(channel: TargetChannel, found: Mapping[str, Any]) -> TargetChannel
 
 def _raised_channel(channel: TargetChannel) -> TargetChannel:
     """Return a channel at a higher level; the same one where its level is declared, or as high as it may be."""
-    level = min(FACTOR * channel.sigma, MOST_SHARE * moved(channel))
+    level = min(NOISE.raise_factor * channel.sigma, NOISE.most_raised_share * moved(channel))
     if channel.rests_on is NoiseSource.DECLARED or level <= channel.sigma:
         return channel
     return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
@@ -88,7 +79,7 @@ def explained_mostly(problem: Problem, q: FloatArray) -> bool:
         series = residual(problem, target, q, (0, target.samples))
         return max(standard_deviation(r) / max(moved(c), 1e-300) for c, r in zip(target.channels, series, strict=True))
 
-    return max(map(share, problem.targets)) < MOSTLY
+    return max(map(share, problem.targets)) < NOISE.mostly_explained
 
 
 def moved(channel: TargetChannel) -> float:
