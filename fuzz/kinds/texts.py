@@ -86,7 +86,7 @@ def write_journal(draw: Draw, folder: Path) -> dict[str, Any]:
 
 def _sealed(entry: Any) -> str:
     """Return a line as a journal writes it, whatever stands in it."""
-    from mechid.identification.computation.entries import sealed
+    from mechid.identification.computation.journal import sealed
 
     if not isinstance(entry, dict):
         return json.dumps(entry)

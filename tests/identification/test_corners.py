@@ -9,7 +9,7 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.identify import make_problem
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.corners import out_of_corner
+from mechid.identification.stages.joint_fit import out_of_corner
 from mechid.parameter import Status
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 

@@ -13,7 +13,7 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.result.search_state import Frozen
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.consider import consider_covariance
+from mechid.identification.uncertainty.further_errors import consider_covariance
 from mechid.parameter import Status
 from synthetic import NOISE_NM, bench, displaced, truth
 

@@ -14,8 +14,7 @@ from mechid.identification.result.grade import Cause
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import covariance, solve
-from mechid.identification.uncertainty.draws import examine_draws, told_by
-from mechid.identification.uncertainty.grazing import grazing_switches
+from mechid.identification.uncertainty.draws import examine_draws, grazing_switches, told_by
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth, with_leading
 
 GEAR = ("gear.stiffness", "gear.damping")

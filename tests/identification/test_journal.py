@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from mechid.errors import UsageError
-from mechid.identification.computation.entries import sealed
-from mechid.identification.computation.journal import Journal, last_run, packed, unpacked
+from mechid.identification.computation.journal import Journal, last_run, packed, sealed, unpacked
 from mechid.identification.identify import identify
-from mechid.identification.output_error.inputs import campaign_digests, file_digest
+from mechid.identification.output_error.identity import campaign_digests, file_digest
 from synthetic import bench, displaced, truth
 
 INPUTS = {"mechanism": "m"}

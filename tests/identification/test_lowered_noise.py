@@ -9,7 +9,7 @@ from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
+from mechid.identification.uncertainty.noise_levels import at_these_levels, lowered
 from synthetic import COMMANDS, NOISE_NM, measured, record, truth
 
 TWICE = 2.0

@@ -9,9 +9,9 @@ import statsmodels.api as sm
 from mechid.identification.identify import identify
 from mechid.identification.output_error.misfit import Misfit
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import WeightedRows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.result.consistency import Consistency, Scatter
 from mechid.identification.result.settings import GRADE
 from mechid.identification.search.solve import solve

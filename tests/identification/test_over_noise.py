@@ -10,8 +10,8 @@ import pytest
 import synthetic
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.misfit import misfit_series
-from mechid.identification.stages.over_noise import OverNoise, over_noise
 from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.watch import OverNoise, over_noise
 from mechid.simulation.interruption import interrupted_by
 from synthetic import bench, displaced, truth, with_leading
 
@@ -53,7 +53,7 @@ def test_the_level_is_that_of_the_beginning_not_the_one_released(problem):
 def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, monkeypatch):
     """Truth: a clock that goes on by a second whenever it is read, so that a look takes one."""
     clock = itertools.count()
-    monkeypatch.setattr("mechid.identification.stages.over_noise.time", SimpleNamespace(perf_counter=clock.__next__))
+    monkeypatch.setattr("mechid.identification.stages.watch.time", SimpleNamespace(perf_counter=clock.__next__))
     watched = OverNoise(problem)
     looks = [bool(watched.seen("joint fit", problem, problem.start)) for _ in range(100)]
     apart = np.diff(np.flatnonzero(looks))

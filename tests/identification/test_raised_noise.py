@@ -14,11 +14,11 @@ from layouts import mechanism_of, paper_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.noise_level import LARGEST, NoiseSource, known_noise
 from mechid.identification.refit.reopened import reopened
-from mechid.identification.result.channel_noise import channel_noises
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.record_fit import channel_noises
 from mechid.identification.search.gates import Growth
-from mechid.identification.uncertainty.raised_noise import moved, raised
+from mechid.identification.uncertainty.noise_levels import moved, raised
 from mechid.identification.uncertainty.settings import NOISE
 from synthetic import NOISE_NM, RATE_HZ, bench, campaign, displaced, truth
 

@@ -18,11 +18,10 @@ from mechid.identification.disturbance.disturbance import disturbed_campaign, li
 from mechid.identification.disturbance.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
-from mechid.identification.identifiability.ambiguity import ambiguity_notes
-from mechid.identification.identifiability.ignorance import not_known
-from mechid.identification.identifiability.verdict import Verdict, judge
+from mechid.identification.identifiability.verdict import Verdict, judge, not_known
+from mechid.identification.identifiability.visibility import ambiguity_notes
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
-from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.settings import PROBLEM
@@ -32,10 +31,10 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.doubts import refused_gain
-from mechid.identification.uncertainty.clock_error import clock_warnings
+from mechid.identification.search.solve import refused_gain
 from mechid.identification.uncertainty.draws import LowerPoint
-from mechid.identification.uncertainty.raised_noise import raised_warnings
+from mechid.identification.uncertainty.further_errors import clock_warnings
+from mechid.identification.uncertainty.noise_levels import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism

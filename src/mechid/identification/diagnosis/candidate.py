@@ -16,8 +16,8 @@ from mechid.identification.disturbance.scores import worth_of
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
-from mechid.identification.stages.corners import out_of_corner
-from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
+from mechid.identification.stages.joint_fit import out_of_corner
+from mechid.identification.uncertainty.noise_levels import at_these_levels, lowered
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of

@@ -12,7 +12,7 @@ from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
 from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
-from mechid.identification.uncertainty.deviations import comparison_at
+from mechid.identification.uncertainty.model_error import comparison_at
 from mechid.identification.uncertainty.settings import NOISE
 
 SMALL = 0.01

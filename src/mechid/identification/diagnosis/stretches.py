@@ -19,7 +19,7 @@ from mechid.identification.diagnosis.steps import exchanges, grown, one_more, pr
 from mechid.identification.diagnosis.with_laws import with_a_law
 from mechid.identification.search.gates import Growth, floors, followed, grow
 from mechid.identification.search.multistart import candidates, multistart
-from mechid.identification.uncertainty.lowered_noise import levels_of
+from mechid.identification.uncertainty.noise_levels import levels_of
 from mechid.plant.superset import rivals_of
 
 ESCAPES = 1

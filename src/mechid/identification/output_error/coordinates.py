@@ -21,9 +21,8 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
-from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.latest import Latest
-from mechid.identification.output_error.means import Mean, means_of
+from mechid.identification.output_error.record_parameters import INSTANTS, Mean, means_of
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_clock

@@ -30,9 +30,8 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.refit.settings import REFIT
-from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import solve
+from mechid.identification.search.solve import refused_gain, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.kernel.batch.source import SETS
 from mechid.shown import Shown

@@ -16,8 +16,8 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
 from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.reduction import WeightedRows
 from mechid.identification.output_error.target import Target
-from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.search.settings import SEARCH
 

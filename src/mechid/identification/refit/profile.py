@@ -28,9 +28,8 @@ from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.refit.settings import REFIT
-from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import solve
+from mechid.identification.search.solve import refused_gain, solve
 from mechid.identification.stages.freeze import without
 
 QUANTILE = float(chdtri(1, 0.05))

@@ -16,7 +16,7 @@ from mechid.identification.disturbance.declared import Declared, recalled
 from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading, campaign_as_read
-from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.grade import GRADE_WORDS, Grade
@@ -25,7 +25,7 @@ from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
 from mechid.identification.uncertainty.noise import released, without_outliers
-from mechid.identification.uncertainty.raised_noise import at_levels_of
+from mechid.identification.uncertainty.noise_levels import at_levels_of
 from mechid.parameter import Status
 
 MOVED = (Status.FREE, Status.AT_BOUND)

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.output_error.misfit import Window, misfit_series_of
-from mechid.identification.output_error.model import Model
+from mechid.identification.output_error.misfit import Model, Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.settings import SEARCH

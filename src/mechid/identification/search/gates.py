@@ -23,7 +23,7 @@ from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.first_moments import motion_begins
-from mechid.identification.search.moving_starts import Horizons, Lifted, after_those_at_rest, begun_anew
+from mechid.identification.search.run_up import Horizons, Lifted, after_those_at_rest, begun_anew
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.series import stretch_of

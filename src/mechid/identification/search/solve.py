@@ -1,4 +1,4 @@
-"""The trust-region solver on reduced triangles, and what a converged point says of its parameters."""
+"""The trust-region solver on reduced triangles, and what a point where it stopped says of its parameters."""
 
 from __future__ import annotations
 
@@ -138,3 +138,20 @@ def covariance(triangle: Triangle) -> FloatArray:
     s = np.maximum(s, 1e-14 * s[0]) if s.size and s[0] > 0.0 else np.ones_like(s)
     half = (Vt.T / s) / scale[:, None]
     return np.asarray(half @ half.T, dtype=np.float64)
+
+
+def refused_gain(triangle: Triangle, counted: BoolArray) -> float:
+    """Return by how much the cost would fall yet if it were as smooth as its derivatives say.
+
+    At an optimum this is nothing. At a cliff, where a touch of zero speed does or does not stick, the solver
+    refuses every step and stops all the same.
+    """
+    U, s, _ = _decomposed(triangle, counted)
+    return float(triangle.cost * np.sum(U[0, s > SEARCH.singular * s.max(initial=0.0)] ** 2))
+
+
+def _decomposed(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    J = triangle.jacobian[:, counted]
+    size = np.linalg.norm(J, axis=0)
+    U, s, Vt = np.linalg.svd(J / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    return U, s, Vt

@@ -27,7 +27,7 @@ from mechid.identification.search.multistart import Candidate, candidates, multi
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.raised_noise import explained_mostly
+from mechid.identification.uncertainty.noise_levels import explained_mostly
 from mechid.plant.superset import Superset, rivals_of, superset_of
 
 

@@ -13,10 +13,9 @@ from mechid.identification.disturbance.scores import Score, scores, worth_of
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
-from mechid.identification.stages.over_noise import over_noise
 from mechid.identification.stages.release import fit_with_noise_released
-from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.deviations import deviations
+from mechid.identification.stages.watch import Watch, over_noise
+from mechid.identification.uncertainty.model_error import deviations
 from mechid.identification.uncertainty.settings import NOISE
 
 LEAST = 30.0

@@ -34,7 +34,7 @@ from mechid.identification.stages.beside import fitted_beside, grown_beside, gro
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.raised_noise import raised, raised_words
+from mechid.identification.uncertainty.noise_levels import raised, raised_words
 
 
 def searched(

@@ -16,9 +16,8 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.reduction import Triangle, WeightedRows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.parts import PartsOfRecord, RecordParts
 from mechid.identification.uncertainty.settings import NOISE

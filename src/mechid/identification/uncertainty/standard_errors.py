@@ -1,9 +1,9 @@
 """Standard errors in the file's coordinates: colour, what the model lacks, bounds, priors, held parameters.
 
-What is beyond noise is added as variances: the scatter of the records' parts (`model_error`), what a contradicted
-bound forces on the others (`bounds`), the step that a stick/slip refused the solver, held parameters (`consider`), what
-the mean of the records' values of a parameter may be from the mechanism's (`means`), and the choice of the clock that
-is right, where the campaign leaves it open (`clock_error`).
+What is beyond noise is added as variances: the scatter of the records' parts (`model_error`); what a contradicted
+bound forces on the others, held parameters, and the choice of the clock that is right, where the campaign leaves it
+open (`further_errors`); the step that a stick/slip refused the solver; and how far the mean of the records' values of a
+parameter may be from the mechanism's (`output_error.record_parameters`).
 """
 
 from __future__ import annotations
@@ -22,12 +22,23 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds
-from mechid.identification.uncertainty.clock_error import clock_step, clocks_differ
-from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import Scores, covariances, scores
-from mechid.identification.uncertainty.draws import Departure, Draws, LowerPoint, examine_draws, told_by
-from mechid.identification.uncertainty.grazing import grazing_switches
+from mechid.identification.uncertainty.draws import (
+    Departure,
+    Draws,
+    LowerPoint,
+    examine_draws,
+    grazing_switches,
+    told_by,
+)
+from mechid.identification.uncertainty.further_errors import (
+    OnBound,
+    clock_step,
+    clocks_differ,
+    consider_covariance,
+    newton_step,
+    on_bounds,
+)
 from mechid.identification.uncertainty.model_error import Comparison, ModelError
 from mechid.identification.uncertainty.settings import ERRORS
 
