@@ -13,14 +13,18 @@ from freed import assert_found
 from layouts import mechanism_of, paper_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.noise_level import LARGEST, NoiseSource, known_noise
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
 from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import channel_noises
 from mechid.identification.search.gates import Growth
-from mechid.identification.uncertainty.noise_levels import moved, raised
+from mechid.identification.uncertainty.noise_levels import at_these_levels, lowered, moved, raised
 from mechid.identification.uncertainty.settings import NOISE
-from synthetic import NOISE_NM, RATE_HZ, bench, campaign, displaced, truth
+from synthetic import COMMANDS, NOISE_NM, RATE_HZ, bench, campaign, displaced, measured, truth
+from synthetic import record as record_of
 
 STEPS_OF = 0.05
 ROUNDED = STEPS_OF / math.sqrt(12.0)
@@ -189,3 +193,53 @@ def test_a_current_behind_a_low_pass_is_followed(tmp_path):
         assert torque.noise_rests_on == "high-frequency floor"
         assert current.noise_rests_on == "residual"
         assert current.noise_known < 0.1 * current.noise_sigma
+
+
+TWICE = 2.0
+LONG, SHORT = (0, 2000), (0, 200)
+
+
+def louder_problem(**changes):
+    """The mechanism that made a record, whose noise is said to be twice what was added."""
+    torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(5), seconds=0.2)
+    target = target_of(record_of("full_46", torque, COMMANDS["full_46"]))
+    louder = target.each(lambda c: replace(c, sigma=TWICE * NOISE_NM, **changes))
+    return Problem(SearchSpace(truth()), (louder,), substeps=4)
+
+
+def level_of(found):
+    return found.targets[0].leading.sigma
+
+
+def test_a_level_above_what_is_left_falls_to_it():
+    """Truth: the noise that was added; 2000 samples tell it to 2 %, three standard errors are 5 %."""
+    made = louder_problem()
+    assert level_of(lowered(made, made.start, {"full_46": LONG})) == pytest.approx(NOISE_NM, rel=0.05)
+
+
+@pytest.mark.parametrize("rests_on", [NoiseSource.DECLARED, NoiseSource.QUIET, NoiseSource.RESIDUAL])
+def test_a_level_that_rests_on_more_than_high_frequencies_stays(rests_on):
+    made = louder_problem(rests_on=rests_on)
+    assert lowered(made, made.start, {"full_46": LONG}) is made
+
+
+def test_a_short_stretch_says_nothing():
+    made = louder_problem()
+    assert lowered(made, made.start, {"full_46": SHORT}) is made
+
+
+def test_a_level_that_is_right_stays():
+    """Truth: the level is that of the noise added."""
+    made = louder_problem().with_sigmas({"full_46": NOISE_NM})
+    assert lowered(made, made.start, {"full_46": LONG}) is made
+
+
+def test_no_level_falls_below_the_resolution():
+    made = louder_problem(rounding=1.5 * NOISE_NM)
+    assert level_of(lowered(made, made.start, {"full_46": LONG})) == 1.5 * NOISE_NM
+
+
+def test_levels_go_over_to_a_problem_of_the_same_records():
+    made = louder_problem()
+    quieter = lowered(made, made.start, {"full_46": LONG})
+    assert level_of(at_these_levels(made, quieter)) == level_of(quieter)

@@ -9,11 +9,7 @@ import pytest
 
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.identifiability.dependence import in_words
-from mechid.identification.identify import identify, make_problem
-from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.search_state import Frozen
-from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.further_errors import consider_covariance
+from mechid.identification.identify import identify
 from mechid.parameter import Status
 from synthetic import NOISE_NM, bench, displaced, truth
 
@@ -153,30 +149,3 @@ def test_a_prior_on_one_of_them_resolves_it(singular, monkeypatch):
     assert math.isinf(U.prior.std_error_without)
     assert "mainly its prior's" in U.reason
     assert [w for w in fit.warnings if w.startswith(f"{VOLTAGE}: its standard error is mainly its prior's")]
-
-
-def test_the_consider_covariance_is_that_of_the_dense_matrices():
-    """Truth: P J^T J_c s^2 J_c^T J P with J by differences of simulations, in the file's coordinates."""
-    names, held, sigma = ("friction.static", "gear.stiffness"), "friction.coulomb", 2e-5
-    made = bench(displaced(truth(), dict.fromkeys(names, 1.0)), truth(), "full_46", seed=53, seconds=SHORT_S)
-    problem = make_problem(made, 1)
-    q, windows, target = problem.start, problem.whole(), problem.targets[0]
-    every, slopes = problem.coordinates.value_slopes(q)
-    assert every == names
-    white = slopes @ covariance(problem.joint(q, windows)) @ slopes.T
-    found = consider_covariance(problem, q, windows, [Frozen(held, 0.0, sigma, "")], names, white)
-
-    def torque(values):
-        at = replace(problem, space=SearchSpace(made.mechanism.with_values(values)))
-        return at.model.predict(target, at.start, target.samples)[0]
-
-    columns, phi = [], np.vander(np.linspace(-1.0, 1.0, target.samples), 2)
-    for name in (*names, held):
-        value = made.mechanism.value(name)
-        h = 1e-6 * value
-        columns.append((torque({name: value + h}) - torque({name: value - h})) / (2.0 * h))
-    J = np.column_stack(columns)
-    J = (J - phi @ np.linalg.lstsq(phi, J, rcond=None)[0]) / target.leading.sigma
-    J, J_c = J[:, :2], J[:, 2]
-    moved = np.linalg.solve(J.T @ J, J.T @ J_c) * sigma
-    np.testing.assert_allclose(found, np.outer(moved, moved), rtol=2e-3)

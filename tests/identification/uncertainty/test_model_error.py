@@ -20,8 +20,7 @@ from mechid.identification.uncertainty.covariance import scores
 from mechid.identification.uncertainty.model_error import Comparison, ModelError, clustered, left_out
 from mechid.identification.uncertainty.parts import Parts, RecordParts
 from mechid.identification.uncertainty.settings import ERRORS
-from mechid.identification.uncertainty.standard_errors import _Spread
-from synthetic import COMMANDS, NOISE_NM, bounded, campaign, displaced, measured, record, truth
+from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
 
 FREE = {"gear.stiffness": 1.002, "gear.damping": 1.02, "stepper.torque_constant": 0.998, "friction.coulomb": 1.0}
 SECONDS = 0.4
@@ -153,21 +152,6 @@ def test_the_matrix_is_never_less_than_noise_and_has_its_metric():
     np.testing.assert_allclose(turned, turn @ found @ turn.T, rtol=1e-8)
 
 
-def test_half_of_what_is_beyond_noise_is_correlated():
-    """Truth: by hand; noise of 1 and 0.5, an excess all but wholly correlated, half of whose covariance stays."""
-    noise, excess = np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([[10.0, 9.5], [9.5, 10.0]])
-    spread = _Spread(np.eye(2))
-    spread.add(ModelError(noise, (model_error.Excess(excess, 8.0),)))
-    sigma, dof, correlation = spread.result(np.zeros((2, 2)))
-    beyond = ModelError(noise, (model_error.Excess(excess, 8.0),)).matrix - noise
-    assert sigma == pytest.approx(np.sqrt([10.0, 10.0]))
-    assert dof == pytest.approx([100.0 / (81.0 / 8.0)] * 2)
-    assert correlation[0, 1] == pytest.approx((0.5 + 0.5 * beyond[0, 1]) / (1.0 + beyond[0, 0]))
-    alone = _Spread(np.eye(2))
-    alone.add(ModelError(noise))
-    assert alone.result(np.zeros((2, 2)))[2] == pytest.approx(noise)
-
-
 def test_degrees_of_freedom_are_those_of_the_parts_that_add():
     """Truth: Welch and Satterthwaite by hand: 1 of noise, 3 more by 7 degrees, none of the other kind."""
     error = ModelError(np.eye(1), (model_error.Excess(4.0 * np.eye(1), 7.0), model_error.Excess(0.5 * np.eye(1), 3.0)))
@@ -210,42 +194,6 @@ def test_with_a_wrong_housing_the_errors_reach_the_truth():
     assert fit.consistency.parameter == max(widened, key=widened.get)
     low, high = fit.parameters["gear.stiffness"].ci95
     assert high - low > 2.0 * 1.96 * fit.parameters["gear.stiffness"].std_error
-
-
-def at_a_bound(most):
-    """Return the fit with the bound of the stiffness at a multiple of the truth."""
-    stiffness = truth().value("gear.stiffness")
-    start = bounded(displaced(truth(), {**FREE, "gear.stiffness": 0.7}), "gear.stiffness", max=most * stiffness)
-    near = {n: start.value(n) for n in FREE} | {"gear.stiffness": most * stiffness}
-    return identify(campaign(start, *records_of(truth(), 34)), near=near, workers=1)
-
-
-def test_a_bound_that_excludes_the_truth_is_contradicted():
-    """Truth: the mechanism that made the records, 3 % beyond the bound; the others' errors reach it all the same."""
-    fit = at_a_bound(0.97)
-    assert fit.parameters["gear.stiffness"].status == "at_bound"
-    assert fit.parameters["gear.stiffness"].contradicted
-    assert fit.parameters["gear.stiffness"].ci95 is None
-    assert "standard errors beyond" in fit.parameters["gear.stiffness"].reason
-    others = [fit.parameters[n] for n in FREE if n != "gear.stiffness"]
-    assert all(abs(p.value - truth().value(p.name)) < 3.0 * p.std_error for p in others)
-    assert max(abs(p.value - truth().value(p.name)) / p.std_error_noise for p in others) > 10.0
-
-
-def test_a_bound_within_the_errors_leaves_an_interval_on_one_side():
-    """Truth: the mechanism that made the records; the bound lies there, so that the optimum may be on either side."""
-    fit = at_a_bound(1.0 - 2e-6)
-    p = fit.parameters["gear.stiffness"]
-    assert (p.status, p.contradicted) == ("at_bound", False)
-    low, high = p.ci95
-    assert high == pytest.approx(p.value)
-    free = identify(
-        campaign(displaced(truth(), FREE), *records_of(truth(), 34)),
-        near={n: truth().value(n) for n in FREE},
-        workers=1,
-    )
-    sigma = free.parameters["gear.stiffness"].std_error
-    assert 0.3 * sigma < high - low < 2.5 * sigma
 
 
 @pytest.mark.parametrize(

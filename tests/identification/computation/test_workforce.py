@@ -1,7 +1,7 @@
 """Work lent out: processes, and executors that are odd. Truth: the same map in threads of this process."""
 
 import pickle
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
 from itertools import count
@@ -15,11 +15,10 @@ import chores
 import synthetic
 from finished import optimum
 from mechid.campaign import read_mechanism
-from mechid.errors import FitError, WorkersError
+from mechid.errors import WorkersError
 from mechid.identification.computation import worker
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
-from mechid.identification.computation.progress import silent
 from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.contradiction import agreement
@@ -27,12 +26,7 @@ from mechid.identification.contradiction.agreement import _first_look, start_poi
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.profile import profiles
-from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth
-from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.growth import _grow_best
-from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.draws import examine_draws
 from synthetic import displaced
 
@@ -88,35 +82,11 @@ def test_an_identification_is_the_same_to_the_last_bit(pool):
         assert (there.parameters[name].value, there.parameters[name].std_error) == (p.value, p.std_error), name
 
 
-def test_results_come_in_the_order_of_the_tasks(pool):
-    """Truth: the built-in map; the first task ends last."""
-    with working_on(pool):
-        assert mapped(chores.slow_first, range(30), 1) == list(range(30))
-        assert mapped(partial(chores.squared, 3), range(200), 1) == [(n + 3) ** 2 for n in range(200)]
-        assert mapped(partial(chores.squared, 3), [], 1) == []
-
-
-def test_each_task_is_told_of_once_with_its_result(pool):
-    told = {}
-    with working_on(pool):
-        mapped(partial(chores.squared, 0), range(50), 1, lambda done: told.update({i: result for i, result, _ in done}))
-    assert told == {i: i**2 for i in range(50)}
-
-
 def test_a_block_of_ones_own_goes_along(pool):
     """Truth: the kernel's hash here; the worker has never seen the file of the block."""
-    mechanism = read_mechanism(Path(__file__).parents[2] / "examples" / "own_block" / "mechanism.toml")
+    mechanism = read_mechanism(Path(__file__).parents[3] / "examples" / "own_block" / "mechanism.toml")
     with working_on(pool):
         assert mapped(chores.hash_of_kernel, [mechanism], 1) == [chores.hash_of_kernel(mechanism)]
-
-
-def test_what_a_task_raises_is_raised_here(pool):
-    """Of its own kind, with the worker's traceback in a note; the results before it are told of."""
-    told = []
-    with working_on(pool), pytest.raises(FitError, match="task 2") as caught:
-        mapped(partial(chores.failing, 2), range(3), 1, lambda done: told.extend(i for i, _, _ in done))
-    assert "in failing" in caught.value.__notes__[0]
-    assert set(told) <= {0, 1}
 
 
 def test_a_problem_goes_to_a_worker_once():
@@ -145,16 +115,6 @@ def test_batches_take_a_second(monkeypatch):
     assert sum(sizes) == 1000
     assert sizes[: 2 * WORK.ahead] == [1] * WORK.ahead + sizes[WORK.ahead : 2 * WORK.ahead]
     assert all(size in (100, 101) for size in sizes[WORK.ahead : -1])
-
-
-def test_work_within_a_task_stays_on_its_core():
-    """Truth: a map within a map, by an executor of threads, which would wait for itself for ever."""
-    with ThreadPoolExecutor(1) as threads, working_on(threads):
-        assert mapped(_mapped_within, range(2), 1) == [[0, 1, 4], [1, 4, 9]]
-
-
-def _mapped_within(shift):
-    return mapped(partial(chores.squared, shift), range(3), 4)
 
 
 def test_a_worker_of_another_version_is_refused_by_name():
@@ -214,26 +174,3 @@ def test_the_first_look_of_a_multi_start_goes_out_whole(pool, monkeypatch):
     here = _first_look(problem, points)
     assert there.shape == (len(points), 1) == (128, 1)
     assert there.tobytes() == here.tobytes()
-
-
-def test_candidates_are_grown_at_once_and_count_in_their_order(monkeypatch):
-    """Truth: one after the other here. The third follows all records first, whatever the later ones do."""
-    campaign = synthetic.bench(synthetic.truth(), synthetic.truth(), "full_46", seed=5, seconds=0.1)
-    problem = make_problem(campaign, 1)
-    state = SearchState(problem, problem.start, problem.whole())
-    grown = []
-
-    def grow(problem, q, rng, *_, **__):
-        number = round(float(q[0]))
-        grown.append(number)
-        followed = {1: 300, 2: 500, 3: 1001, 4: 1001, 5: 100}[number]
-        return Growth(q + rng.standard_normal(), {"full_46": followed}, followed == 1001, number)
-
-    monkeypatch.setattr("mechid.identification.stages.growth.grow", grow)
-    starts = [Candidate(np.full(problem.size, float(number)), 0.0) for number in range(1, 6)]
-    here = _grow_best(Watch(state, silent, 4), state, iter(starts), 7)
-    assert grown == [1, 2, 3]
-    with working_on(chores.Recorded(2)):
-        there = _grow_best(Watch(state, silent, 4), state, iter(starts), 7)
-    assert grown == [1, 2, 3, 1, 2, 3, 4]
-    assert (there.q.tobytes(), there.horizons, there.complete) == (here.q.tobytes(), here.horizons, True)

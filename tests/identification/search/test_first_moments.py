@@ -11,8 +11,9 @@ from mechid.identification.identifiability.visibility import unseen_parameters
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.first_moments import first_window
+from mechid.identification.search.first_moments import first_window, robust_cost
 from mechid.identification.search.multistart import capped_costs
+from mechid.identification.search.settings import SEARCH
 from paper import constant
 from synthetic import COMMANDS, RATE_HZ, campaign, measured, record, truth
 
@@ -117,3 +118,15 @@ def test_records_that_begin_half_a_second_early_are_fitted_from_the_catalogue():
     for name in ("stepper.torque_constant", "gear.stiffness", "stepper.coil_resistance"):
         p = fit.parameters[name]
         assert abs(p.value - truth().value(name)) < 5.0 * p.std_error, name
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-4])
+def test_tiny_residuals_are_squared(size):
+    """A mechanism at rest under the start's friction leaves next to nothing: that is no cost of exactly zero."""
+    r = np.full(100, size)
+    assert robust_cost(r) == pytest.approx(100 * size**2, rel=1e-8)
+
+
+def test_large_residuals_count_by_their_size():
+    r = np.array([1e9])
+    assert robust_cost(r) == pytest.approx(2.0 * SEARCH.robust_sigmas * 1e9, rel=1e-6)
