@@ -67,7 +67,7 @@ def test_each_line_projects_out_a_cosine_and_a_sine(linear, turns, columns):
 
 def test_a_free_time_offset_moves_the_edges_within_reach(target):
     """Truth: its bounds; held, its value."""
-    free = target.with_own(time_offset_of("full_46", 0.01, (-0.03, 0.02)))
+    free = target.with_time_offset(time_offset_of("full_46", 0.01, (-0.03, 0.02)))
     assert free.latest_s == latest_of(free.own, free.base) == 0.03
     held = free.holding({OFFSET: 0.01})
     assert {q.name for q in free.moved} == {OFFSET}
