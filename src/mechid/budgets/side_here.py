@@ -17,7 +17,7 @@ from mechid.analysis.order_tracking import RESOLVED
 from mechid.analysis.residual_emission import RATE_STEP
 from mechid.analysis.side_components import SideAtRate, SideLines, pooled, side_lines
 from mechid.arrays import ComplexArray, FloatArray
-from mechid.budgets.residual_source import NEAR
+from mechid.budgets.settings import RESIDUALS
 
 COHERENT, MAGNITUDE, WITHIN = "coherent", "magnitude", "within noise"
 """How a line counts: with its phase to the drive torque; by its amplitude alone; not, since noise explains it."""
@@ -94,7 +94,7 @@ def at_rate(cells: Sequence[SideAtRate], components: tuple[str, ...], rate: floa
     above = int(np.searchsorted(rates, rate))
     beside = [k for k in (above - 1, above) if 0 <= k < rates.size]
     outside = not rates[0] / (1.0 + RATE_STEP) <= rate <= rates[-1] * (1.0 + RATE_STEP)
-    if len(beside) == 2 and max(off[beside]) <= np.log1p(NEAR):
+    if len(beside) == 2 and max(off[beside]) <= np.log1p(RESIDUALS.near):
         low, high = (side_lines(cells[k]) for k in beside)
         return _between(components, low, high, float((rate - rates[beside[0]]) / np.ptp(rates[beside])))
     nearest = side_lines(cells[int(np.argmin(off))])
