@@ -6,15 +6,9 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from mechid.analysis.settings import RESIDUAL
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.noise import FLOOR_ERROR
-
-ERRORS = 4.0
-"""Standard errors up to which chance explains a residual above the floor.
-
-Of records of 1 000 to 10 000 samples of white noise 2 to 5 in 1000 are above, not one in 30 000 as the normal law has
-it: the floor is the least of several readings where one is significantly lower.
-"""
 
 
 class NoiseLevel(Enum):
@@ -99,4 +93,4 @@ def most_by_chance(effective_samples: float, floor_samples: int) -> float:
     """
     n = effective_samples if effective_samples >= 1.0 else 1.0
     error = math.sqrt(0.5 / n + FLOOR_ERROR**2 / max(floor_samples, 1))
-    return min(1.0 + ERRORS * error, NOISE.misfit)
+    return min(1.0 + RESIDUAL.noise_errors * error, NOISE.misfit)

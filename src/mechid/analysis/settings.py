@@ -97,4 +97,4 @@ class ResidualRules:
 
 RESONANCE = ResonanceRules()
 ORDER = OrderRules()
-READ = ResidualRules()
+RESIDUAL = ResidualRules()

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DesignSettings:
-    """Candidates, criterion and selection. Of the numbers without a reason, no benchmark distinguishes values near them."""
+    """Candidates, criterion and selection; no benchmark distinguishes values near those without a reason."""
 
     rates: int = 12
     """Candidate rates where none are given."""
@@ -62,11 +62,11 @@ class RateSettings:
     near: float = 1.01
     """The same near resonances."""
     least: float = 1.0
-    """Least distance of rates that are tried, full steps/s: half a second at a rate (`started_s`) does not separate rates
-    that differ by less than half a period of what is left of them over that time."""
+    """Least distance of rates that are tried, full steps/s: half a second at a rate (`started_s`) does not separate
+    rates that differ by less than half a period of what is left of them over that time."""
     around: tuple[float, float] = (0.25, 1.2)
-    """Rates over a resonance's frequency at which it is met: from every fourth swing to a little above it. The torque is
-    softer than a spring far from its middle, so a large swing is slower than the small one of the resonance."""
+    """Rates over a resonance's frequency at which it is met: from every fourth swing to a little above it. The torque
+    is softer than a spring far from its middle, so a large swing is slower than the small one of the resonance."""
     swinging: float = 0.5
     """Damping ratio above which a swing does not build up from step to step."""
     sample_rate_hz: float = 10_000.0
@@ -98,8 +98,8 @@ class RateSettings:
     shortest_s: float = 1.0
     """Least time in each bin, for resonances to build up."""
     longest_s: float = 20.0
-    """Most time in each bin, for a motion that repeats only after many electrical periods, as over a rotor's turn; one of
-    them is always held."""
+    """Most time in each bin, for a motion that repeats only after many electrical periods, as over a rotor's turn; one
+    of them is always held."""
     prominence: float = 0.15
     """Height of a peak over its surroundings, as a share of the largest amplitude."""
 
