@@ -18,7 +18,7 @@ from mechid.identification.disturbance.disturbance import disturbed_campaign, li
 from mechid.identification.disturbance.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
-from mechid.identification.identifiability.verdict import Verdict, judge, not_known
+from mechid.identification.identifiability.verdict import Verdict, describe_unknown, judge
 from mechid.identification.identifiability.visibility import ambiguity_notes
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
 from mechid.identification.output_error.identity import file_digests
@@ -31,7 +31,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.solve import refused_gain
+from mechid.identification.search.solve import promised_fall
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.further_errors import clock_warnings
 from mechid.identification.uncertainty.noise_levels import raised_warnings
@@ -140,7 +140,7 @@ def _evidence(
         campaign=str(campaign.path),
         used=windows,
         used_to_s=used_to_s,
-        promised_fall=math.nan if lost else max(refused_gain(triangle, verdict.counted), lower.gain if lower else 0.0),
+        promised_fall=math.nan if lost else max(promised_fall(triangle, verdict.counted), lower.gain if lower else 0.0),
         cost=triangle.cost,
         lost=lost,
         contradicted=state.contradicted,
@@ -159,7 +159,7 @@ def _without_unknown(
     for name in errors.names:
         parameter = campaign.mechanism.parameters.get(name) or own[name]
         sigma = errors.of(name).held
-        reason = not_known(parameter, values[name], sigma) if sigma is not None else ""
+        reason = describe_unknown(parameter, values[name], sigma) if sigma is not None else ""
         if reason:
             found[name] = Status.FROZEN, reason
     return errors.without(found), replace(verdict, reasons={**verdict.reasons, **found})

@@ -28,7 +28,7 @@ from mechid.identification.stages.first_seen import first_seen
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
 from mechid.identification.stages.imitated import without_imitations
-from mechid.identification.stages.joint_fit import confirmed, fit_past_cliffs, joint_fit, threshold_warnings
+from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
@@ -183,7 +183,7 @@ def _follow_plan(
     state = fit_with_disturbances(watch, state, campaign, names)
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
-        state = confirmed(watch, state, names, seed)
+        state = confirm_optimum(watch, state, names, seed)
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))
 
 

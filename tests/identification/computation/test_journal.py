@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mechid.errors import UsageError
-from mechid.identification.computation.journal import Journal, last_run, packed, sealed, unpacked
+from mechid.identification.computation.journal import Journal, last_run, pack, seal, unpack
 from mechid.identification.identify import identify
 from mechid.identification.output_error.identity import campaign_digests, file_digest
 from synthetic import bench, displaced, truth
@@ -24,7 +24,7 @@ def lines_of(path):
 @pytest.mark.parametrize("value", [0.1, -0.0, math.inf, 5e-324, 1.7976931348623157e308, True, 3, "x", None])
 def test_a_value_comes_back_to_the_bit(value):
     """Truth: the value itself; the sign of zero counts."""
-    found = unpacked(json.loads(json.dumps(packed([value, {"a": value}]))))
+    found = unpack(json.loads(json.dumps(pack([value, {"a": value}]))))
     assert repr(found) == repr([value, {"a": value}])
 
 
@@ -32,7 +32,7 @@ def test_an_array_comes_back_to_the_bit():
     """Truth: its bytes, not-a-numbers and shapes without rows included."""
     rng = np.random.default_rng(1)
     for array in (rng.standard_normal((3, 4)), np.array([np.nan, np.inf, -0.0]), np.zeros((1, 0))):
-        found = unpacked(json.loads(json.dumps(packed(array))))
+        found = unpack(json.loads(json.dumps(pack(array))))
         assert (found.shape, found.tobytes()) == (array.shape, array.tobytes())
 
 
@@ -119,7 +119,7 @@ def test_a_line_that_is_whole_and_holds_no_value_is_worked_out_again(tmp_path, f
 
     first, then = drawn(Journal.opened(path, INPUTS))
     lines = path.read_text().splitlines()
-    path.write_text("\n".join([lines[0], sealed({**entry(lines[1]), **FORGED[forged]})]) + "\n")
+    path.write_text("\n".join([lines[0], seal({**entry(lines[1]), **FORGED[forged]})]) + "\n")
     result, following = drawn(Journal.opened(path, INPUTS, resume=True))
     assert (result.tobytes(), following) == (first.tobytes(), then)
 
@@ -173,16 +173,16 @@ def test_without_a_journal_the_numbers_are_the_same(campaign, tmp_path):
 
 DAMAGES = {
     "a letter changed": lambda line: line.replace('"seconds"', '"secondz"'),
-    "without its key": lambda line: sealed({k: v for k, v in entry(line).items() if k != "key"}),
-    "without its result": lambda line: sealed({k: v for k, v in entry(line).items() if k != "result"}),
-    "a key that is a number": lambda line: sealed({**entry(line), "key": 3}),
-    "seconds that are a text": lambda line: sealed({**entry(line), "seconds": "long"}),
+    "without its key": lambda line: seal({k: v for k, v in entry(line).items() if k != "key"}),
+    "without its result": lambda line: seal({k: v for k, v in entry(line).items() if k != "result"}),
+    "a key that is a number": lambda line: seal({**entry(line), "key": 3}),
+    "seconds that are a text": lambda line: seal({**entry(line), "seconds": "long"}),
     "without its digest": lambda line: json.dumps(entry(line)),
     "another result": lambda line: line.replace('"result": 20', '"result": 21'),
     "no JSON": lambda line: line[:-20],
     "an empty line": lambda line: "",
     "a list": lambda line: "[]",
-    "a number": lambda line: sealed({}).replace("{}", "7"),
+    "a number": lambda line: seal({}).replace("{}", "7"),
 }
 
 

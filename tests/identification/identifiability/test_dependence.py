@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.identification.identifiability.dependence import in_words
+from mechid.identification.identifiability.dependence import describe_direction
 from mechid.identification.identify import identify
 from mechid.parameter import Status
 from synthetic import NOISE_NM, bench, displaced, truth
@@ -36,7 +36,7 @@ def with_options(made, **options):
 )
 def test_a_direction_in_words(names, moved, words):
     """Truth: x/y stays along (1, 1), x y along (1, -1), whichever way the direction points."""
-    assert in_words(names, np.array(moved)) == words
+    assert describe_direction(names, np.array(moved)) == words
 
 
 @pytest.fixture(scope="module")

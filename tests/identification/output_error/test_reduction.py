@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mechid.identification.output_error.reduction import absorb, combined, finished
+from mechid.identification.output_error.reduction import absorb, combine_triangles, without_projected_rows
 
 
 def matrix(n, linear, columns, seed):
@@ -21,7 +21,7 @@ def streamed(whole, linear, block):
     for first in range(0, len(whole), block):
         part = whole[first : first + block]
         absorb(R, np.array(part.T, order="C"), len(part))
-    return finished(R, linear, len(whole))
+    return without_projected_rows(R, linear, len(whole))
 
 
 def projected(whole, linear):
@@ -47,7 +47,7 @@ def test_norm_and_gradient_are_those_of_the_dense_problem(linear, block):
 def test_records_join_as_their_rows_do():
     """Truth: the triangle of the stacked rows."""
     parts = [matrix(n, 2, 4, seed=n) for n in (100, 33, 5)]
-    joined = combined([streamed(p, 2, 16) for p in parts])
+    joined = combine_triangles([streamed(p, 2, 16) for p in parts])
     dense = np.vstack([projected(p, 2) for p in parts])
     assert joined.norm == pytest.approx(np.linalg.norm(dense[:, 0]), rel=1e-12)
     np.testing.assert_allclose(joined.jacobian.T @ joined.fun, dense[:, 1:].T @ dense[:, 0], rtol=1e-10, atol=1e-10)

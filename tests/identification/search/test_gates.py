@@ -9,7 +9,7 @@ from little_memory import little_memory  # noqa: F401
 from mechid.analysis import validate
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.search.first_moments import first_residual, first_window
-from mechid.identification.search.gates import floors, gate_window, horizon
+from mechid.identification.search.gates import gate_window, horizon, least_horizons
 from mechid.identification.search.settings import SEARCH
 from mechid.signal.stored import Stored, room_of
 from synthetic import bench, displaced, truth, with_leading
@@ -58,7 +58,7 @@ def test_starts_and_horizons_read_what_they_use():
     assert max(read.stops) == first_window(target)[1]
     read.stops.clear()
     far = problem.start + 0.5 * (problem.coordinates.upper - problem.start)
-    gate = floors(problem)[target.name]
+    gate = least_horizons(problem)[target.name]
     found = horizon(problem, watched, far, gate, 0)
     assert found < 2 * gate
     assert max(read.stops) <= max(gate, found + gate_window(target)) + 2 * SEARCH.short_block < target.samples / 2

@@ -7,7 +7,7 @@ import pytest
 
 from mechid.identification.identify import identify
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.result.outcome import FitOutcome
@@ -42,7 +42,7 @@ def triangle(q):
     rows = np.column_stack([residual(q), jacobian(q)])
     R = np.zeros((3, 3))
     absorb(R, np.ascontiguousarray(rows.T), len(rows))
-    return finished(R, 0, len(rows))
+    return without_projected_rows(R, 0, len(rows))
 
 
 def least(start, bounds=FAR, norm=norm, triangle=triangle, steps=200):

@@ -27,7 +27,7 @@ def test_candidates_are_grown_at_once_and_count_in_their_order(monkeypatch):
         followed = {1: 300, 2: 500, 3: 1001, 4: 1001, 5: 100}[number]
         return Growth(q + rng.standard_normal(), {"full_46": followed}, followed == 1001, number)
 
-    monkeypatch.setattr("mechid.identification.stages.growth.grow", grow)
+    monkeypatch.setattr("mechid.identification.stages.growth.grow_horizons", grow)
     starts = [Candidate(np.full(problem.size, float(number)), 0.0) for number in range(1, 6)]
     here = _grow_best(Watch(state, silent, 4), state, iter(starts), 7)
     assert grown == [1, 2, 3]

@@ -9,7 +9,7 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.identify import make_problem
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.joint_fit import out_of_corner
+from mechid.identification.stages.joint_fit import leave_corner
 from mechid.parameter import Status
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
@@ -62,7 +62,7 @@ def test_stribeck_friction_is_found_from_where_a_fit_without_it_ends(records, pl
     assert corner["friction.static"] == pytest.approx(corner["friction.coulomb"], rel=1e-6)
     wide = problem_of(stribeck(), records, {**dict.fromkeys(list(MADE)[:3], 3e-3), "stribeck_rate": 1.5})
     stopped = fitted(wide, wide.coordinates.point({**corner, "friction.stribeck_rate": rate}))
-    found = out_of_corner(wide, stopped, lambda q: fitted(wide, q))
+    found = leave_corner(wide, stopped, lambda q: fitted(wide, q))
     assert found is not stopped, "a rate that is far off leaves the fit in the corner"
     values = wide.coordinates.values(found.q)
     assert [values[f"friction.{key}"] for key in MADE] == pytest.approx(list(MADE.values()), rel=0.02)
@@ -72,4 +72,4 @@ def test_static_at_coulomb_friction_is_no_corner_where_nothing_is_hidden_by_it(p
     def never(q):
         raise AssertionError("nothing is fitted again")
 
-    assert out_of_corner(*plain, never) is plain[1]
+    assert leave_corner(*plain, never) is plain[1]

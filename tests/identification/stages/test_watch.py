@@ -11,7 +11,7 @@ import synthetic
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.watch import OverNoise, over_noise
+from mechid.identification.stages.watch import ResidualToNoise, residual_to_noise
 from mechid.simulation.interruption import interrupted_by
 from synthetic import bench, displaced, truth, with_leading
 
@@ -26,14 +26,14 @@ def problem():
 def test_at_the_truth_it_is_the_noise(problem):
     q = problem.coordinates.point({"gear.stiffness": truth().value("gear.stiffness")})
     floors = {(name, "torque"): synthetic.NOISE_NM for name in NAMES}
-    for ratio in over_noise(problem, q, floors).values():
+    for ratio in residual_to_noise(problem, q, floors).values():
         assert ratio == pytest.approx(1.0, abs=4.0 / math.sqrt(2.0 * 3001))
 
 
 def test_elsewhere_it_is_the_residual_with_offset_and_drift_removed(problem):
     """Truth: NumPy's straight line through measured less simulated torque."""
     floors = {(name, "torque"): synthetic.NOISE_NM for name in NAMES}
-    found = over_noise(problem, problem.start, floors)
+    found = residual_to_noise(problem, problem.start, floors)
     assert min(found.values()) > 2.0
     for target in problem.targets:
         r = misfit_series(problem.model, target, problem.start, (0, target.samples))[0]
@@ -44,7 +44,7 @@ def test_elsewhere_it_is_the_residual_with_offset_and_drift_removed(problem):
 
 def test_the_level_is_that_of_the_beginning_not_the_one_released(problem):
     """Truth: noise released to a thousand times as much changes no floor."""
-    watched = OverNoise(problem)
+    watched = ResidualToNoise(problem)
     before = watched.seen("joint fit", problem, problem.start)
     released = problem.with_sigmas({t.name: 1e3 * t.leading.sigma for t in problem.targets})
     assert watched.seen("noise re-estimated", released, problem.start) == pytest.approx(before)
@@ -54,7 +54,7 @@ def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, mo
     """Truth: a clock that goes on by a second whenever it is read, so that a look takes one."""
     clock = itertools.count()
     monkeypatch.setattr("mechid.identification.stages.watch.time", SimpleNamespace(perf_counter=clock.__next__))
-    watched = OverNoise(problem)
+    watched = ResidualToNoise(problem)
     looks = [bool(watched.seen("joint fit", problem, problem.start)) for _ in range(100)]
     apart = np.diff(np.flatnonzero(looks))
     assert looks[0]
@@ -65,7 +65,7 @@ def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, mo
 
 def test_a_simulation_that_fails_is_infinitely_far_off(problem):
     q = problem.start * math.nan
-    assert set(over_noise(problem, q, {}).values()) == {math.inf}
+    assert set(residual_to_noise(problem, q, {}).values()) == {math.inf}
 
 
 def test_what_does_not_count_is_left_out(problem):
@@ -78,13 +78,13 @@ def test_what_does_not_count_is_left_out(problem):
     problem_of = problem.only(["full_46"])
     q = problem.coordinates.point({"gear.stiffness": truth().value("gear.stiffness")})
     changed = type(problem)(problem_of.space, (other,))
-    (ratio,) = over_noise(changed, q, {("full_46", "torque"): synthetic.NOISE_NM}).values()
+    (ratio,) = residual_to_noise(changed, q, {("full_46", "torque"): synthetic.NOISE_NM}).values()
     assert ratio == pytest.approx(1.0, abs=4.0 / math.sqrt(2.0 * 2700))
 
 
 def test_nobody_is_told_who_does_not_listen(monkeypatch):
     """A search without a listener does not spend its share."""
-    monkeypatch.setattr(OverNoise, "seen", lambda *_: pytest.fail("looked at for nobody"))
+    monkeypatch.setattr(ResidualToNoise, "seen", lambda *_: pytest.fail("looked at for nobody"))
     campaign = bench(displaced(truth(), {"gear.stiffness": 1.001}), truth(), "full_46", seed=8, seconds=0.1)
     identify(campaign, workers=1, near={"gear.stiffness": truth().value("gear.stiffness")})
 
@@ -93,5 +93,5 @@ def test_a_look_does_not_count_among_what_a_search_is_asked(problem):
     """The clock makes looks: a search is to be ended at the same place in each run."""
     asked = []
     with interrupted_by(lambda: asked.append(1)):
-        OverNoise(problem).seen("joint fit", problem, problem.start)
+        ResidualToNoise(problem).seen("joint fit", problem, problem.start)
     assert not asked

@@ -14,7 +14,7 @@ from mechid.identification.result.grade import Cause
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import covariance, solve
-from mechid.identification.uncertainty.draws import examine_draws, grazing_switches, told_by
+from mechid.identification.uncertainty.draws import examine_draws, grazing_switches, parameters_resting_on
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth, with_leading
 
 GEAR = ("gear.stiffness", "gear.damping")
@@ -129,8 +129,8 @@ def test_a_standard_error_rests_on_the_record_that_tells_it():
     """Truth: the stiffness moves full steps, and microsteps above the resonance far less."""
     problem, q, windows, _ = at_truth(("gear.stiffness",), "full_46", "micro_92", seconds=0.3)
     every = np.ones(1, dtype=bool)
-    assert told_by(problem, q, windows, ["full_46"], every) == ("gear.stiffness",)
-    assert told_by(problem, q, windows, ["micro_92"], every) == ()
+    assert parameters_resting_on(problem, q, windows, ["full_46"], every) == ("gear.stiffness",)
+    assert parameters_resting_on(problem, q, windows, ["micro_92"], every) == ()
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,12 @@ from mechid.identification.result.settings import GRADE
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty import model_error
 from mechid.identification.uncertainty.covariance import scores
-from mechid.identification.uncertainty.model_error import Comparison, ModelError, clustered, left_out
+from mechid.identification.uncertainty.model_error import (
+    Comparison,
+    ModelError,
+    clustered_covariance,
+    jackknife_covariance,
+)
 from mechid.identification.uncertainty.parts import Parts, RecordParts
 from mechid.identification.uncertainty.settings import ERRORS
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
@@ -79,7 +84,7 @@ def test_clusters_by_phase_are_those_of_statsmodels(fitted):
     )
     parts = scores(problem, q, problem.whole()).parts
     g = np.concatenate([p.phases.scores - p.phases.information @ step for p in parts])
-    ours = clustered(g, np.linalg.inv(rJ[:, 1:].T @ rJ[:, 1:]))
+    ours = clustered_covariance(g, np.linalg.inv(rJ[:, 1:].T @ rJ[:, 1:]))
     theirs = found.cov_params() * len(g) / (len(g) - 1)
     size = np.sqrt(np.outer(np.diag(theirs), np.diag(theirs)))
     np.testing.assert_allclose(ours / size, theirs / size, atol=1e-6)
@@ -103,7 +108,7 @@ def test_leaving_out_a_record_is_a_fit_without_it(fitted, monkeypatch):
     )
     expected = (len(rows) - 1) / len(rows) * off.T @ off
     np.testing.assert_allclose(
-        left_out(parts, everything[:, 1:].T @ everything[:, 1:]), expected, rtol=1e-6, atol=1e-18
+        jackknife_covariance(parts, everything[:, 1:].T @ everything[:, 1:]), expected, rtol=1e-6, atol=1e-18
     )
 
 

@@ -14,7 +14,12 @@ from mechid.identification.output_error.target import target_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
-from mechid.identification.uncertainty.noise import by_own_residuals, released, without_outliers, without_spikes
+from mechid.identification.uncertainty.noise import (
+    release_noise,
+    with_residual_levels,
+    without_outliers,
+    without_spikes,
+)
 from synthetic import (
     COMMANDS,
     NOISE_NM,
@@ -85,7 +90,7 @@ def whitened(draws, seconds):
     for rng in np.random.default_rng(73).spawn(draws):
         noisy = measuring(target, torque + coloured(rng, torque.size))
         here = Problem(space, (noisy,), substeps=2)
-        here, _ = released(here, here.start, here.whole(), IdentifyOptions(colour="prefilter"))
+        here, _ = release_noise(here, here.start, here.whole(), IdentifyOptions(colour="prefilter"))
         solution = solve(here, here.start, here.whole())
         every = np.ones(here.size, dtype=bool)
         u = uncertainty(here, solution.q, here.whole(), solution.triangle, every)
@@ -131,6 +136,6 @@ def test_a_record_that_fits_keeps_its_floor():
     torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(75), seconds=SHORT_S)
     target = target_of(record("full_46", torque, COMMANDS["full_46"]))
     problem = Problem(SearchSpace(displaced(truth(), dict.fromkeys(GEAR, 1.0))), (target,), substeps=2)
-    assert by_own_residuals(problem, problem.start).targets[0] is target
+    assert with_residual_levels(problem, problem.start).targets[0] is target
     (r,) = residual(problem, target, problem.start, (0, target.samples))
     assert float(np.std(r)) == pytest.approx(NOISE_NM, rel=0.1)

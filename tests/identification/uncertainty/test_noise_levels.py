@@ -21,7 +21,7 @@ from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import channel_noises
 from mechid.identification.search.gates import Growth
-from mechid.identification.uncertainty.noise_levels import at_these_levels, lowered, moved, raised
+from mechid.identification.uncertainty.noise_levels import lower_levels, moving_deviation, raise_levels, with_levels_of
 from mechid.identification.uncertainty.settings import NOISE
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, bench, campaign, displaced, measured, truth
 from synthetic import record as record_of
@@ -94,9 +94,9 @@ def test_it_is_raised_step_by_step_up_to_a_share_of_what_moves():
     (channel,) = problem.targets[0].channels
     k = np.arange(channel.measured.size)
     most = 0.3 * np.std(channel.measured - np.polyval(np.polyfit(k, channel.measured, 1), k))
-    assert NOISE.most_raised_share * moved(channel) == pytest.approx(most, rel=1e-9)
+    assert NOISE.most_raised_share * moving_deviation(channel) == pytest.approx(most, rel=1e-9)
     levels = [channel.sigma]
-    while (louder := raised(problem, stalled(problem))) is not problem:
+    while (louder := raise_levels(problem, stalled(problem))) is not problem:
         problem = louder
         (channel,) = problem.targets[0].channels
         levels.append(channel.sigma)
@@ -107,9 +107,9 @@ def test_it_is_raised_step_by_step_up_to_a_share_of_what_moves():
 
 def test_a_declared_level_and_a_followed_record_are_not_raised():
     declared, free = (make_problem(bench_with(**match), 1) for match in ({"noise_sigma": 1e-4}, {}))
-    assert raised(declared, stalled(declared)) is declared
+    assert raise_levels(declared, stalled(declared)) is declared
     whole = Growth(free.start, {t.name: t.samples for t in free.targets}, True, 1)
-    assert raised(free, whole) is free
+    assert raise_levels(free, whole) is free
 
 
 def test_only_the_channel_that_stops_the_growth_is_raised(tmp_path):
@@ -123,7 +123,7 @@ def test_only_the_channel_that_stops_the_growth_is_raised(tmp_path):
     values = {name: m.value(name) for name in ("gear.stiffness", "gear.damping")}
     made = written(tmp_path, m, values, quantities=("torque", "current_phase_a"), change=disturbed, seconds=0.1)
     problem = make_problem(replace(made, mechanism=made.mechanism.with_values(values)), 1)
-    for target in raised(problem, stalled(problem)).targets:
+    for target in raise_levels(problem, stalled(problem)).targets:
         assert [c.raised > 0.0 for c in target.channels] == [False, True]
 
 
@@ -131,7 +131,7 @@ def test_what_is_not_fitted_takes_the_level_its_quantity_was_raised_to():
     """Truth: the rule; what is declared is never raised, and one record that is not raised speaks for all."""
     made = bench_with()
     known = make_problem(made, 1)
-    louder = raised(known, stalled(known)).targets
+    louder = raise_levels(known, stalled(known)).targets
     (other,) = (replace(r, name="other", use="validate") for r in made.records)
     level = louder[0].leading.sigma
     noise = channel_noises(other, louder)["torque"]
@@ -214,32 +214,32 @@ def level_of(found):
 def test_a_level_above_what_is_left_falls_to_it():
     """Truth: the noise that was added; 2000 samples tell it to 2 %, three standard errors are 5 %."""
     made = louder_problem()
-    assert level_of(lowered(made, made.start, {"full_46": LONG})) == pytest.approx(NOISE_NM, rel=0.05)
+    assert level_of(lower_levels(made, made.start, {"full_46": LONG})) == pytest.approx(NOISE_NM, rel=0.05)
 
 
 @pytest.mark.parametrize("rests_on", [NoiseSource.DECLARED, NoiseSource.QUIET, NoiseSource.RESIDUAL])
 def test_a_level_that_rests_on_more_than_high_frequencies_stays(rests_on):
     made = louder_problem(rests_on=rests_on)
-    assert lowered(made, made.start, {"full_46": LONG}) is made
+    assert lower_levels(made, made.start, {"full_46": LONG}) is made
 
 
 def test_a_short_stretch_says_nothing():
     made = louder_problem()
-    assert lowered(made, made.start, {"full_46": SHORT}) is made
+    assert lower_levels(made, made.start, {"full_46": SHORT}) is made
 
 
 def test_a_level_that_is_right_stays():
     """Truth: the level is that of the noise added."""
     made = louder_problem().with_sigmas({"full_46": NOISE_NM})
-    assert lowered(made, made.start, {"full_46": LONG}) is made
+    assert lower_levels(made, made.start, {"full_46": LONG}) is made
 
 
 def test_no_level_falls_below_the_resolution():
     made = louder_problem(rounding=1.5 * NOISE_NM)
-    assert level_of(lowered(made, made.start, {"full_46": LONG})) == 1.5 * NOISE_NM
+    assert level_of(lower_levels(made, made.start, {"full_46": LONG})) == 1.5 * NOISE_NM
 
 
 def test_levels_go_over_to_a_problem_of_the_same_records():
     made = louder_problem()
-    quieter = lowered(made, made.start, {"full_46": LONG})
-    assert level_of(at_these_levels(made, quieter)) == level_of(quieter)
+    quieter = lower_levels(made, made.start, {"full_46": LONG})
+    assert level_of(with_levels_of(made, quieter)) == level_of(quieter)

@@ -10,14 +10,14 @@ from typing import Any
 from mechid.errors import UsageError, WorkersError
 from mechid.identification.computation.progress import Tell
 from mechid.identification.computation.settings import WORK
-from mechid.identification.computation.workforce import warned, working_on
+from mechid.identification.computation.workforce import warn, working_on
 
 QUIET = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "asyncio", "tornado.application")
 """Loggers that print a traceback where a connection is lost; a scheduler may also go when its work is done."""
 
 
 @contextmanager
-def lent_by(address: str | None, say: Tell = warned) -> Iterator[None]:
+def lent_by(address: str | None, say: Tell = warn) -> Iterator[None]:
     """Let the workers of the Dask scheduler at an address do what is mapped within; None leaves it to this process.
 
     Parameters

@@ -37,7 +37,7 @@ NEEDED: Mapping[str, Mapping[str, type | tuple[type, ...]]] = {
 """Keys that an event's line has to have, and of which type."""
 
 
-def sealed(entry: Mapping[str, object]) -> str:
+def seal(entry: Mapping[str, object]) -> str:
     """Return the line of an entry, its digest at the end.
 
     Examples
@@ -49,7 +49,7 @@ def sealed(entry: Mapping[str, object]) -> str:
     return f'{text[:-1]}{SEPARATOR.decode()}{_digest(text.encode())}"}}'
 
 
-def entries_of(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]], str]:
+def read_entries(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]], str]:
     """Return the whole entries of a journal in their order, and what was damaged in a line; none of a missing file.
 
     Parameters
@@ -153,7 +153,7 @@ class Journal:
         """
         inputs = with_version(inputs)
         with writable(path.parent):
-            lines, notice = entries_of(path)
+            lines, notice = read_entries(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
             if not resume or begun is None:
                 journal = cls(path, notice=notice)
@@ -175,7 +175,7 @@ class Journal:
         if self.path is None or not lines:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        text = "".join(sealed({"time": now, **line}) + "\n" for line in lines)
+        text = "".join(seal({"time": now, **line}) + "\n" for line in lines)
         try:
             with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(text)
@@ -199,10 +199,10 @@ class Journal:
         if found := self._recalled(key, rng):
             return found[0]
         began = time.perf_counter()
-        result = packed(work())
-        left = packed(rng.bit_generator.state) if rng else None
+        result = pack(work())
+        left = pack(rng.bit_generator.state) if rng else None
         self._append([_step(kind, key, time.perf_counter() - began, result, left)])
-        return unpacked(result)
+        return unpack(result)
 
     def mapped(
         self,
@@ -224,10 +224,10 @@ class Journal:
         left = [i for i in range(len(tasks)) if i not in results]
 
         def ended(done: Sequence[Done[Any]]) -> None:
-            fresh = [(left[number], packed(result) if self.path else result, s) for number, result, s in done]
+            fresh = [(left[number], pack(result) if self.path else result, s) for number, result, s in done]
             self._append([_step(kind, keys[i], seconds, result) for i, result, seconds in fresh])
             for i, result, _ in fresh:
-                results[i] = unpacked(result) if self.path else result
+                results[i] = unpack(result) if self.path else result
                 on_result(tasks[i], results[i])
 
         mapped(function, [tasks[i] for i in left], workers, ended)
@@ -244,9 +244,9 @@ class Journal:
         line = self.known[key]
         before: Any = rng.bit_generator.state if rng else None
         try:
-            result = unpacked(line["result"])
+            result = unpack(line["result"])
             if rng:
-                rng.bit_generator.state = unpacked(line["rng"])
+                rng.bit_generator.state = unpack(line["rng"])
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):  # whole, but no value of ours
             if rng:
                 rng.bit_generator.state = before
@@ -262,7 +262,7 @@ def _step(kind: str, key: str, seconds: float, result: object, rng: object = Non
 def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
     """Return inputs and events of the last run that a journal tells of, both empty where there is none."""
     try:
-        lines, _ = entries_of(path, mends=False)
+        lines, _ = read_entries(path, mends=False)
     except (OSError, UsageError):
         return {}, ()
     events = tuple(line["event"] for line in lines)
@@ -277,14 +277,14 @@ def with_version(inputs: Mapping[str, str]) -> dict[str, str]:
     return {**inputs, VERSION: source_digest()}
 
 
-def packed(value: Any) -> Any:
+def pack(value: Any) -> Any:
     """Return a value as JSON can hold it, to the last bit: floats in hexadecimal."""
     if isinstance(value, np.ndarray):
         return {"shape": list(value.shape), "hex": " ".join(float(x).hex() for x in value.ravel())}
     if isinstance(value, Mapping):
-        return {"items": [[key, packed(entry)] for key, entry in value.items()]}
+        return {"items": [[key, pack(entry)] for key, entry in value.items()]}
     if isinstance(value, list | tuple):
-        return [packed(entry) for entry in value]
+        return [pack(entry) for entry in value]
     if isinstance(value, float):  # NumPy's double is one too
         return {"hex": float(value).hex()}
     if isinstance(value, np.integer | np.bool_):
@@ -292,14 +292,14 @@ def packed(value: Any) -> Any:
     return value
 
 
-def unpacked(value: Any) -> Any:
-    """Return what `packed` was given, tuples as lists."""
+def unpack(value: Any) -> Any:
+    """Return what `pack` was given, tuples as lists."""
     if isinstance(value, list):
-        return [unpacked(entry) for entry in value]
+        return [unpack(entry) for entry in value]
     if not isinstance(value, dict):
         return value
     if "items" in value:
-        return {key: unpacked(entry) for key, entry in value["items"]}
+        return {key: unpack(entry) for key, entry in value["items"]}
     if "shape" in value:
         return np.array([float.fromhex(x) for x in value["hex"].split()], dtype=np.float64).reshape(value["shape"])
     return float.fromhex(value["hex"])
@@ -307,7 +307,7 @@ def unpacked(value: Any) -> Any:
 
 def digest(value: Any) -> str:
     """Return a digest of plain values and arrays, to the last bit."""
-    return hashlib.sha256(json.dumps(packed(value)).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(pack(value)).encode()).hexdigest()
 
 
 def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, str]) -> None:

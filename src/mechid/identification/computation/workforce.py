@@ -32,13 +32,13 @@ from mechid.identification.computation.worker import DONE, LACKING, REFUSED, Ans
 from mechid.simulation.interruption import ask
 
 
-def warned(line: str) -> None:
+def warn(line: str) -> None:
     """Tell by a warning."""
     warnings.warn(line, stacklevel=2)
 
 
 @contextmanager
-def working_on(executor: Executor | None, say: Tell = warned) -> Iterator[None]:
+def working_on(executor: Executor | None, say: Tell = warn) -> Iterator[None]:
     """Let the workers of an executor do what is mapped within; None leaves it to the threads of this process.
 
     Parameters
@@ -82,7 +82,7 @@ class _Parcel:
 class Workforce:
     """The workers of an executor, and what they have been given."""
 
-    def __init__(self, executor: Executor, say: Tell = warned) -> None:
+    def __init__(self, executor: Executor, say: Tell = warn) -> None:
         self.executor, self.say = executor, say
         self.seen: set[str] = set()
         self.said: set[str] = set()

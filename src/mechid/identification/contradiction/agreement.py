@@ -24,7 +24,7 @@ from mechid.identification.output_error.declaration import DECLARED, Reading, pr
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_residual, first_samples, robust_cost
-from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, refine
 from mechid.identification.search.settings import SEARCH
 
@@ -129,7 +129,7 @@ def agreement_without(
     """
     looks = {t.name: min(t.samples, LONG) for t in problem.targets}
     others = problem.only([name for name in looks if name not in names])
-    grown = grow(others, carried(problem, q, others), np.random.default_rng((seed, 1, 1)), journal=journal)
+    grown = grow_horizons(others, carried(problem, q, others), np.random.default_rng((seed, 1, 1)), journal=journal)
     rest = _Rest(others, grown, tuple(names))
     return _agreed(problem, rest, looks, seed, tell, journal) if grown.complete else None
 
@@ -150,7 +150,7 @@ def _agreed(
             judged[name] = declared, found
     made = Agreement(problem, rest.growth, judged, lost)
     whole = problem_as_read(problem, made.taken)
-    grown = grow(
+    grown = grow_horizons(
         whole, carried(rest.problem, rest.growth.q, whole), np.random.default_rng((seed, 1, 0)), journal=journal
     )
     return replace(made, problem=whole, growth=grown)
@@ -185,7 +185,7 @@ def _rest(
         start = _explaining(problem, rest, points, costs)
         if start is None:
             continue
-        grown = grow(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
+        grown = grow_horizons(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
         if grown.complete:
             return _Rest(rest, grown, others)
         if furthest is None and all(n >= looks[name] for name, n in grown.horizons.items()):
@@ -258,6 +258,6 @@ def _reading(
         own = target if option.taken == DECLARED else target_as_read(target, option.taken)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
         start = carried(rest.problem, rest.growth.q, more)
-        if grow(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
+        if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
             return declared, option
     return declared, None

@@ -12,7 +12,7 @@ from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
 from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
-from mechid.identification.uncertainty.model_error import comparison_at
+from mechid.identification.uncertainty.model_error import compare_parts
 from mechid.identification.uncertainty.settings import NOISE
 
 SMALL = 0.01
@@ -165,7 +165,7 @@ def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model
 
 
 def _agrees(model: Model) -> bool:
-    return comparison_at(model.problem, model.q, model.setting.windows).consistency.agrees
+    return compare_parts(model.problem, model.q, model.setting.windows).consistency.agrees
 
 
 def _why_refused(share: float) -> str:

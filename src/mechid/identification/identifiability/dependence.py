@@ -186,7 +186,7 @@ def _dependence(seen: Seen, ruined: int, involved: NDArray[np.intp], moved: Floa
         involved=tuple(names[i] for i in involved) or (names[ruined],),
         held=names[held],
         why=why,
-        words=in_words([names[i] for i in involved], moved[involved]),
+        words=describe_direction([names[i] for i in involved], moved[involved]),
     )
 
 
@@ -201,7 +201,7 @@ def _relative(seen: Seen, change: FloatArray) -> FloatArray:
     return np.asarray(change / np.where(np.isfinite(scale) & (scale > 0.0), scale, 1.0), dtype=np.float64)
 
 
-def in_words(names: Sequence[str], moved: FloatArray) -> str:
+def describe_direction(names: Sequence[str], moved: FloatArray) -> str:
     """Say which parameters move together, and what of them is left to see.
 
     Parameters

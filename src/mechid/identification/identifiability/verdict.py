@@ -103,7 +103,7 @@ def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: BoolArray
 REMEDY = "its value is where the search left it; add a record that shows it, or give it as a known number"
 
 
-def not_known(parameter: Parameter, value: float, std_error: float) -> str:
+def describe_unknown(parameter: Parameter, value: float, std_error: float) -> str:
     """Return why records do not know a parameter, with the remedy; empty where they do.
 
     A standard error above the allowed range over the root of 12, the standard deviation of a value anywhere in it, says

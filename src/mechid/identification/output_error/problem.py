@@ -14,7 +14,13 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Model, Window
-from mechid.identification.output_error.reduction import LatestTriangles, Triangle, combined, norms, of_rows
+from mechid.identification.output_error.reduction import (
+    LatestTriangles,
+    Triangle,
+    combine_triangles,
+    norms,
+    triangle_of_rows,
+)
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
@@ -141,12 +147,12 @@ class Problem:
 
     def joint(self, q: FloatArray, windows: Windows) -> Triangle:
         """Return the reduced problem of all targets together, and of the priors."""
-        return combined([*self.triangles(q, windows), *self.prior_triangles(q)])
+        return combine_triangles([*self.triangles(q, windows), *self.prior_triangles(q)])
 
     def prior_triangles(self, q: FloatArray) -> list[Triangle]:
         """Return what the priors add to a joint problem: one triangle, or none where there is no prior."""
         away, J = self.coordinates.prior_rows(q)
-        return [of_rows(away, J)] if away.size else []
+        return [triangle_of_rows(away, J)] if away.size else []
 
     def _over_targets(
         self, what: Callable[[Target, FloatArray, Window], Result], q: FloatArray, windows: Windows

@@ -73,7 +73,7 @@ class Triangle:
         return out
 
 
-def finished(R: FloatArray, linear: int, samples: int) -> Triangle:
+def without_projected_rows(R: FloatArray, linear: int, samples: int) -> Triangle:
     """Drop the first `linear` rows of a triangle of [Phi r J] and fix the sign of the residual's."""
     rest = R[linear:, linear:]
     sign = -1.0 if rest[0, 0] < 0.0 else 1.0
@@ -82,20 +82,20 @@ def finished(R: FloatArray, linear: int, samples: int) -> Triangle:
     return Triangle(abs(float(rest[0, 0])), jacobian, samples)
 
 
-def of_rows(r: FloatArray, J: FloatArray) -> Triangle:
+def triangle_of_rows(r: FloatArray, J: FloatArray) -> Triangle:
     """Reduce residuals, (k,), and their derivatives, (k, n), that are at hand as they are."""
     R = np.zeros((J.shape[1] + 1, J.shape[1] + 1))
     absorb(R, np.ascontiguousarray(np.column_stack([r, J]).T), r.size)
-    return finished(R, 0, r.size)
+    return without_projected_rows(R, 0, r.size)
 
 
-def combined(triangles: list[Triangle]) -> Triangle:
+def combine_triangles(triangles: list[Triangle]) -> Triangle:
     """Join the triangles of independent records into one."""
     n = triangles[0].jacobian.shape[1]
     stacked = np.vstack([np.column_stack([t.fun, t.jacobian]) for t in triangles])
     R = np.zeros((n + 1, n + 1))
     absorb(R, np.ascontiguousarray(stacked.T), stacked.shape[0])
-    return finished(R, 0, sum(t.samples for t in triangles))
+    return without_projected_rows(R, 0, sum(t.samples for t in triangles))
 
 
 BETWEEN = 40
@@ -168,7 +168,7 @@ def write_removed(rows: FloatArray, channel: TargetChannel, window: tuple[int, i
         rows[row, :n], rows[row + 1, :n] = pair
 
 
-def reduced(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[list[FloatArray], bool]:
+def reduce_channels(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[list[FloatArray], bool]:
     """Return each channel's triangle of [Phi r J] in sigmas, and whether the simulation succeeded."""
     misfit = Misfit(model, target, q, window, jacobian=True)
     rows = WeightedRows(misfit)
@@ -212,7 +212,7 @@ def _into_sigmas(triangles: Sequence[FloatArray], rows: WeightedRows) -> None:
 def _norm(target: Target, window: Window, triangles: Sequence[FloatArray]) -> float:
     each = []
     for channel, R in zip(target.channels, triangles, strict=True):
-        each.append(finished(R, channel.removed, window[1] - window[0]).norm)
+        each.append(without_projected_rows(R, channel.removed, window[1] - window[0]).norm)
     return each[0] if len(each) == 1 else float(np.linalg.norm(each))
 
 
@@ -223,16 +223,16 @@ def triangle(model: Model, target: Target, q: FloatArray, window: Window) -> Tri
         size = model.coordinates.size
         lost = np.full((1 + size, size), np.nan)
         return Triangle(np.inf, lost, (window[1] - window[0]) * len(target.channels))
-    return each[0] if len(each) == 1 else combined(each)
+    return each[0] if len(each) == 1 else combine_triangles(each)
 
 
 def channel_triangles(model: Model, target: Target, q: FloatArray, window: Window) -> list[Triangle] | None:
     """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
-    triangles, succeeded = reduced(model, target, q, window)
+    triangles, succeeded = reduce_channels(model, target, q, window)
     if not succeeded:
         return None
     n = window[1] - window[0]
-    return [finished(R, c.removed, n) for c, R in zip(target.channels, triangles, strict=True)]
+    return [without_projected_rows(R, c.removed, n) for c, R in zip(target.channels, triangles, strict=True)]
 
 
 class LatestTriangles:

@@ -25,13 +25,13 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import combined
+from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target
 from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import refused_gain, solve
+from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.kernel.batch.source import SETS
 from mechid.shown import Shown
@@ -161,7 +161,7 @@ def _world(optimum: Optimum) -> _World:
     problem, q, windows = replace(optimum.problem, workers=1), optimum.q, optimum.windows
     used = [t for t in problem.targets if t.name in windows]
     noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
-    triangle = combined(problem.triangles(q, windows))
+    triangle = combine_triangles(problem.triangles(q, windows))
     counted = seen_coordinates(problem, triangle) & ~problem.coordinates.on_bound(q)
     robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
     values, vectors = np.linalg.eigh(robust)
@@ -219,7 +219,7 @@ def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -
         outcome = DrawOutcome.FAILED
     elif not solution.converged:
         outcome = DrawOutcome.NOT_CONVERGED
-    elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
+    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         outcome = DrawOutcome.CLIFF
     elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), REFIT.elsewhere):
         outcome = DrawOutcome.ELSEWHERE

@@ -29,7 +29,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import refused_gain, solve
+from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.stages.freeze import without
 
 QUANTILE = float(chdtri(1, 0.05))
@@ -233,7 +233,7 @@ def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> d
     note = ""
     if not solution.converged:
         note = "not converged"
-    elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
+    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         note = "stopped at a threshold"
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 

@@ -18,7 +18,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.fit import RecordFit
-from mechid.identification.search.gates import chance_of, followed
+from mechid.identification.search.gates import chance_limit_of, followed_samples
 from mechid.signal.following import WINDOW_S, following, out_of_step
 from mechid.signal.moments import norm
 from mechid.signal.remainder import Remainder
@@ -80,7 +80,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     channels = _channels(record, target, problem, q, window, noises)
     leading = channels[record.leading]
     judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
-    follows = followed(problem, judged, q)
+    follows = followed_samples(problem, judged, q)
     return RecordFit(
         name=record.name,
         use=record.use,
@@ -187,7 +187,7 @@ def _followed(
     if channel.linear:
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
-    chance = chance_of(max(WINDOW_S * rate, 1.0))
+    chance = chance_limit_of(max(WINDOW_S * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
     late = out_of_step(r, rate, full_step) if full_step else None
 

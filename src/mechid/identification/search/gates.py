@@ -23,7 +23,7 @@ from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.first_moments import motion_begins
-from mechid.identification.search.run_up import Horizons, Lifted, after_those_at_rest, begun_anew
+from mechid.identification.search.run_up import Horizons, Lifted, grow_from_records_at_rest, restart_records
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.series import stretch_of
@@ -45,7 +45,7 @@ class Growth:
         return sum(self.horizons.values()) / sum(t.samples for t in problem.targets)
 
 
-def floors(problem: Problem) -> Horizons:
+def least_horizons(problem: Problem) -> Horizons:
     """Return the least horizon of each record, past its burn-in: 15 ms, or one window past the first motion."""
     return {t.name: _floor(t) for t in problem.targets}
 
@@ -134,7 +134,7 @@ class _Trace:
         return max(self.most, SEARCH.diverged_at * (self.channel.rounding / self.channel.sigma) ** 2)
 
 
-def followed(problem: Problem, target: Target, q: FloatArray, *, most: float = SEARCH.diverged_at) -> int:
+def followed_samples(problem: Problem, target: Target, q: FloatArray, *, most: float = SEARCH.diverged_at) -> int:
     """Return how many samples the model at `q` follows, whatever comes after."""
     gate = _floor(target)
     while True:
@@ -156,12 +156,12 @@ def horizons_at(
     return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
 
 
-def chance(problem: Problem) -> float:
+def chance_limit(problem: Problem) -> float:
     """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
-    return chance_of(min(map(gate_window, problem.targets)))
+    return chance_limit_of(min(map(gate_window, problem.targets)))
 
 
-def chance_of(samples: float) -> float:
+def chance_limit_of(samples: float) -> float:
     """Return a mean square of so many independent samples that is exceeded once in 1e9 times, in sigmas squared."""
     return float(chdtri(samples, 1e-9)) / samples
 
@@ -171,7 +171,7 @@ def gate_window(target: Target) -> int:
     return max(int(SEARCH.gate_window_s * target.base.sample_rate_hz), 4)
 
 
-def grow(
+def grow_horizons(
     problem: Problem,
     q: FloatArray,
     rng: np.random.Generator,
@@ -185,12 +185,12 @@ def grow(
     if problem.anchored is not problem:
 
         def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
-            found = grow(part, at, rng, lambda *moved: progress(*lifted(*moved)), most=most, journal=journal)
+            found = grow_horizons(part, at, rng, lambda *moved: progress(*lifted(*moved)), most=most, journal=journal)
             return found.q, dict(found.horizons)
 
-        q = after_those_at_rest(problem, q, floors(problem), grow_part, partial(_some_rounds, most=most))
+        q = grow_from_records_at_rest(problem, q, least_horizons(problem), grow_part, partial(_some_rounds, most=most))
     done, own = journal or Journal(), [identity(problem), most]
-    least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
+    least, whole = least_horizons(problem), {t.name: t.samples for t in problem.targets}
     gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
     furthest, stalled = 0, 0
     for rounds in range(1, SEARCH.rounds + 1):
@@ -213,7 +213,7 @@ def grow(
 
 
 def _followed_at(problem: Problem, q: FloatArray, least: Horizons, most: float) -> Horizons:
-    return {t.name: max(followed(problem, t, q, most=most), least[t.name]) for t in problem.targets}
+    return {t.name: max(followed_samples(problem, t, q, most=most), least[t.name]) for t in problem.targets}
 
 
 def _round(
@@ -273,7 +273,7 @@ def _begun_anew(
     problem: Problem, q: FloatArray, targets: list[Target], gates: Horizons, least: Horizons, most: float
 ) -> tuple[FloatArray, Horizons] | None:
     """Return where other starts of the records that begin in motion and are not followed lead; None where nowhere."""
-    moved = begun_anew(problem, q, gates, partial(_some_rounds, most=most), targets=targets)
+    moved = restart_records(problem, q, gates, partial(_some_rounds, most=most), targets=targets)
     if moved is q:
         return None
     found = horizons_at(problem, moved, gates, least, most=most)

@@ -24,7 +24,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import (
@@ -92,7 +92,7 @@ def robust_triangle(problem: Problem, q: FloatArray, windows: Windows = NO_WINDO
         rows *= (1.0 + (rows[0] / SEARCH.robust_sigmas) ** 2) ** -0.25
         absorb(R, rows, rows.shape[1])
         samples += rows.shape[1]
-    weighted = finished(R, 0, samples)
+    weighted = without_projected_rows(R, 0, samples)
     jacobian = weighted.jacobian
     jacobian[0] *= weighted.norm / max(math.sqrt(cost), 1e-300)
     return Triangle(math.sqrt(cost), jacobian, samples)

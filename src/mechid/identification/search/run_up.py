@@ -48,7 +48,7 @@ def run_up(
     return q
 
 
-def gone_on(problem: Problem, q: FloatArray, target: Target) -> FloatArray | None:
+def continued_start(problem: Problem, q: FloatArray, target: Target) -> FloatArray | None:
     """Return a point whose target begins as the model comes out of the stretch before it; None where there is none."""
     before = next((t for t in problem.targets if _leads_to(t, target)), None)
     if before is None:
@@ -133,7 +133,7 @@ Lifted = Callable[[FloatArray, Horizons], tuple[FloatArray, Horizons]]
 """From a point of a part of the records, and horizons there, to all of them."""
 
 
-def after_those_at_rest(
+def grow_from_records_at_rest(
     problem: Problem,
     q: FloatArray,
     least: Horizons,
@@ -153,7 +153,7 @@ def after_those_at_rest(
     grow_part : callable
         Grows the horizons of a part of the records from a point of it.
     rounds : callable
-        As of `begun_anew`.
+        As of `restart_records`.
     """
     part = problem.anchored
     names = [t.name for t in part.targets]
@@ -164,10 +164,10 @@ def after_those_at_rest(
 
     found = grow_part(part, np.concatenate([part.coordinates.of_mechanism(q), own]), lifted)
     moving = [t for t in problem.targets if t.name not in names]
-    return begun_anew(problem, *lifted(*found), rounds, targets=moving)
+    return restart_records(problem, *lifted(*found), rounds, targets=moving)
 
 
-def begun_anew(
+def restart_records(
     problem: Problem, q: FloatArray, gates: Horizons, rounds: Rounds, *, targets: Sequence[Target]
 ) -> FloatArray:
     """Return a point at which records are followed further by another start of theirs; the same one where none is.
@@ -184,7 +184,10 @@ def begun_anew(
         Those that are not followed to their ends, in the order in which they are tried.
     """
     for target in targets:
-        for point in (gone_on(problem, q, target), run_up(problem, q, targets=[target], tries=SEARCH.run_up_tries)):
+        for point in (
+            continued_start(problem, q, target),
+            run_up(problem, q, targets=[target], tries=SEARCH.run_up_tries),
+        ):
             if point is None or np.array_equal(point, q):
                 continue
             moved, reached = _by_its_start(problem, target, point, gates[target.name], rounds)

@@ -140,7 +140,7 @@ def covariance(triangle: Triangle) -> FloatArray:
     return np.asarray(half @ half.T, dtype=np.float64)
 
 
-def refused_gain(triangle: Triangle, counted: BoolArray) -> float:
+def promised_fall(triangle: Triangle, counted: BoolArray) -> float:
     """Return by how much the cost would fall yet if it were as smooth as its derivatives say.
 
     At an optimum this is nothing. At a cliff, where a touch of zero speed does or does not stick, the solver

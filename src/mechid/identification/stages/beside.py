@@ -22,12 +22,12 @@ from mechid.identification.disturbance.possible import possible
 from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, floors, grow, horizons_at
+from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise_levels import explained_mostly
+from mechid.identification.uncertainty.noise_levels import explains_most
 from mechid.plant.superset import Superset, rivals_of, superset_of
 
 
@@ -73,7 +73,7 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
         return None
     solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
     whole = {t.name: t.samples for t in wide.problem.targets}
-    follows = horizons_at(wide.problem, solution.q, whole, floors(wide.problem)) == whole
+    follows = horizons_at(wide.problem, solution.q, whole, least_horizons(wide.problem)) == whole
     return wide.at(Growth(solution.q, whole, follows, 0))
 
 
@@ -84,11 +84,11 @@ def settled_louder(
 
     None where most of a record is not explained there.
     """
-    if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
+    if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.growth.q):
         return None
     if not _needs_terms(fitted):
         plain = watch.note(louder.at(growth.q, growth.horizons))
-        return (plain, growth) if explained_mostly(louder.problem, growth.q) else None
+        return (plain, growth) if explains_most(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
     return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
@@ -138,7 +138,7 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
         share = 100.0 * sum(gates.values()) / total
         watch.tell("terms beside", f"{share:.1f} % of all samples followed")
 
-    return grow(
+    return grow_horizons(
         problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=STAGES.term_escapes, journal=watch.journal
     )
 
@@ -190,7 +190,7 @@ def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[S
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STAGES.joint_steps, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    follows = horizons_at(plain, alone, whole, floors(plain)) == whole
+    follows = horizons_at(plain, alone, whole, least_horizons(plain)) == whole
     if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
         growth = _grow(watch, plain, alone, seed)
         if not growth.complete:

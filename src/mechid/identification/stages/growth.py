@@ -26,15 +26,15 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.run_up import run_up
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.noise_levels import raised, raised_words
+from mechid.identification.uncertainty.noise import with_levels_of_residuals
+from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
 
 
 def searched(
@@ -72,7 +72,7 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
     """
     problem = state.problem
     q = run_up(problem, problem.coordinates.point(near), known=near)
-    problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
+    problem = replace(problem, targets=tuple(with_levels_of_residuals(problem, t, q) for t in problem.targets))
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
@@ -147,10 +147,10 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
-    begun = grow(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
+    begun = grow_horizons(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
     on_progress = partial(_note_growth, watch, state, 1, growth)
     q = carried(own, begun.q, problem)
-    whole = grow(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
+    whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
     return whole if whole.complete else growth
 
 
@@ -200,11 +200,11 @@ def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) ->
     kept, growth, at = (state, known), known, state
     before = {} if growth.complete else _left(state.problem, known)
     while not growth.complete:
-        problem = raised(at.problem, growth)
+        problem = raise_levels(at.problem, growth)
         if problem is at.problem:
             break
         at = watch.note(replace(at.of(problem), before_raised=before))
-        watch.tell("noise level raised", raised_words(problem, growth))
+        watch.tell("noise level raised", describe_raised_levels(problem, growth))
         best = next(_candidates(watch, at, seed), None)
         if best is None:
             break
@@ -277,7 +277,7 @@ def _growths(
     if len(some) == 1:
         ((number, candidate),) = some
         rng = np.random.default_rng((seed, number))
-        yield grow(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
+        yield grow_horizons(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]
@@ -291,7 +291,7 @@ def _growths(
 def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
     """Return the growth from a candidate, by the seed and its number, as a journal can hold it."""
     _, seed, number, q = task
-    return dict(vars(grow(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
+    return dict(vars(grow_horizons(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
 
 
 def _note_growth(

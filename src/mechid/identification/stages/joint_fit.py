@@ -21,15 +21,15 @@ from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
-from mechid.identification.search.gates import Growth, chance, floors, grow, horizons_at
+from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import Solution, refused_gain, solve
+from mechid.identification.search.solve import Solution, promised_fall, solve
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import by_own_residuals
+from mechid.identification.uncertainty.noise import with_residual_levels
 
 
-def out_of_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:
+def leave_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:
     """Return the best of what a fit comes to that stopped in a corner, and of others begun beside it.
 
     `solved` fits from a point. Where `stopped` is in no corner, that is the answer, and nothing is fitted.
@@ -76,7 +76,7 @@ def joint_fit(
     evaluations = 0
     while True:
         solved = partial(_solved, watch, state, tolerance, on_progress)
-        solution = out_of_corner(state.problem, solved(state.q), solved)
+        solution = leave_corner(state.problem, solved(state.q), solved)
         state = watch.note(replace(state, q=solution.q, solution=solution))
         evaluations += solution.evaluations
         outside = state.problem.space.outside_disc(solution.q)
@@ -149,7 +149,7 @@ def _refused(state: SearchState) -> float:
     solution = state.solution
     if solution is None or not solution.converged:
         return 0.0
-    return refused_gain(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
+    return promised_fall(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
 
 
 def threshold_warnings(name: str, state: SearchState) -> list[str]:
@@ -164,7 +164,7 @@ def threshold_warnings(name: str, state: SearchState) -> list[str]:
     ]
 
 
-def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: int) -> SearchState:
+def confirm_optimum(watch: Watch, state: SearchState, names: tuple[str, ...], seed: int) -> SearchState:
     """See that the joint optimum follows all records, more strictly and in finer steps; else grow from it again.
 
     A stick/slip that falls the other way for a moment hides below the growth's limit, and one that hangs by
@@ -172,20 +172,20 @@ def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: in
     """
     for attempt in range(1, STAGES.confirmations + 1):
         fine = replace(state.problem, substeps=2 * state.problem.substeps)
-        strict = chance(fine)
-        judged = by_own_residuals(fine, state.q)
+        strict = chance_limit(fine)
+        judged = with_residual_levels(fine, state.q)
         if not _lost(judged, state.q, most=strict):
             return state
         rng = np.random.default_rng((seed, 0, attempt))
-        growth = grow(judged, state.q, rng, partial(_note_regrowth, watch), most=strict, journal=watch.journal)
+        growth = grow_horizons(judged, state.q, rng, partial(_note_regrowth, watch), most=strict, journal=watch.journal)
         if growth.complete or _cost(fine, growth.q) < _cost(fine, state.q):
             state = watch.note(state.of(fine).at(growth.q, {t.name: t.samples for t in fine.targets}))
             state = fit_past_cliffs(watch, joint_fit(watch, state, "growth again", names), names, seed)
         if not growth.complete:
-            if _lost(by_own_residuals(state.problem, state.q), state.q, most=strict):
+            if _lost(with_residual_levels(state.problem, state.q), state.q, most=strict):
                 state = watch.note(state.saying(_suspicion(growth, fine)))
             break
-    lost = _lost(by_own_residuals(state.problem, state.q), state.q)
+    lost = _lost(with_residual_levels(state.problem, state.q), state.q)
     if not lost:
         return state
     said = f"{', '.join(lost)}: for a moment the residual is larger than elsewhere by more than chance"
@@ -213,7 +213,7 @@ def _suspicion(growth: Growth, problem: Problem) -> str:
 def _lost(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
     """Return the records that the model at `q` does not follow to their ends."""
     whole = {t.name: t.samples for t in problem.targets}
-    found = horizons_at(problem, q, whole, floors(problem), most=most)
+    found = horizons_at(problem, q, whole, least_horizons(problem), most=most)
     return [name for name, n in whole.items() if found[name] < n]
 
 

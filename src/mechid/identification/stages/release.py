@@ -11,7 +11,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import released, whitened_again, without_outliers
+from mechid.identification.uncertainty.noise import release_noise, whiten_again, without_outliers
 
 
 def fit_with_noise_released(
@@ -25,13 +25,13 @@ def fit_with_noise_released(
     if options.priors == "search":
         state = watch.note(without_priors(state))
     state = joint_fit(watch, state, "noise re-estimated", names)
-    state = _fitted_again(watch, state, names, "whitened again", whitened_again)
+    state = _fitted_again(watch, state, names, "whitened again", whiten_again)
     return _fitted_again(watch, state, names, "spikes rejected", without_outliers) if rejects else state
 
 
 def with_noise_released(watch: Watch, state: SearchState, options: IdentifyOptions) -> SearchState:
     """Return the state with each record's residual as its noise; what is a misfit is said."""
-    problem, said = released(state.problem, state.q, state.windows, options)
+    problem, said = release_noise(state.problem, state.q, state.windows, options)
     return watch.note(state.of(problem).saying(*said))
 
 

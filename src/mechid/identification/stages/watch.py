@@ -24,7 +24,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.settings import STAGES
 
 
-class OverNoise:
+class ResidualToNoise:
     """Looks at all records now and then: at the first report of a stage, else as often as its share of time allows.
 
     Parameters
@@ -43,13 +43,13 @@ class OverNoise:
         if stage == self.stage and began < self.due:
             return {}
         # within it nobody is asked whether to go on: the clock makes looks, what ends a search counts without them
-        found = Context().run(over_noise, problem, q, self.floors)
+        found = Context().run(residual_to_noise, problem, q, self.floors)
         ended = time.perf_counter()
         self.stage, self.due = stage, ended + (ended - began) / STAGES.share_of_time
         return found
 
 
-def over_noise(problem: Problem, q: FloatArray, floors: Mapping[tuple[str, str], float]) -> dict[str, float]:
+def residual_to_noise(problem: Problem, q: FloatArray, floors: Mapping[tuple[str, str], float]) -> dict[str, float]:
     """Return residual RMS over noise floor of each record, whole, offset and drift projected out.
 
     Parameters
@@ -98,7 +98,7 @@ class Watch:
         self.keep: Callable[[SearchState], None] = lambda state: None
         self.listener, self.total, self.journal = listener, total, journal or Journal()
         self.began = time.perf_counter()
-        self.noise = OverNoise(state.problem)
+        self.noise = ResidualToNoise(state.problem)
 
     def note(self, state: SearchState) -> SearchState:
         """Keep a state as the latest, and return it."""

@@ -103,7 +103,7 @@ def _prior_cost(problem: Problem, q: FloatArray) -> float:
     return float(np.sum(away**2))
 
 
-def told_by(
+def parameters_resting_on(
     problem: Problem, q: FloatArray, windows: Windows, records: Sequence[str], counted: BoolArray
 ) -> tuple[str, ...]:
     """Return the parameters, by dotted name, whose standard error rests on some records."""

@@ -126,12 +126,14 @@ class Comparison:
         count = len(self.names)
         phases = [p for p in self.phases if p is not None]
         quarters = _all([s.joined(ERRORS.quarters) for s in self.stretches])
-        found = [self._excess(left_out(quarters, self.information), ERRORS.quarters * count - 1)]
+        found = [self._excess(jackknife_covariance(quarters, self.information), ERRORS.quarters * count - 1)]
         if phases:
-            found.append(self._excess(clustered(_all(phases).scores, self.inverse), ERRORS.phases_a_record * count))
+            found.append(
+                self._excess(clustered_covariance(_all(phases).scores, self.inverse), ERRORS.phases_a_record * count)
+            )
         if count > 1:
             records = _all([s.joined(1) for s in self.stretches])
-            found.append(self._excess(left_out(records, self.information), count - 1))
+            found.append(self._excess(jackknife_covariance(records, self.information), count - 1))
         return ModelError(self.noise, tuple(found))
 
     def error_if(self, consistency: Consistency) -> ModelError:
@@ -169,7 +171,7 @@ class Comparison:
         return self.names[int(np.argmax(beyond))]
 
 
-def clustered(scores: FloatArray, inverse: FloatArray) -> FloatArray:
+def clustered_covariance(scores: FloatArray, inverse: FloatArray) -> FloatArray:
     """Return the cluster-robust covariance of an estimate, (n, n).
 
     Parameters
@@ -184,7 +186,7 @@ def clustered(scores: FloatArray, inverse: FloatArray) -> FloatArray:
     return np.asarray(groups / max(groups - 1, 1) * off.T @ off, dtype=np.float64)
 
 
-def left_out(parts: Parts, information: FloatArray) -> FloatArray:
+def jackknife_covariance(parts: Parts, information: FloatArray) -> FloatArray:
     """Return the covariance of an estimate by leaving out each part, one Newton step each, (n, n)."""
     without = ERRORS.irreplaceable * information - parts.information
     steps = np.linalg.solve(without, parts.scores[:, :, np.newaxis])[:, :, 0]
@@ -216,7 +218,7 @@ def _roots(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     return (size[:, np.newaxis] * vectors) * values, (vectors / values).T / size
 
 
-def comparison_at(problem: Problem, q: FloatArray, windows: Windows) -> Comparison:
+def compare_parts(problem: Problem, q: FloatArray, windows: Windows) -> Comparison:
     """Return the parts of the records at a point, compared over the coordinates that they see and no bound holds."""
     triangle = problem.joint(q, windows)
     counted = ~problem.coordinates.on_bound(q) & (np.linalg.norm(triangle.jacobian, axis=0) > 0.0)
@@ -225,12 +227,12 @@ def comparison_at(problem: Problem, q: FloatArray, windows: Windows) -> Comparis
     return Comparison(found.parts, triangle.jacobian.T @ triangle.jacobian, noise, counted)
 
 
-def deviations(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> FloatArray:
+def deviations_from_null(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> FloatArray:
     """Return how far each parameter of a disturbance is from where it is none, (k,) in standard errors.
 
     A value of the mechanism's that is free is none where it is that one's. Those that stand on a bound are left out.
     """
-    compared, at = comparison_at(problem, q, windows), problem.coordinates
+    compared, at = compare_parts(problem, q, windows), problem.coordinates
     counted = np.any(compared.scale != 0.0, axis=1)
     names, slopes = at.value_slopes(q)
     slope, values = dict(zip(names, slopes, strict=True)), at.values(q)

@@ -12,7 +12,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.noise_level import SMALLEST
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.gates import chance_of, gate_window
+from mechid.identification.search.gates import chance_limit_of, gate_window
 from mechid.identification.uncertainty.covariance import residual
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal import effective_samples
@@ -24,7 +24,7 @@ from mechid.signal.stored import changed, samples_at, write_at
 from mechid.units import unit_words
 
 
-def released(
+def release_noise(
     problem: Problem, q: FloatArray, windows: Windows, options: IdentifyOptions
 ) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem with the residual RMS of each record's channels as their sigma, and a line for each misfit.
@@ -84,7 +84,7 @@ def _is_noise(channel: TargetChannel, rms: float) -> bool:
     return rms <= NOISE.misfit * channel.sigma or channel.raised > 0.0
 
 
-def whitened_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+def whiten_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
     """Return the problem with prefilters of what `q` leaves; the same one where none is much better than before.
 
     Before the first whitening the estimates err by what the colour costs, and that is in the residual too.
@@ -112,7 +112,7 @@ def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tup
     return replace(target, channels=tuple(found)) if quieter else target
 
 
-def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:
+def with_residual_levels(problem: Problem, q: FloatArray) -> Problem:
     """Return the problem with each misfit record at its own residual's RMS, to judge whether `q` follows it.
 
     One whose level was raised is such a record.
@@ -136,10 +136,10 @@ def _channel_by_own_residual(channel: TargetChannel, r: Series, window: int) -> 
     if rms <= NOISE.misfit * channel.sigma and channel.prefilter is None and not channel.raised:
         return channel
     worth = max(window * effective_samples(r) / r.size, 1.0)
-    return replace(channel, sigma=rms * math.sqrt(chance_of(worth) / chance_of(window)))
+    return replace(channel, sigma=rms * math.sqrt(chance_limit_of(worth) / chance_limit_of(window)))
 
 
-def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) -> Target:
+def with_levels_of_residuals(problem: Problem, target: Target, q: FloatArray) -> Target:
     """Return a target with no channel's sigma below the RMS of its residual at `q`."""
     series = dict(zip(target.quantities, residual(problem, target, q, (0, target.samples)), strict=True))
 

@@ -21,7 +21,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.gates import Growth, followed
+from mechid.identification.search.gates import Growth, followed_samples
 from mechid.identification.uncertainty.covariance import residual
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.moments import norm, standard_deviation
@@ -32,7 +32,7 @@ from mechid.signal.trend import fit_line
 from mechid.units import unit_words
 
 
-def raised(problem: Problem, growth: Growth) -> Problem:
+def raise_levels(problem: Problem, growth: Growth) -> Problem:
     """Return the problem with a higher level of the channels that stop a growth; the same one where none may rise."""
     targets = tuple(_raised(problem, t, growth) for t in problem.targets)
     changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
@@ -49,12 +49,12 @@ def _raised(problem: Problem, target: Target, growth: Growth) -> Target:
 
 def _stopping(problem: Problem, target: Target, growth: Growth, gate: int) -> list[str]:
     """Return the quantities that the model does not follow beyond the gate."""
-    alone = {c.quantity: followed(problem, replace(target, channels=(c,)), growth.q) for c in target.channels}
+    alone = {c.quantity: followed_samples(problem, replace(target, channels=(c,)), growth.q) for c in target.channels}
     first = max(gate, min(alone.values()))
     return [quantity for quantity, samples in alone.items() if samples <= first]
 
 
-def at_levels_of(problem: Problem, records: Mapping[str, Any]) -> Problem:
+def with_saved_levels(problem: Problem, records: Mapping[str, Any]) -> Problem:
     """Return the problem with the levels that a search has raised, of the `records` of its estimate.json."""
 
     def one(target: Target) -> Target:
@@ -73,29 +73,32 @@ def _at_level(channel: TargetChannel, found: Mapping[str, Any]) -> TargetChannel
 
 def _raised_channel(channel: TargetChannel) -> TargetChannel:
     """Return a channel at a higher level; the same one where its level is declared, or as high as it may be."""
-    level = min(NOISE.raise_factor * channel.sigma, NOISE.most_raised_share * moved(channel))
+    level = min(NOISE.raise_factor * channel.sigma, NOISE.most_raised_share * moving_deviation(channel))
     if channel.rests_on is NoiseSource.DECLARED or level <= channel.sigma:
         return channel
     return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
 
 
-def explained_mostly(problem: Problem, q: FloatArray) -> bool:
+def explains_most(problem: Problem, q: FloatArray) -> bool:
     """Tell whether a point leaves less than a twentieth of what moves in every channel: then no record contradicts."""
 
     def share(target: Target) -> float:
         series = residual(problem, target, q, (0, target.samples))
-        return max(standard_deviation(r) / max(moved(c), 1e-300) for c, r in zip(target.channels, series, strict=True))
+        return max(
+            standard_deviation(r) / max(moving_deviation(c), 1e-300)
+            for c, r in zip(target.channels, series, strict=True)
+        )
 
     return max(map(share, problem.targets)) < NOISE.mostly_explained
 
 
-def moved(channel: TargetChannel) -> float:
+def moving_deviation(channel: TargetChannel) -> float:
     """Return the standard deviation of a channel, offset and drift removed where the channel's zero is free."""
     line = fit_line(channel.measured, 2 if channel.linear else 1, channel.rejected)
     return standard_deviation(Remainder(channel.measured, line), channel.rejected)
 
 
-def raised_words(problem: Problem, growth: Growth) -> str:
+def describe_raised_levels(problem: Problem, growth: Growth) -> str:
     """Return what the levels of unfinished records have been raised to, and how far these were followed below it."""
     words = []
     for t in problem.targets:
@@ -141,7 +144,7 @@ def _level_words(record: CampaignRecord, channel: TargetChannel) -> str:
     )
 
 
-def lowered(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+def lower_levels(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
     """Return the problem with no level above what `q` leaves in the windows; the same one where none is clearly above.
 
     A level that rests on more than high frequencies stays, and none falls below that of the resolution.
@@ -165,14 +168,14 @@ def _at_most(channel: TargetChannel, r: Series, window: tuple[int, int]) -> Targ
     return replace(channel, sigma=level) if level < clearly * channel.sigma else channel
 
 
-def levels_of(problem: Problem) -> dict[tuple[str, str], float]:
+def noise_levels(problem: Problem) -> dict[tuple[str, str], float]:
     """Return the noise level of each record's channels, by record and quantity, SI."""
     return {(t.name, c.quantity): c.sigma for t in problem.targets for c in t.channels}
 
 
-def at_these_levels(problem: Problem, other: Problem) -> Problem:
+def with_levels_of(problem: Problem, other: Problem) -> Problem:
     """Return a problem with the levels of another one of the same records and channels."""
-    known = levels_of(other)
+    known = noise_levels(other)
 
     def one(target: Target) -> Target:
         return target.each(lambda c: replace(c, sigma=known.get((target.name, c.quantity), c.sigma)))

@@ -16,7 +16,7 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.identifiability.verdict import Verdict
-from mechid.identification.output_error.reduction import Triangle, combined
+from mechid.identification.output_error.reduction import Triangle, combine_triangles
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -29,7 +29,7 @@ from mechid.identification.uncertainty.draws import (
     LowerPoint,
     examine_draws,
     grazing_switches,
-    told_by,
+    parameters_resting_on,
 )
 from mechid.identification.uncertainty.further_errors import (
     OnBound,
@@ -302,7 +302,7 @@ def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: F
     if not state.problem.priors:
         return np.zeros(0)
     means = replace(state.problem, priors={}).prior_triangles(q)
-    J = combined([*state.problem.triangles(q, state.windows), *means]).jacobian[:, verdict.counted]
+    J = combine_triangles([*state.problem.triangles(q, state.windows), *means]).jacobian[:, verdict.counted]
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
@@ -316,7 +316,7 @@ def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: F
 def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: Sequence[Departure]) -> dict[str, str]:
     if not local:
         return {}
-    names = told_by(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
+    names = parameters_resting_on(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
     names = tuple(dict.fromkeys((*names, *(name for d in local for name in d.across))))
     where = "; ".join(map(str, local))
     return dict.fromkeys(names, f"near a stick/slip threshold, its error holds on this side only: {where}")
