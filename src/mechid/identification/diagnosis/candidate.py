@@ -16,10 +16,10 @@ from mechid.identification.effects.pruning import needed_effects
 from mechid.identification.effects.rules import IN_DIAGNOSIS, EffectRules
 from mechid.identification.effects.scores import Landscape, Score, landscape_at, worth_of
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.search.gates import grow
+from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve
-from mechid.identification.stages.corners import out_of_corner
-from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
+from mechid.identification.stages.joint_fit import leave_corner
+from mechid.identification.uncertainty.noise_levels import lower_levels, with_levels_of
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
@@ -138,12 +138,12 @@ class Model:
 
     def lowered(self) -> Model:
         """Return it with noise levels no higher than what it leaves within its windows; itself where none is."""
-        problem = lowered(self.problem, self.q, self.setting.windows)
+        problem = lower_levels(self.problem, self.q, self.setting.windows)
         return self if problem is self.problem else self.at_levels(problem)
 
     def at_levels(self, problem: Problem) -> Model:
         """Return it, where it is, with the noise levels of a problem."""
-        setting = replace(self.setting, problem=at_these_levels(self.setting.problem, problem))
+        setting = replace(self.setting, problem=with_levels_of(self.setting.problem, problem))
         there = replace(self, setting=setting)
         return replace(there, cost=there.problem.total_norm(there.q, setting.windows) ** 2)
 
@@ -306,7 +306,7 @@ class Model:
         """
         if self.over_noise <= self.rules.followed or not self.is_of_whole_records:
             return self
-        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)
+        growth = grow_horizons(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)
         other = self._fitted_from(growth.q, self.worth, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self
 
@@ -317,6 +317,6 @@ class Model:
         def solved(x: FloatArray) -> Solution:
             return solve(problem, x, windows, steps=steps, tolerance=self.rules.tolerance / worth)
 
-        found = out_of_corner(problem, solved(q), solved)
+        found = leave_corner(problem, solved(q), solved)
         there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
         return there._fitted_from(there.q, there.worth, steps) if there.worth > self.rules.finer * worth else there

@@ -20,8 +20,8 @@ from mechid.identification.diagnosis.steps import (
 from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import gain, is_needed
-from mechid.identification.uncertainty.deviations import comparison_at
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.uncertainty.model_error import compare_parts
+from mechid.identification.uncertainty.settings import NOISE
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Found:
     @property
     def left(self) -> float:
         """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
-        within = self.model.over_noise <= MISFIT and not self.refused
+        within = self.model.over_noise <= NOISE.misfit and not self.refused
         return 0.0 if within else self.model.misfit / max(self.before.misfit, 1.0)
 
     @property
@@ -85,7 +85,7 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     steps = [step(start, added=name) for name in start.effects]
     model, added = add_effects(start, tried, say)
     model, removed = drop_effects(model, say)
-    model, hidden = add_hidden_laws(model, tried, say) if model.over_noise <= MISFIT else (model, [])
+    model, hidden = add_hidden_laws(model, tried, say) if model.over_noise <= NOISE.misfit else (model, [])
     model, imitated = replace_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
     if model.over_noise > IN_DIAGNOSIS.followed:
@@ -167,7 +167,7 @@ def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model
 
 
 def _agrees(model: Model) -> bool:
-    return comparison_at(model.problem, model.q, model.setting.windows).consistency.agrees
+    return compare_parts(model.problem, model.q, model.setting.windows).consistency.agrees
 
 
 def _why_refused(share: float) -> str:

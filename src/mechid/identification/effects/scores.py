@@ -16,7 +16,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Disturbance, carried, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import combined
+from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.moments import norm
 from mechid.signal.stored import Room, write_at
@@ -150,7 +150,7 @@ def _derivatives(
     triangles = wide.triangles(there, windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
         return None
-    records, priors = combined(triangles), plain.prior_triangles(q)
+    records, priors = combine_triangles(triangles), plain.prior_triangles(q)
     moved = ~plain.coordinates.on_bound(q)
     residuals = np.concatenate([records.fun, *(t.fun for t in priors)])
     follows = _followed_coordinates(plain, q, wide)[:, moved]

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mechid.arrays import FloatArray
-
-REMEMBERED = 256
-"""Results that are held at most; a choice, not measured."""
+from mechid.identification.output_error.settings import PROBLEM
 
 
 class Latest(dict[tuple[str, bytes], FloatArray]):
@@ -18,7 +16,7 @@ class Latest(dict[tuple[str, bytes], FloatArray]):
         key = kind, q.tobytes()
         found = self.get(key)
         if found is None:
-            if len(self) >= REMEMBERED:
+            if len(self) >= PROBLEM.results_kept:
                 self.clear()
             found = self[key] = work(q)
         return found
