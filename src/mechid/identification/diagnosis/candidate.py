@@ -230,20 +230,27 @@ class Model:
         return tuple(p.name for p in self.base.free if p.name not in known)
 
     def with_effect(self, effect: str) -> Model:
-        """Return it with one more term or disturbance, fitted and grown anew."""
+        """Return it with one more effect, fitted and grown anew."""
         return self.having(effect).fitted(self).regrown()
 
     def having(self, effect: str) -> Model:
-        """Return it with one more term or disturbance, not fitted."""
+        """Return it with one more effect where that is nothing, or a law at its start; not fitted."""
         if effect in self._listed:
             return replace(self, terms=(*self.terms, effect))
-        return replace(self, disturbances=(*self.disturbances, effect))
+        if effect in {one.name for one in self.setting.disturbances}:
+            return replace(self, disturbances=(*self.disturbances, effect))
+        law = next(law for law in self.other_laws if law.name == effect)
+        return self.in_place_of(law, law.mechanism)
+
+    def lacking(self, effect: str) -> Model:
+        """Return it without one of its effects, not fitted."""
+        rest = [name for name in self.effects if name != effect]
+        return self._without_law(effect) if effect in self.laws else self.reduced_to(rest)
 
     def without(self, effect: str) -> Model:
         """Return it without one of its effects, fitted; what has been fitted once is kept."""
         if effect not in self._less:
-            rest = [name for name in self.effects if name != effect]
-            self._less[effect] = self._without_law(effect).fitted(self) if effect in self.laws else self.keeping(rest)
+            self._less[effect] = self.lacking(effect).fitted(self)
         return self._less[effect]
 
     @cached_property

@@ -123,7 +123,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     if np.all(np.isfinite(J)):
         move[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ move[lost], rcond=None)[0]
     there = replace(both, q=problem.coordinates.clip(q + move))
-    return there.reduced_to([name for name in both.effects if name != effect]).fitted(there)
+    return there.lacking(effect).fitted(there)
 
 
 def drop_effects(model: Model, say: Tell) -> tuple[Model, list[Step]]:
