@@ -21,10 +21,6 @@ SIZES = {TERM: 0.02, LAW: 0.01, DISTURBANCE: 250.0}
 KINDS = pytest.mark.parametrize("effect", [TERM, LAW, DISTURBANCE])
 
 
-def silent(words):
-    """Say nothing."""
-
-
 @pytest.fixture(scope="module")
 def plain():
     """Return the model of two short records that the mechanism as written follows."""
@@ -81,12 +77,12 @@ def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path)
         more = model.with_effect(effect)
     else:
         assert likely_effects(model, model.scores())[0] == effect
-        more = with_one_more(model, {}, silent)
+        more = with_one_more(model, {})
     assert more.effects == (effect,)
     assert confirms(model, more)
     idle = next(name for name in (DISTURBANCE, TERM) if name != effect)
     both = more.having(idle).fitted(more)
-    (dropped,) = [name for name, _ in drop_unneeded(both, both.effects, silent)]
+    (dropped,) = [name for name, _ in drop_unneeded(both, both.effects)]
     assert dropped == idle
     proposal = proposal_of(more)
     assert tomllib.loads("\n".join(line for line in proposal.tomls[effect].splitlines() if not line.startswith("#")))

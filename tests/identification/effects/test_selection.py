@@ -64,15 +64,11 @@ class Sum:
         return self.cost + 7.0 * self.freedom < other.cost + 7.0 * other.freedom
 
 
-def silent(words):
-    """Say nothing."""
-
-
 @BOTH
 def test_the_likeliest_effect_is_fitted_and_stays(rules):
     model = Sum({"small": 500.0, "large": 1200.0}, rules)
     tried = {}
-    assert with_one_more(model, tried, silent).effects == ("large",)
+    assert with_one_more(model, tried).effects == ("large",)
     assert model.fits == ["large"]
     assert tried == {}
 
@@ -81,13 +77,13 @@ def test_where_the_likeliest_breaks_its_promise_as_many_are_fitted_as_the_rules_
     """Truth: one during a fit; in a diagnosis the second too, and what failed is not fitted again."""
     takes, promised = {"promising": 10.0, "second": 1100.0}, {"promising": 1500.0}
     model = Sum(takes, DURING_FIT, promised=promised)
-    assert with_one_more(model, {}, silent) is None
+    assert with_one_more(model, {}) is None
     assert model.fits == ["promising"]
     model, tried = Sum(takes, IN_DIAGNOSIS, promised=promised), {}
-    assert with_one_more(model, tried, silent).effects == ("second",)
+    assert with_one_more(model, tried).effects == ("second",)
     assert tried == {"promising": "explains 0.5 % of the misfit in a fit"}
     model.fits.clear()
-    assert with_one_more(model, tried, silent).effects == ("second",)
+    assert with_one_more(model, tried).effects == ("second",)
     assert model.fits == ["second"]
 
 
@@ -133,10 +129,10 @@ def test_false_discoveries_are_held_down_in_a_diagnosis_alone():
 def test_what_a_fit_does_as_well_without_is_dropped_and_the_last_effect_stays():
     takes = {"needed": 1000.0, "idle": 1.0, "idle too": 2.0}
     model = Sum(takes, IN_DIAGNOSIS, tuple(takes))
-    assert [name for name, _ in drop_unneeded(model, model.effects, silent)] == ["idle", "idle too"]
-    assert [name for name, _ in drop_unneeded(model, ("idle",), silent)] == ["idle"]
+    assert [name for name, _ in drop_unneeded(model, model.effects)] == ["idle", "idle too"]
+    assert [name for name, _ in drop_unneeded(model, ("idle",))] == ["idle"]
     alone = Sum(takes, IN_DIAGNOSIS, ("idle",))
-    assert list(drop_unneeded(alone, alone.effects, silent)) == []
+    assert list(drop_unneeded(alone, alone.effects)) == []
 
 
 def test_an_effect_stays_during_a_fit_only_with_its_share():

@@ -127,14 +127,12 @@ class Model:
     def where(self, other: Model) -> Model:
         """Return it where another one is, in its windows and at its noise levels."""
         there = replace(self, setting=other.setting)
-        q = lifted(other.problem, other.q, there.problem)
-        return replace(there, q=q, cost=there.problem.total_norm(q, other.setting.windows) ** 2)
+        return there._at_point(lifted(other.problem, other.q, there.problem))
 
     def within(self, horizons: Mapping[str, int]) -> Model:
         """Return it over so many first samples of each record, where it is."""
         windows = {name: (0, n) for name, n in horizons.items()}
-        there = replace(self, setting=replace(self.setting, windows=windows))
-        return replace(there, cost=there.problem.total_norm(there.q, windows) ** 2)
+        return replace(self, setting=replace(self.setting, windows=windows))._at_point(self.q)
 
     def lowered(self) -> Model:
         """Return it with noise levels no higher than what it leaves within its windows; itself where none is."""
@@ -144,8 +142,10 @@ class Model:
     def at_levels(self, problem: Problem) -> Model:
         """Return it, where it is, with the noise levels of a problem."""
         setting = replace(self.setting, problem=with_levels_of(self.setting.problem, problem))
-        there = replace(self, setting=setting)
-        return replace(there, cost=there.problem.total_norm(there.q, setting.windows) ** 2)
+        return replace(self, setting=setting)._at_point(self.q)
+
+    def _at_point(self, q: FloatArray) -> Model:
+        return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""
@@ -285,8 +285,7 @@ class Model:
 
     def at(self, values: Mapping[str, float]) -> Model:
         """Return it at values by dotted name, not fitted."""
-        q = self.problem.coordinates.point(values)
-        return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
+        return self._at_point(self.problem.coordinates.point(values))
 
     def with_further(self, some: Sequence[Extension]) -> Model:
         """Return it, where it is, with further terms that are looked for."""
@@ -325,5 +324,5 @@ class Model:
             return solve(problem, x, windows, steps=steps, tolerance=self.rules.tolerance / worth)
 
         found = leave_corner(problem, solved(q), solved)
-        there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
+        there = self._at_point(found.q)
         return there._fitted_from(there.q, there.worth, steps) if there.worth > self.rules.finer * worth else there

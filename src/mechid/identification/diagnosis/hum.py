@@ -8,7 +8,7 @@ from typing import Any
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
 from mechid.identification.effects.mains import mains
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import scores
 from mechid.identification.result.missing import Missing
 
@@ -26,7 +26,5 @@ def hum_left(model: Model, estimate: Mapping[str, Any]) -> list[Missing]:
         return []
     score = scores(bare, q, model.setting.windows, [seen])[seen.name]
     return [
-        one
-        for one in named
-        if one.name == seen.name and score.over > 0.0 and score.chi_square > IN_DIAGNOSIS.least_chi_square
+        one for one in named if one.name == seen.name and score.over > 0.0 and score.chi_square > RULES.least_chi_square
     ]

@@ -16,7 +16,7 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, step
 from mechid.identification.effects.effect import lifted
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import better_law, confirms, counts, gain, share_of_misfit
 from mechid.plant.mechanism import Mechanism
@@ -31,7 +31,7 @@ def add_hidden_laws(model: Model, tried: dict[str, str], say: Tell) -> tuple[Mod
     while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
         asked.add(law.name)
         score, start = promise_of_law(model, law)
-        if not counts(score, IN_DIAGNOSIS, IN_DIAGNOSIS.share):
+        if not counts(score, RULES, RULES.share):
             continue
         say(f"{law.name} is fitted")
         more = model.in_place_of(law, start).fitted(model).regrown()
@@ -71,9 +71,7 @@ def add_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> t
     best, steps = smooth, list[Step]()
     for rank, (law, trial) in enumerate(_promising(before, smooth, tried, say)):
         hopeless = (
-            rank >= IN_DIAGNOSIS.law_tries
-            or gain(before, trial).share < IN_DIAGNOSIS.mostly
-            or best.over_noise <= IN_DIAGNOSIS.followed
+            rank >= RULES.law_tries or gain(before, trial).share < RULES.mostly or best.over_noise <= RULES.followed
         )
         if hopeless and not trial.is_better_than(best):
             tried[law] = WORSE
@@ -121,7 +119,7 @@ def _after_some_steps_with(model: Model, law: Law) -> Model:
     """Return the model with a law, less the disturbance that takes its place where it is lacking, after some steps."""
     start = promise_of_law(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
-    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=IN_DIAGNOSIS.law_steps)
+    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=RULES.law_steps)
 
 
 def promise_of_law(model: Model, law: Law) -> tuple[Score, Mechanism]:

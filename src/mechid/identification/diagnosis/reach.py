@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import COLLINEAR, Landscape, Score
 from mechid.identification.effects.selection import counts, scores_of_misfit, share_of_misfit
 
@@ -27,11 +27,7 @@ def out_of_reach(before: Model, model: Model) -> dict[str, str]:
         That in which the search has ended.
     """
     plain = (before if math.isfinite(before.cost) else model).landscape()
-    weak = (
-        _weak(model, plain if model is before else model.landscape())
-        if model.over_noise > IN_DIAGNOSIS.followed
-        else {}
-    )
+    weak = _weak(model, plain if model is before else model.landscape()) if model.over_noise > RULES.followed else {}
     return {**weak, **not_carried(plain)}
 
 
@@ -81,10 +77,10 @@ def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
         name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
         f"records are worth {s.worth:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
         for name, s in scores.items()
-        if s.share >= IN_DIAGNOSIS.share and not counts(s, IN_DIAGNOSIS)
+        if s.share >= RULES.share and not counts(s, RULES)
     }
 
 
 def _asked_for(s: Score) -> float:
     """Return the chi-square from which an effect of a score's freedom counts."""
-    return max(IN_DIAGNOSIS.least_chi_square, s.chi_square - s.over)
+    return max(RULES.least_chi_square, s.chi_square - s.over)

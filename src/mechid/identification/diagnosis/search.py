@@ -9,15 +9,8 @@ from dataclasses import dataclass
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.laws import add_hidden_laws, add_law, replace_imitators
-from mechid.identification.diagnosis.steps import (
-    Step,
-    add_effects,
-    drop_effects,
-    exchange_effect,
-    step,
-    with_criteria,
-)
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, exchange_effect, step, with_criteria
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import gain, is_needed
 from mechid.identification.uncertainty.model_error import compare_parts
@@ -88,7 +81,7 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     model, hidden = add_hidden_laws(model, tried, say) if model.over_noise <= NOISE.misfit else (model, [])
     model, imitated = replace_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
-    if model.over_noise > IN_DIAGNOSIS.followed:
+    if model.over_noise > RULES.followed:
         bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
         better, law_steps = add_law(bare, model, tried, say)
         if better is not model:
@@ -130,7 +123,7 @@ def small_in_part(model: Model, needed: Mapping[str, Score]) -> str:
         return ""
     least = min(needed, key=lambda name: needed[name].chi_square)
     most = max(score.chi_square for score in needed.values())
-    return least if needed[least].chi_square < IN_DIAGNOSIS.small * most else ""
+    return least if needed[least].chi_square < RULES.small * most else ""
 
 
 def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
@@ -140,14 +133,10 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     effects share what there is to explain, so that several take less than half, or some of more than four: all, since
     they imitate it together. Nothing is named for less than the share for which nothing is added.
     """
-    weak = [name for name, score in needed.items() if score.share < IN_DIAGNOSIS.mostly]
-    if len(weak) > IN_DIAGNOSIS.few_weak or (weak and len(needed) > IN_DIAGNOSIS.few):
+    weak = [name for name, score in needed.items() if score.share < RULES.mostly]
+    if len(weak) > RULES.few_weak or (weak and len(needed) > RULES.few):
         return list(needed)
-    return (
-        weak
-        if model.over_noise > IN_DIAGNOSIS.followed
-        else [name for name in weak if needed[name].share < IN_DIAGNOSIS.share]
-    )
+    return weak if model.over_noise > RULES.followed else [name for name in weak if needed[name].share < RULES.share]
 
 
 def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
@@ -156,12 +145,10 @@ def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model
     With a model that lacks nothing they agree; with one that leaves far more than noise they need not, since it may be
     on a wrong branch. Those stay that take nearly all of what is beyond noise.
     """
-    if not needed or not model.over_noise <= IN_DIAGNOSIS.far or _agrees(model):
+    if not needed or not model.over_noise <= RULES.far or _agrees(model):
         return []
     clear = {
-        name
-        for name in needed
-        if needed[name].share >= IN_DIAGNOSIS.nearly_all and less[name].over_noise > IN_DIAGNOSIS.followed
+        name for name in needed if needed[name].share >= RULES.nearly_all and less[name].over_noise > RULES.followed
     }
     return [name for name in needed if name not in clear]
 
@@ -174,7 +161,7 @@ def _why_refused(share: float) -> str:
     explains = f"explains {100.0 * share:.3g} % of the misfit"
     return (
         f"{explains} only"
-        if share < IN_DIAGNOSIS.mostly
+        if share < RULES.mostly
         else f"{explains}, yet parts of the records disagree on the values with it"
     )
 

@@ -12,7 +12,7 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.locked import locked
 from mechid.identification.effects.effect import distance_from_null, lifted
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.selection import confirms, drop_unneeded, is_needed, likely_effects, with_one_more
 from mechid.plant.superset import extensions_at
 
@@ -57,12 +57,12 @@ def with_criteria(end: Model, steps: Sequence[Step]) -> list[Step]:
 def add_effects(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
-    while len(model.effects) < IN_DIAGNOSIS.most:
+    while len(model.effects) < RULES.most:
         better = with_one_more(model, tried, say)
-        if better is None and model.over_noise > IN_DIAGNOSIS.followed and model.is_of_whole_records:
+        if better is None and model.over_noise > RULES.followed and model.is_of_whole_records:
             wider = _with_seen_periods(model)
             better = with_one_more(wider, tried, say) if wider else None
-        if better is None and model.over_noise > IN_DIAGNOSIS.followed:
+        if better is None and model.over_noise > RULES.followed:
             better = _with_an_exchange(model, say)
         if better is None:
             break
@@ -84,7 +84,7 @@ def _with_seen_periods(model: Model) -> Model | None:
     known = {(e.name, str(e.structure)) for e in model.further}
     some = [
         e
-        for e in extensions_at(model.base, seen.orders[0], IN_DIAGNOSIS.periods_around)
+        for e in extensions_at(model.base, seen.orders[0], RULES.periods_around)
         if e.name.partition(":")[0] in kinds and (e.name, str(e.structure)) not in known
     ]
     return model.with_further(some) if some else None
@@ -103,7 +103,7 @@ def exchanged_models(model: Model, say: Tell) -> Iterator[Model]:
     """Yield the model with another effect in place of each of its terms, fitted, the likeliest of each first."""
     for name in model.terms:
         less = model.without(name)
-        for other in [one for one in likely_effects(less, less.scores()) if one != name][: IN_DIAGNOSIS.tries]:
+        for other in [one for one in likely_effects(less, less.scores()) if one != name][: RULES.tries]:
             say(f"{other} is fitted in place of {name}")
             yield exchange_effect(model, name, other)
 

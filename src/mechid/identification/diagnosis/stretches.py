@@ -17,7 +17,7 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.laws import add_law
 from mechid.identification.diagnosis.steps import add_effects, drop_effects, exchanged_models
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.selection import with_one_more
 from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons
 from mechid.identification.search.multistart import candidates, multistart
@@ -40,9 +40,9 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
     begun = _from_best_start(before)
     if begun is None:
         return None
-    model, growth = _followed(begun, before, IN_DIAGNOSIS.first_escapes)
+    model, growth = _followed(begun, before, RULES.first_escapes)
     rivals = _Rivals(before, say)
-    for _ in range(IN_DIAGNOSIS.rounds):
+    for _ in range(RULES.rounds):
         say(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
@@ -52,7 +52,7 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
             break
         model, growth = further
     part = model.within(growth.horizons)
-    return part.fitted(part) if growth.reached(model.problem) > IN_DIAGNOSIS.enough and model.effects else None
+    return part.fitted(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
 
 
 def _percent(model: Model, growth: Growth) -> str:
@@ -63,7 +63,7 @@ def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) ->
     """Tell whether a model follows the records further than another does, of which it is known, at the same levels."""
     same = noise_levels(model.problem) == noise_levels(other.problem)
     before = known.reached(other.problem) if same else reach(other.at_levels(model.problem))
-    return growth.complete or growth.reached(model.problem) > IN_DIAGNOSIS.further * before
+    return growth.complete or growth.reached(model.problem) > RULES.further * before
 
 
 def reach(model: Model) -> float:
@@ -107,7 +107,7 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     With noise levels lowered to what it leaves of them: what was followed at higher ones may be lost, and found anew.
     """
     whole = replace(model, setting=replace(model.setting, windows=before.setting.windows))
-    for _ in range(IN_DIAGNOSIS.lowered):
+    for _ in range(RULES.lowered):
         growth = grow_horizons(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
         whole = replace(whole, q=growth.q)
         quieter = whole.within(growth.horizons).lowered()
@@ -132,16 +132,16 @@ def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterat
         yield more, before, 0
     more, _ = drop_effects(add_effects(more, tried, say)[0], say)
     if {*more.effects} != {*here.effects}:
-        yield more, before, IN_DIAGNOSIS.first_escapes
-    if more.over_noise <= IN_DIAGNOSIS.followed:
-        yield from ((other, before, IN_DIAGNOSIS.first_escapes) for other in exchanged_models(more, say))
+        yield more, before, RULES.first_escapes
+    if more.over_noise <= RULES.followed:
+        yield from ((other, before, RULES.first_escapes) for other in exchanged_models(more, say))
     if model.laws:  # a second one is rarer than a branch
-        yield more, before, IN_DIAGNOSIS.patient_escapes
+        yield more, before, RULES.patient_escapes
     with_law, _ = add_law(here, more, tried, say)
     if with_law is not more:
-        yield with_law, before, IN_DIAGNOSIS.first_escapes
+        yield with_law, before, RULES.first_escapes
     if model.laws:
         return
-    if model.share < IN_DIAGNOSIS.enough:
+    if model.share < RULES.enough:
         yield from ((rival, before, 0) for rival in rivals.begun)
-    yield more, before, IN_DIAGNOSIS.patient_escapes
+    yield more, before, RULES.patient_escapes

@@ -11,7 +11,7 @@ from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import as_written
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.selection import likely_effects
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
@@ -44,5 +44,5 @@ def _suggested(model: Model) -> tuple[Suggested, ...]:
             share=one.share,
             p_value=float(chdtrc(one.dof, one.chi_square)),
         )
-        for name, one in ((name, scores[name]) for name in likely_effects(model, scores)[: IN_DIAGNOSIS.suggested])
+        for name, one in ((name, scores[name]) for name in likely_effects(model, scores)[: RULES.suggested])
     )

@@ -19,6 +19,10 @@ from mechid.plant.superset import Law
 Say = Callable[[str], object]
 
 
+def silent(words: str) -> None:
+    """Say nothing."""
+
+
 class Candidate(Protocol):
     """A model with some effects, at its optimum."""
 
@@ -108,7 +112,7 @@ def likely_effects(model: Candidate, scores: Mapping[str, Score]) -> list[str]:
     return sorted(likely, key=lambda name: -found[name].over)
 
 
-def with_one_more(model: Model, tried: dict[str, str], say: Say) -> Model | None:
+def with_one_more(model: Model, tried: dict[str, str], say: Say = silent) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms; `tried` gets those that it does not."""
     for name in likely_effects(model, model.scores())[: model.rules.tries]:
         if name in tried:
@@ -121,7 +125,7 @@ def with_one_more(model: Model, tried: dict[str, str], say: Say) -> Model | None
     return None
 
 
-def drop_unneeded(model: Model, order: Iterable[str], say: Say) -> Iterator[tuple[str, Model]]:
+def drop_unneeded(model: Model, order: Iterable[str], say: Say = silent) -> Iterator[tuple[str, Model]]:
     """Yield each effect that a fit does as well without, in some order, and the model after it; the last one stays."""
     left = list(order)
     while len(model.effects) > 1:

@@ -160,17 +160,13 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
 
 def _with_all_asked_for(model: SearchedModel) -> SearchedModel:
     """Return the model with the disturbances that explain what a fit without them leaves."""
-    while better := with_one_more(model, {}, _silent):
+    while better := with_one_more(model, {}):
         model = better
-        for _, fewer in drop_unneeded(better, better.effects[:-1], _silent):
+        for _, fewer in drop_unneeded(better, better.effects[:-1]):
             model = fewer
         model.watch.note(model.state)
         model = model.without_what_it_frees()
     return model
-
-
-def _silent(words: str) -> None:
-    """Say nothing: each fit is a stage, which the watch reports."""
 
 
 def _released(model: SearchedModel, state: SearchState, plain: SearchState, campaign: Campaign) -> SearchState:
