@@ -111,26 +111,25 @@ class SearchedModel:
     def without(self, effect: str) -> SearchedModel:
         """Return it without one of its disturbances, fitted; what has been fitted once is kept."""
         if effect not in self._less:
-            one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
-            rest = tuple(found for found in self.state.found if found.disturbance is not one)
-            problem, q = without(self.state.problem, self.state.q, [one])
-            begun = replace(self.state.of(problem).at(q), found=rest)
-            self._less[effect] = self._fitted(begun, f"without {effect}", self.names)
+            self._less[effect] = self._fitted(self._lacking(effect), f"without {effect}", self.names)
         return self._less[effect]
+
+    def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
+        """Return it with a law in place of the disturbance that imitates it, fitted."""
+        alone, beside = self._lacking(law.imitated_by), law_beside(plain, law)
+        problem = beside.problem(alone.problem)
+        begun = replace(alone.of(problem).at(lifted(alone.problem, alone.q, problem)), beside=beside)
+        return self._fitted(begun, f"{law.name} in place of {law.imitated_by}", (*self.names, *sorted(beside.new)))
+
+    def _lacking(self, effect: str) -> SearchState:
+        one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
+        rest = tuple(found for found in self.state.found if found.disturbance is not one)
+        problem, q = without(self.state.problem, self.state.q, [one])
+        return replace(self.state.of(problem).at(q), found=rest)
 
     def _fitted(self, begun: SearchState, name: str, names: tuple[str, ...], *further: Found) -> SearchedModel:
         state = joint_fit(self.watch, self.watch.note(begun), name, names, tolerance=self.rules.tolerance)
         return replace(self, state=replace(state, found=(*state.found, *further)))
-
-    def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
-        """Return it with a law in place of the disturbance that imitates it, fitted."""
-        one = next(found.disturbance for found in self.state.found if found.disturbance.name == law.imitated_by)
-        rest = tuple(found for found in self.state.found if found.disturbance is not one)
-        alone, q = without(self.state.problem, self.state.q, [one])
-        beside = law_beside(plain, law)
-        problem = beside.problem(alone)
-        begun = replace(self.state.of(problem).at(lifted(alone, q, problem)), found=rest, beside=beside)
-        return self._fitted(begun, f"{law.name} in place of {one.name}", (*self.names, *sorted(beside.new)))
 
     def is_better_than(self, other: SearchedModel) -> bool:
         """Tell whether the Bayesian criterion prefers it to another one, at the noise as released."""
