@@ -6,7 +6,7 @@ import numpy as np
 
 from complete_fits import CASES
 from mechid.identification.identify import make_problem
-from mechid.identification.output_error.latest import Latest
+from mechid.identification.output_error.point_cache import PointCache
 from mechid.identification.output_error.settings import PROBLEM
 
 
@@ -17,7 +17,7 @@ def test_a_point_is_worked_out_once():
         asked.append(q.tolist())
         return 2.0 * q
 
-    latest, points = Latest(), [np.full(2, float(k)) for k in range(PROBLEM.results_kept + 1)]
+    latest, points = PointCache(), [np.full(2, float(k)) for k in range(PROBLEM.results_kept + 1)]
     for q in (*points[:2], *points[:2]):
         np.testing.assert_array_equal(latest.of("values", q, work), 2.0 * q)
     np.testing.assert_array_equal(latest.of("directions", points[0], lambda q: 3.0 * q), 3.0 * points[0])
@@ -28,7 +28,7 @@ def test_a_point_is_worked_out_once():
 
 
 def test_it_is_not_sent_along():
-    latest = Latest()
+    latest = PointCache()
     latest.of("values", np.zeros(2), np.copy)
     assert not pickle.loads(pickle.dumps(latest))
 
