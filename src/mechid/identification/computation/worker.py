@@ -1,4 +1,4 @@
-"""What runs on a worker: one batch of tasks after the other, of problems that it was given once.
+"""Execution of batches of tasks on a worker, of problems that are sent to it once.
 
 What a worker is given and what it gives back are texts and bytes, so that one with another mechid takes them too, and
 is refused by name instead of stumbling over a pickle.

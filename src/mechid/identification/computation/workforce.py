@@ -1,4 +1,4 @@
-"""Work on an Executor that somebody lends: threads, processes, Dask's workers, MPI's ranks.
+"""Distribution of tasks to an external executor: threads, processes, Dask's workers, MPI's ranks.
 
 The function, with the problem in it, is pickled once and known by its digest. It goes with as many batches as there
 are workers; the others name it by its digest, and where a worker does not know it, it answers so at once and the batch

@@ -1,4 +1,4 @@
-"""What the records of a campaign cannot show: ambiguities of any torque record, and parameters that change no sample.
+"""Parameters that the records of a campaign cannot show: ambiguous ones, and those that change no sample.
 
 A parameter that changes no sample, at the start and at points around it, is one of which the campaign
 tells nothing, and a search over it would only wander.

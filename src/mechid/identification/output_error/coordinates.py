@@ -1,4 +1,4 @@
-"""All that the optimiser moves: the mechanism's search coordinates, then those that belong to one record alone.
+"""Coordinates of the optimiser: the search coordinates of the mechanism, then those of single records.
 
 This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
 record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel; or
@@ -21,7 +21,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
-from mechid.identification.output_error.latest import Latest
+from mechid.identification.output_error.point_cache import PointCache
 from mechid.identification.output_error.record_parameters import INSTANTS, Mean, means_of
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
@@ -85,7 +85,7 @@ class Coordinates:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     means: tuple[Mean, ...] = ()
     shrinkage: Mapping[str, float] = field(default_factory=dict)
-    _latest: Latest = field(default_factory=Latest, repr=False)
+    _latest: PointCache = field(default_factory=PointCache, repr=False)
 
     @property
     def size(self) -> int:

@@ -1,4 +1,4 @@
-"""What is known of a channel's noise before any fit, and what that rests on."""
+"""Noise level of a channel before any fit, and its source."""
 
 from __future__ import annotations
 

@@ -15,8 +15,8 @@ from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Model, Window
 from mechid.identification.output_error.reduction import (
-    LatestTriangles,
     Triangle,
+    TriangleCache,
     combine_triangles,
     norms,
     triangle_of_rows,
@@ -57,7 +57,7 @@ class Problem:
     shrinkage: Mapping[str, float] = field(default_factory=dict)
     substeps: int = 1
     workers: int = 1
-    latest: LatestTriangles = field(init=False, repr=False, default_factory=LatestTriangles)
+    latest: TriangleCache = field(init=False, repr=False, default_factory=TriangleCache)
 
     @cached_property
     def coordinates(self) -> Coordinates:

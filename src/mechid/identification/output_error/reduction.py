@@ -235,7 +235,7 @@ def channel_triangles(model: Model, target: Target, q: FloatArray, window: Windo
     return [without_projected_rows(R, c.removed, n) for c, R in zip(target.channels, triangles, strict=True)]
 
 
-class LatestTriangles:
+class TriangleCache:
     """The triangle of each record where it was last reduced: an end is looked at from several sides.
 
     It belongs to one problem. Another problem, be it by a weight alone, has another one, which begins empty.

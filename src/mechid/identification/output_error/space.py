@@ -1,4 +1,4 @@
-"""Search coordinates: what the optimiser moves, and how that moves kernel and file values.
+"""Search coordinates of a mechanism, and their maps to kernel values and file values.
 
 Positive parameters are searched by their logarithm, a detent with free amplitude and phase by its
 cosine and sine part (at zero amplitude the phase is not dead), a parameter that never lies below another,

@@ -1,4 +1,4 @@
-"""Cliffs: where a stick/slip hangs by a thread, the solver refuses every step short of the optimum.
+"""Cliffs of the cost, where a small parameter change flips a stick-slip event and the solver refuses every step.
 
 The cost inside a branch (an order of stick and slip) is smooth, and the derivatives promise an optimum that
 lies in another branch, whose cost is higher. The best point of this branch lies then on its edge, seldom
