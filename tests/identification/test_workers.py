@@ -20,8 +20,8 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.computation.progress import silent
 from mechid.identification.computation.workforce import AHEAD, working_on
-from mechid.identification.contradiction.agreement import _first_look, start_points
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.readings.agreement import _first_look, start_points
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.profile import profiles
 from mechid.identification.result.search_state import SearchState
@@ -201,7 +201,7 @@ def test_a_process_that_dies_is_told_and_its_journal_goes_on(tmp_path):
 
 def test_the_first_look_of_a_multi_start_goes_out_whole(pool, monkeypatch):
     """Truth: the costs of the same points here."""
-    monkeypatch.setattr("mechid.identification.contradiction.agreement.POINTS", 128)
+    monkeypatch.setattr("mechid.identification.readings.agreement.POINTS", 128)
     campaign = synthetic.bench(synthetic.truth(), synthetic.truth(), "full_46", seed=5, seconds=0.1)
     problem = make_problem(campaign, 1)
     points = start_points(problem, 3)

@@ -16,11 +16,11 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside, law_beside, lifted, terms_beside
 from mechid.identification.beside.groups import groups_of, needed
-from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, floors, grow, horizons_at
 from mechid.identification.search.multistart import Candidate, candidates, multistart
