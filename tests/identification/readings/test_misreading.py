@@ -89,7 +89,7 @@ def test_a_misread_record_beside_right_ones_gets_no_remedy(name):
 
 def test_what_was_seen_is_said_without_a_cause():
     (line,) = lines(MISREAD["raw counts"])
-    assert line.startswith("all records: their torque is far larger")
+    assert line.startswith("all records: measured torque is far larger")
     assert "look at how" in line
 
 
