@@ -11,7 +11,7 @@ from mechid.command import RateProfile
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.readings.trial import as_declared, compare_readings, first_moments, samples_until
-from mechid.identification.search.multistart import GOOD
+from mechid.identification.search.settings import SEARCH
 from recovery.mechanisms import paper_table
 from synthetic import COMMANDS, RATE_HZ, campaign, measured, record, truth
 
@@ -55,5 +55,5 @@ def test_a_term_that_the_file_lacks_explains_a_record_once_it_is_free():
     own = problem(measured(offset, COMMANDS["full_46"], np.random.default_rng(7), seconds=0.5))
     names = as_declared(["full_46"])
     ((plain,), (wide,)) = (compare_readings(own, [names], with_terms=free) for free in (False, True))
-    assert plain.cost > 2.0 * GOOD
+    assert plain.cost > 2.0 * SEARCH.good_cost
     assert wide.explains

@@ -22,7 +22,7 @@ from mechid.identification.output_error.target import Target, time_offset_of
 from mechid.identification.readings.agreement import explaining_start, start_points
 from mechid.identification.readings.finding import Confidence, Finding
 from mechid.identification.readings.rules import RULES
-from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.parameter import Parameter
 from mechid.simulation.simulator import excitation_over
 
@@ -44,7 +44,7 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
         start = explaining_start(other, tried.points)
         if start is None:
             continue
-        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
+        grown = grow_horizons(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
         before, after, words = growth.reached(problem), grown.reached(other), tried.words(grown.q)
         if words and (after >= RULES.much_further * before or (grown.complete and not growth.complete)):
             text = (

@@ -28,8 +28,8 @@ from mechid.identification.readings.agreement import explains
 from mechid.identification.readings.finding import Confidence, DeclaredRecords, Finding
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import Trial, search_start, steps_window, strongest
-from mechid.identification.search.first_moments import WINDOW_S
-from mechid.identification.search.multistart import BATCH, STEPS, Candidate, multistart, refine
+from mechid.identification.search.multistart import Candidate, multistart, refine
+from mechid.identification.search.settings import SEARCH
 from mechid.parameter import Parameter, Status
 from mechid.plant.detent import DETENT
 from mechid.plant.mechanism import Mechanism
@@ -216,8 +216,8 @@ def wrong_values(
     for parameter in filter(_may_be_wrong, problem.space.mechanism.parameters.values()):
         tell(parameter.name)
         other = _with_wide_range(problem, parameter)
-        starts = multistart(other, seed, other.workers, journal=journal)[:BATCH]
-        refined = mapped(partial(refine, other, steps=STEPS), starts, other.workers)
+        starts = multistart(other, seed, other.workers, journal=journal)[: SEARCH.batch]
+        refined = mapped(partial(refine, other, steps=SEARCH.robust_steps), starts, other.workers)
         best = min(refined, key=lambda c: c.cost, default=Candidate(other.start, math.inf))
         value = other.space.values(other.coordinates.of_mechanism(best.q))[parameter.name]
         if explains(other, best) and _is_beyond(parameter, value):
@@ -233,8 +233,9 @@ def wrong_values(
 def _value_words(q: Parameter, found: float) -> str:
     """Return a sentence on the value that was found and the one in the file."""
     declared = f"between {q.min:.4g} and {q.max:.4g}" if q.is_free else f"{q.value:.4g}"
+    window_ms = 1e3 * SEARCH.first_window_s
     return (
-        f"With the values and bounds of the mechanism file no start explains the first {WINDOW_S * 1e3:g} ms of the "
+        f"With the values and bounds of the mechanism file no start explains the first {window_ms:g} ms of the "
         f"records; with {q.name} at about {found:.3g} {q.declaration.unit} ({declared} in the file) one does."
     )
 

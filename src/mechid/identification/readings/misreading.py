@@ -20,7 +20,7 @@ from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import own_rates
 from mechid.identification.readings.suspicion import Suspicions, suspect
 from mechid.identification.readings.trial import Trial, as_declared, compare_readings, strongest
-from mechid.identification.search.multistart import GOOD
+from mechid.identification.search.settings import SEARCH
 from mechid.units import to_si_factor
 
 Readings = Mapping[str, Reading]
@@ -144,7 +144,7 @@ def _doubted(finding: Finding, suspicions: Suspicions) -> Finding:
 def _helping(declared: Trial, tried: Sequence[Trial]) -> list[int]:
     """Return which trials help, the best first, without those that fit clearly worse than the best."""
     order = sorted((k for k, one in enumerate(tried) if one.is_better_than(declared)), key=lambda k: tried[k].cost)
-    most = max(RULES.trial_gain * tried[order[0]].cost, GOOD) if order else 0.0
+    most = max(RULES.trial_gain * tried[order[0]].cost, SEARCH.good_cost) if order else 0.0
     return [k for k in order if tried[k].cost <= most]
 
 

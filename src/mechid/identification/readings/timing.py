@@ -15,8 +15,9 @@ from mechid.identification.readings.finding import DeclaredRecords, Finding, mis
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import RecordSpectrum
 from mechid.identification.readings.trial import as_declared, compare_readings
-from mechid.identification.search.first_moments import LONGEST_REST_S, motion_begins
-from mechid.records.step_rate import READABLE
+from mechid.identification.search.first_moments import motion_begins
+from mechid.identification.search.settings import SEARCH
+from mechid.records.settings import STEP_RATE
 
 PERIOD_STEPS = 4.0
 """Full steps in one electrical turn, after which the motion at a steady rate repeats itself."""
@@ -46,7 +47,7 @@ def rate_ratio(spectrum: RecordSpectrum) -> float | None:
     own, declared = spectrum.own, spectrum.fastest
     if own is None or not own.is_constant or not declared:
         return None
-    ratio = min((own.repetition_hz * whole / declared for whole in READABLE), key=lambda one: abs(one - 1.0))
+    ratio = min((own.repetition_hz * whole / declared for whole in STEP_RATE.readable), key=lambda one: abs(one - 1.0))
     least = max(RULES.least_clock_error, RULES.clock_sigmas * own.sigma / own.rate)
     return ratio if least < abs(ratio - 1.0) < RULES.most_clock_error else None
 
@@ -125,14 +126,14 @@ def find_long_rest(target: Target) -> Finding | None:
     """Report a record that rests for longer than the search for a start looks ahead."""
     base, moves = target.base, motion_begins(target)
     rest_s = (moves - target.burn_in) / base.sample_rate_hz
-    if rest_s <= LONGEST_REST_S or moves >= target.samples:
+    if rest_s <= SEARCH.longest_rest_s or moves >= target.samples:
         return None
     first_s, last_s = base.start_s + moves / base.sample_rate_hz, base.start_s + base.duration_s
     return Finding(
         (target.name,),
         "long rest",
-        f"it rests for {rest_s:.3g} s; the search judges starts within the first {LONGEST_REST_S:g} s, where they "
-        "cannot differ",
+        f"it rests for {rest_s:.3g} s; the search judges starts within the first {SEARCH.longest_rest_s:g} s, where "
+        "they cannot differ",
         f"write window_s = [{first_s - RULES.kept_rest_s:.6g}, {last_s:.6g}] for it, which moves no time",
     )
 

@@ -24,8 +24,9 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.first_moments import WINDOW_S, first_window, robust_cost
-from mechid.identification.search.multistart import GOOD, Candidate, capped_costs, first_energy, refine
+from mechid.identification.search.first_moments import first_window, robust_cost
+from mechid.identification.search.multistart import Candidate, capped_costs, first_energy, refine
+from mechid.identification.search.settings import SEARCH
 from mechid.kernel.batch.source import SETS
 from mechid.plant.superset import superset_of
 
@@ -51,7 +52,7 @@ class Trial:
     @property
     def explains(self) -> bool:
         """Whether the records are explained down to their noise."""
-        return self.cost <= GOOD
+        return self.cost <= SEARCH.good_cost
 
     @property
     def follows(self) -> bool:
@@ -115,7 +116,7 @@ def samples_until(target: Target, steps: float) -> int:
 
 def first_moments(target: Target) -> int:
     """Return the samples of a record's first moments: two full steps of travel and 60 ms after them."""
-    after = round(WINDOW_S * target.base.sample_rate_hz)
+    after = round(SEARCH.first_window_s * target.base.sample_rate_hz)
     return min(samples_until(target, RULES.first_steps) + after, target.samples)
 
 
@@ -142,7 +143,7 @@ def search_start(
     for i in order:
         found = refine(part, Candidate(drawn[i], costs[i]), steps=RULES.trial_steps, windows=windows)
         best = min(best, found, key=lambda one: one.cost)
-        if best.cost <= GOOD * samples:
+        if best.cost <= SEARCH.good_cost * samples:
             break
     return Trial(best, best.cost / samples, still / samples)
 
