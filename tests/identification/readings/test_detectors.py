@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import mechid
-from mechid.campaign import catalogue_mechanism
+from layouts import changed
+from mechid.campaign import catalogue_mechanism, mechanism_from_table
 from mechid.campaign.campaign import Stage
 from mechid.command import RateProfile
 from mechid.identification.identify import make_problem
@@ -19,6 +20,7 @@ from mechid.identification.readings.trial import Trial
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.multistart import Candidate
 from paper import constant
+from recovery.mechanisms import paper_table
 from synthetic import COMMANDS, campaign, measured, record, truth
 
 NAMES = ("full_46", "micro_46")
@@ -139,3 +141,18 @@ def test_a_rate_is_used_only_where_terms_do_not_explain_the_declared_one(monkeyp
     assert asked == {"with_terms": True}
     assert found.is_confirmed == confirmed
     assert ("not read so" in found.line()) != confirmed
+
+
+def test_offsets_of_the_phases_are_not_read_as_half_the_rate():
+    """Truth: phase offsets of 0.25 and -0.25 V, which the file lacks; the command is as declared."""
+    table = changed(paper_table(), {"stepper": {"imbalance": {"offset_a": 0.25, "offset_b": -0.25}}})
+    values = {name: truth().value(name) for name in truth().parameters}
+    offset = mechanism_from_table(table, "with offsets").with_values(values)
+    rng = np.random.default_rng(7)
+    y = {name: measured(offset, COMMANDS[name], rng, seconds=0.5) for name in ("full_46", "full_23", "micro_46")}
+    bench = campaign(catalogue_mechanism(), *(record(name, one, COMMANDS[name]) for name, one in y.items()))
+    reading = {"full_46": Reading(rate=RateProfile.constant(23.0))}
+    half = Finding(("full_46",), RATE, "seems to be half", confidence=Confidence.CONFIRMED, reading=reading)
+    (found,) = with_rates_compared(DeclaredRecords(bench, make_problem(bench, 1)), (half,))
+    assert found.confidence is Confidence.AMBIGUOUS
+    assert found.reading == reading

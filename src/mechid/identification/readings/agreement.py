@@ -102,8 +102,8 @@ def agreement(
     suspects = [name for name, look in looks.items() if not explained or growth.horizons[name] < look]
     if len(looks) < 2 or not suspects:
         return None
-    rest = _rest(problem, suspects, looks, seed, tell, journal)
-    return _agreed(problem, rest, looks, seed, tell, journal) if rest else None
+    rest = _find_agreeing(problem, suspects, looks, seed, tell, journal)
+    return _judge_others(problem, rest, looks, seed, tell, journal) if rest else None
 
 
 def agreement_without(
@@ -134,10 +134,10 @@ def agreement_without(
     start = transfer_point(problem, q, others)
     grown = grow_horizons(others, start, np.random.default_rng((seed, 1, 1)), journal=journal)
     rest = _Rest(others, grown, tuple(names))
-    return _agreed(problem, rest, looks, seed, tell, journal) if grown.complete else None
+    return _judge_others(problem, rest, looks, seed, tell, journal) if grown.complete else None
 
 
-def _agreed(
+def _judge_others(
     problem: Problem, rest: _Rest, looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
 ) -> Agreement:
     """Return the agreement in which the model of the rest has judged the other records."""
@@ -145,7 +145,7 @@ def _agreed(
     lost: dict[str, str] = {}
     for name in rest.others:
         tell(f"record {name} against the others")
-        declared, found = _reading(problem, rest, name, looks[name], seed, journal)
+        declared, found = _choose_reading(problem, rest, name, looks[name], seed, journal)
         if found is None:
             target = next(t for t in problem.targets if t.name == name)
             lost[name] = saturation_words(rest.problem, rest.growth.q, target.beginning(looks[name]))
@@ -172,7 +172,7 @@ def transfer_point(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
     return np.concatenate([at.of_mechanism(q), to.coordinates.records_point(known)])
 
 
-def _rest(
+def _find_agreeing(
     problem: Problem, suspects: list[str], looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
 ) -> _Rest | None:
     """Return the most records that agree, found by leaving out one suspect, then two, fewer than half of all.
@@ -182,10 +182,10 @@ def _rest(
     points = start_points(problem, seed)
     costs = _first_look(problem, points)
     furthest: _Rest | None = None
-    for others in _left_out(suspects, list(looks), costs):
+    for others in _sets_to_leave_out(suspects, list(looks), costs):
         rest = problem.only([name for name in looks if name not in others])
         tell(f"without {', '.join(others)}")
-        start = _explaining(problem, rest, points, costs)
+        start = _find_start(problem, rest, points, costs)
         if start is None:
             continue
         grown = grow_horizons(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
@@ -196,7 +196,7 @@ def _rest(
     return furthest
 
 
-def _left_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[tuple[str, ...]]:
+def _sets_to_leave_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[tuple[str, ...]]:
     """Return the sets of records to leave out: fewest first, then those whose rest contradicts itself least."""
     if len(names) == 2:
         return [(name,) for name in suspects[::-1]]
@@ -211,7 +211,7 @@ def _left_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[
 
 def explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | None:
     """Return a refined start from some points that explains the first window of all records, or None."""
-    return _explaining(problem, problem, points, _first_look(problem, points))
+    return _find_start(problem, problem, points, _first_look(problem, points))
 
 
 def start_points(problem: Problem, seed: int) -> list[FloatArray]:
@@ -222,15 +222,15 @@ def start_points(problem: Problem, seed: int) -> list[FloatArray]:
 
 def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
     """Return the cost of each record's first window at each point, (points, records)."""
-    return np.array(mapped(partial(_first_costs, problem), points, problem.workers))
+    return np.array(mapped(partial(_first_window_costs, problem), points, problem.workers))
 
 
-def _first_costs(problem: Problem, q: FloatArray) -> list[float]:
+def _first_window_costs(problem: Problem, q: FloatArray) -> list[float]:
     """Return the robust cost of each record's first window."""
     return [robust_cost(first_residual(problem, t, q)) for t in problem.targets]
 
 
-def _explaining(problem: Problem, rest: Problem, points: list[FloatArray], costs: FloatArray) -> Candidate | None:
+def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs: FloatArray) -> Candidate | None:
     """Return a refined start that explains the first window of the records of `rest`, or None."""
     names = [t.name for t in problem.targets]
     own = costs[:, [names.index(t.name) for t in rest.targets]].sum(axis=1)
@@ -245,7 +245,7 @@ def _explaining(problem: Problem, rest: Problem, points: list[FloatArray], costs
     return None
 
 
-def _reading(
+def _choose_reading(
     problem: Problem, rest: _Rest, name: str, look: int, seed: int, journal: Journal | None
 ) -> tuple[ReadingScore, ReadingScore | None]:
     """Return the declared reading of a record, and the one to be used; None where none is followed.

@@ -70,17 +70,17 @@ def _readings(problem: Problem, seed: int) -> Iterator[_Tried]:
     yield _Tried(signs, start_points(signs, seed), lambda q: SIGN)
     if any(isinstance(t.command, MeasuredCommand) for t in problem.targets):
         return
-    waves = replace(problem, targets=tuple(map(_of_other_waveform, problem.targets)))
+    waves = replace(problem, targets=tuple(map(_with_other_waveform, problem.targets)))
     names = sorted({t.command.waveform for t in waves.targets})
     yield _Tried(waves, start_points(waves, seed), lambda q: f'waveform = "{" or ".join(names)}" in the commands')
     if not any(t.time_offset.is_free or t.time_offset.value for t in problem.targets):
-        yield _all_late(problem, seed)
+        yield _with_late_commands(problem, seed)
 
 
-def _all_late(problem: Problem, seed: int) -> _Tried:
+def _with_late_commands(problem: Problem, seed: int) -> _Tried:
     """Return the records with a common time offset, whose starting values spread over its range."""
     offset = replace(time_offset_of("", 0.0, (-RULES.late_s, RULES.late_s)), name=f"{CAMPAIGN}.{TIME_OFFSET.key}")
-    late = replace(problem, targets=tuple(_with_offset(t, offset) for t in problem.targets))
+    late = replace(problem, targets=tuple(_with_common_offset(t, offset) for t in problem.targets))
     own = late.coordinates
     points = start_points(problem, seed)
     offsets = np.random.default_rng((seed, 3)).uniform(-RULES.late_s, RULES.late_s, len(points))
@@ -99,12 +99,12 @@ def _all_late(problem: Problem, seed: int) -> _Tried:
     return _Tried(late, points, words)
 
 
-def _with_offset(target: Target, offset: Parameter) -> Target:
+def _with_common_offset(target: Target, offset: Parameter) -> Target:
     own = target.with_time_offset(offset)
     return replace(own, excitation=excitation_over(own.command, own.base, own.latest_s))
 
 
-def _of_other_waveform(target: Target) -> Target:
+def _with_other_waveform(target: Target) -> Target:
     other = next(w for w in WAVEFORMS if w != target.command.waveform)
     command = replace(target.command, waveform=other)
     excitation = excitation_over(command, target.base, target.latest_s)

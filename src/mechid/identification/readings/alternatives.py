@@ -134,21 +134,21 @@ def judge(problem: Problem, q: FloatArray, target: Target, look: int) -> list[Re
     here = np.asarray(q[: problem.space.size])
     known = start.settled
     options = variants(target.command, orders)
-    costs = _costs(problem, here, known, options)
-    declared = _judged(problem, here, known, options[0], costs[0])
+    costs = _reading_costs(problem, here, known, options)
+    declared = _score(problem, here, known, options[0], costs[0])
     if declared.follows:
         return [declared]
     order = sorted(range(1, len(options)), key=lambda i: costs[i])
     late = _best_time_offset(problem, here, known)
-    found = [_judged(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
+    found = [_score(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
     longer = target.beginning(min(target.samples, RULES.judged_samples)).settled  # of a sweep, first moments are small
-    gains = dict.fromkeys(_gain(problem, here, one) for one in (known, longer))
+    gains = dict.fromkeys(_nearest_gain(problem, here, one) for one in (known, longer))
     found += [late] if late else []
-    found += [_of_gain(problem, here, known, gain) for gain in gains if gain is not None]
+    found += [_score_gain(problem, here, known, gain) for gain in gains if gain is not None]
     if not any(one.follows for one in found):
         others = other_steppings(target.command)
-        costs = _costs(problem, here, known, others) if others else []
-        found += [_judged(problem, here, known, o, c) for o, c in zip(others, costs, strict=True) if math.isfinite(c)]
+        costs = _reading_costs(problem, here, known, others) if others else []
+        found += [_score(problem, here, known, o, c) for o, c in zip(others, costs, strict=True) if math.isfinite(c)]
     return [declared, *_likeliest(found)]
 
 
@@ -163,14 +163,14 @@ def _likeliest(found: list[ReadingScore]) -> list[ReadingScore]:
     return sorted(found, key=place)
 
 
-def _costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Reading]) -> list[float]:
+def _reading_costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Reading]) -> list[float]:
     """Return ||r||^2 of a target under each reading, in sigmas squared; inf where the simulation fails."""
     targets = tuple(replace(target_as_read(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
     many = replace(problem, targets=targets)
     return [norm**2 for norm in many.norms(q, many.whole())]
 
 
-def _judged(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
+def _score(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
     own = target_as_read(target, replace(taken, time_offset_s=None))
     if taken.time_offset_s is not None:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
@@ -192,7 +192,7 @@ def side_by_side(problem: Problem, q: FloatArray, target: Target) -> tuple[Float
     return modelled, measured
 
 
-def _gain(problem: Problem, q: FloatArray, target: Target) -> float | None:
+def _nearest_gain(problem: Problem, q: FloatArray, target: Target) -> float | None:
     """Return the factor that brings a record nearest to the model; None where that is no plausible gain error."""
     modelled, measured = side_by_side(problem, q, target)
     if not np.all(np.isfinite(modelled)):
@@ -204,16 +204,16 @@ def _gain(problem: Problem, q: FloatArray, target: Target) -> float | None:
     return scale
 
 
-def _of_gain(problem: Problem, q: FloatArray, target: Target, gain: float) -> ReadingScore:
+def _score_gain(problem: Problem, q: FloatArray, target: Target, gain: float) -> ReadingScore:
     taken = Reading(scale=gain)
-    return _judged(problem, q, target, taken, _costs(problem, q, target, [taken])[0])
+    return _score(problem, q, target, taken, _reading_costs(problem, q, target, [taken])[0])
 
 
 def _best_time_offset(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
     """Return the likeliest time offset within half the time of the first full step either way."""
     from scipy.optimize import minimize_scalar  # takes 0.1 s to load, and `check` has no use for it
 
-    reach = _reach(target)
+    reach = _offset_reach(target)
     if reach < 1 or isinstance(target.command, MeasuredCommand):
         return None
     shift = _best_shift(problem, q, target, reach)
@@ -229,10 +229,10 @@ def _best_time_offset(problem: Problem, q: FloatArray, target: Target) -> Readin
     limits = target.time_offset.value - reach * tick, target.time_offset.value + reach * tick
     if not limits[0] < fine.x < limits[1]:
         return None
-    return _judged(problem, q, target, Reading(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
+    return _score(problem, q, target, Reading(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
 
 
-def _reach(target: Target) -> int:
+def _offset_reach(target: Target) -> int:
     """Return half the samples of time offset that equal another start angle."""
     return samples_until(target, 1.0) // 2
 

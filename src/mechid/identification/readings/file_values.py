@@ -86,7 +86,7 @@ def other_counts(records: DeclaredRecords) -> list[OtherCount]:
     if declared.explains:
         return []
     found: list[OtherCount] = []
-    for names, other, trial in _others(part, windows, declared):
+    for names, other, trial in _vary(part, windows, declared):
         if trial.explains and RULES.count_gain * max(trial.cost, 1.0) <= declared.cost:
             values = {name: other.value(name) for name in names}
             of_file = {name: mechanism.value(name) for name in names}
@@ -98,7 +98,7 @@ def other_counts(records: DeclaredRecords) -> list[OtherCount]:
     return sorted(found, key=lambda one: one.cost)
 
 
-def _others(problem: Problem, windows: Windows, declared: Trial) -> Iterator[tuple[tuple[str, ...], Mechanism, Trial]]:
+def _vary(problem: Problem, windows: Windows, declared: Trial) -> Iterator[tuple[tuple[str, ...], Mechanism, Trial]]:
     """Yield the names of varied values, the mechanism with these at their best, and the trial."""
     mechanism = problem.space.mechanism
     poles = mechanism.parameters[POLES]
@@ -113,7 +113,7 @@ def _others(problem: Problem, windows: Windows, declared: Trial) -> Iterator[tup
         return
     for name, q in mechanism.parameters.items():  # a ratio may stand for an inertia that is wrong
         if name.endswith(INERTIA) and q.status is Status.KNOWN and q.value > 0.0:
-            part = _with_mechanism(problem, mechanism.with_parameters({name: _freed(q)}))
+            part = _with_mechanism(problem, mechanism.with_parameters({name: _with_wide_bounds(q)}))
             trial = search_start(part, part.targets, windows)
             yield (name,), part.space.at(part.coordinates.of_mechanism(trial.best.q)), trial
 
@@ -189,7 +189,7 @@ def _is_known(mechanism: Mechanism, name: str) -> bool:
     return name in mechanism.parameters and mechanism.parameters[name].status is Status.KNOWN
 
 
-def _freed(q: Parameter) -> Parameter:
+def _with_wide_bounds(q: Parameter) -> Parameter:
     return replace(q, status=Status.FREE, min=q.value / RULES.inertia_factor, max=q.value * RULES.inertia_factor)
 
 
