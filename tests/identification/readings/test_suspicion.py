@@ -1,4 +1,4 @@
-"""Records that are plainly not as declared: told before the search by their own spectra."""
+"""Suspicions about records that contradict their declaration, by their own spectra."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,18 +8,22 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.command import RateProfile
-from mechid.identification.contradiction.first_sight import FirstSight, first_sight
-from mechid.identification.contradiction.first_sight_text import first_sight_lines
-from mechid.identification.contradiction.record_sight import sight_of
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Reading
+from mechid.identification.readings.detectors import declaration_warnings
+from mechid.identification.readings.finding import DeclaredRecords
+from mechid.identification.readings.misreading import find_misreadings
+from mechid.identification.readings.suspicion import Suspicions, suspect
 from mechid.identification.result.outcome import FitOutcome
-from mechid.identification.stages.first_seen import declaration_warnings
 from paper import constant
 from synthetic import COMMANDS, campaign, displaced, measured, record, truth
 
 NAMES = ("full_46", "full_23", "micro_46", "micro_92")
+
+
 SECONDS = 1.0
+
+
 FACTORS = {"gear.stiffness": 1.1, "stepper.torque_constant": 0.95}
 
 
@@ -36,9 +40,15 @@ def made(*, data=None, commands=None, start=None, seed=7):
     return campaign(start or catalogue_mechanism(), *(record(name, y[name], driven[name]) for name in NAMES))
 
 
+def declared(bench):
+    """Return the records of a campaign as they are declared."""
+    return DeclaredRecords(bench, make_problem(bench, 1))
+
+
 def seen(bench):
-    """Return the first sight of a campaign."""
-    return first_sight(make_problem(bench, 1))
+    """Return the suspicions about a campaign."""
+    records = declared(bench)
+    return suspect(records.problem, records.spectra)
 
 
 def at_rate(name, rate):
@@ -50,21 +60,21 @@ def at_rate(name, rate):
 def test_nothing_is_said_of_records_that_are_as_declared(seed):
     """Truth: records made as declared, by a mechanism off the catalogue by factors."""
     bench = made(seed=seed)
-    assert seen(bench) == FirstSight()
+    assert seen(bench) == Suspicions()
     assert declaration_warnings(bench) == ()
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e-2, 1e2, 1e3])
 def test_a_unit_of_one_record_is_told(scale):
     """Truth: the factor by which one record's torque was divided."""
-    assert seen(made(data={"full_23": torque("full_23") / scale})).otherwise == {"full_23": Reading(scale=scale)}
+    assert seen(made(data={"full_23": torque("full_23") / scale})).readings == {"full_23": Reading(scale=scale)}
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_a_unit_of_all_records_is_told_and_not_changed(scale):
     """Truth: the factor by which all torques were divided."""
     bench = made(data={name: torque(name) / scale for name in NAMES})
-    assert seen(bench) == FirstSight(common_scale=scale)
+    assert seen(bench) == Suspicions(common_scale=scale)
     (line,) = declaration_warnings(bench)
     assert line.startswith("all records")
     assert ('unit = "mN*m"' in line) == (scale == 1e-3)
@@ -75,15 +85,15 @@ def test_another_stepping_is_told(name):
     """Truth: how the record was stepped, at the rate that is declared."""
     rate = COMMANDS[name].rate.rates[0]
     wrong = constant(rate, microsteps=16, start_angle_deg=0.0) if name == "full_46" else constant(rate)
-    (found,) = seen(made(commands={name: wrong})).otherwise.values()
+    (found,) = seen(made(commands={name: wrong})).readings.values()
     assert found.stepping == COMMANDS[name].stepping
 
 
 def test_another_rate_is_told():
     """Truth: the rate of the record's steps; its lines tell it to a part in a thousand."""
     sight = seen(made(commands={"full_46": at_rate("full_46", 31.0)}))
-    assert sight.otherwise["full_46"].rate.rates[0] == pytest.approx(46.0, rel=1e-3)
-    assert sight.sure == sight.otherwise
+    assert sight.readings["full_46"].rate.rates[0] == pytest.approx(46.0, rel=1e-3)
+    assert not sight.doubtful
 
 
 @pytest.mark.parametrize("pair", [("full_46", "micro_46"), ("full_23", "micro_92")])
@@ -92,9 +102,10 @@ def test_two_records_swapped_are_told(pair):
     one, other = pair
     bench = made(data={one: torque(other), other: torque(one)})
     sight = seen(bench)
-    assert {name: taken.swapped for name, taken in sight.otherwise.items()} == {one: other, other: one}
-    (line,) = first_sight_lines(bench, sight, used=True)
-    assert f"records {one} and {other}" in line
+    assert {name: taken.swapped for name, taken in sight.readings.items()} == {one: other, other: one}
+    (finding,) = find_misreadings(declared(bench))
+    assert finding.is_confirmed
+    assert f"records {one} and {other}" in finding.line()
 
 
 def test_a_record_is_read_so_from_the_first_stage_on():
@@ -109,28 +120,3 @@ def test_a_record_is_read_so_from_the_first_stage_on():
     for name in FACTORS:
         p = fit.parameters[name]
         assert abs(p.value - truth().value(name)) < 5.0 * p.std_error, name
-
-
-def test_what_is_taken_is_written_and_read_again():
-    """Truth: the readings that were written down."""
-    for taken in (
-        Reading(scale=1e-3, polarity=-1),
-        Reading(rate=RateProfile.constant(46.0), stepping="full", microsteps=1, swapped="a", start_angle_deg=45.0),
-        Reading(rate=RateProfile.through([(0.0, 0.0), (8.0, 110.0)])),
-    ):
-        assert Reading.from_dict(taken.to_dict()) == taken
-
-
-def test_a_further_reading_is_beside_the_first():
-    """Truth: two faults of one record, found one after the other."""
-    found = Reading(scale=1e-3, polarity=-1).beside(Reading(polarity=-1, start_angle_deg=45.0))
-    assert found == Reading(scale=1e-3, start_angle_deg=45.0)
-
-
-def test_a_low_pass_far_above_a_record_changes_nothing():
-    """Truth: the distance without one, also of a record at 1 kHz, all of whose frequencies are looked at."""
-    short = record("full_46", torque("full_46")[:2000:10], COMMANDS["full_46"], rate_hz=1000.0)
-    sight = sight_of(make_problem(campaign(catalogue_mechanism(), short), 1).targets[0])
-    np.testing.assert_allclose(
-        sight.distances_behind(2.0 * sight.power, [1e9]), sight.distances(2.0 * sight.power, [1.0])
-    )

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.identification.contradiction.departure import departure
 from mechid.identification.identify import make_problem
+from mechid.identification.stages.departure import departure
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from synthetic import COMMANDS, RATE_HZ, bench, displaced, measuring, truth
 

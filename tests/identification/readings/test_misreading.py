@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
-from mechid.identification.contradiction.confirmed_sight import confirmed_sight
-from mechid.identification.contradiction.first_sight import FirstSight
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading
-from mechid.identification.stages.first_seen import declaration_warnings
+from mechid.identification.readings.detectors import declaration_warnings
+from mechid.identification.readings.finding import DeclaredRecords
+from mechid.identification.readings.misreading import find_misreadings
+from mechid.identification.readings.suspicion import Suspicions
 from mechid.units import to_si_factor
 from paper import constant
 from synthetic import COMMANDS, RATE_HZ, campaign, measured, record, truth
@@ -24,6 +25,11 @@ OTHER = measured(truth(), COMMANDS["micro_46"], np.random.default_rng((7, 2)), s
 def lines(y, *others, rate_hz=RATE_HZ, command=COMMANDS["full_46"]):
     """Return what is said of a record, beside others that are right."""
     return declaration_warnings(campaign(catalogue_mechanism(), record("r", y, command, rate_hz=rate_hz), *others))
+
+
+def declared(bench):
+    """Return the records of a campaign as they are declared."""
+    return DeclaredRecords(bench, make_problem(bench, 1))
 
 
 def with_thousands_commas():
@@ -83,7 +89,7 @@ def test_a_misread_record_beside_right_ones_gets_no_remedy(name):
 
 def test_what_was_seen_is_said_without_a_cause():
     (line,) = lines(MISREAD["raw counts"])
-    assert line.startswith("all records: their torque is far larger")
+    assert line.startswith("all records: measured torque is far larger")
     assert "look at how" in line
 
 
@@ -100,9 +106,9 @@ def test_the_unit_of_one_record_is_the_one_that_fits():
         record("full_46", FULL / to_si_factor("ozf*in", "torque"), COMMANDS["full_46"]),
         record("micro_46", OTHER, COMMANDS["micro_46"]),
     )
-    sight = confirmed_sight(make_problem(bench, 1), {})
-    assert sight.otherwise["full_46"].scale == pytest.approx(to_si_factor("ozf*in", "torque"))
-    assert sight.sure == sight.otherwise
+    (finding,) = find_misreadings(declared(bench))
+    assert finding.reading["full_46"].scale == pytest.approx(to_si_factor("ozf*in", "torque"))
+    assert finding.is_confirmed
 
 
 def test_a_late_trigger_is_still_named():
@@ -122,9 +128,7 @@ def test_another_rate_and_stepping_are_still_named():
 
 def test_a_suspicion_is_dropped_where_the_record_fits_as_declared(monkeypatch):
     """Truth: the record as it was made, of which a spectrum is made to suggest another rate."""
-    suspected = FirstSight(otherwise={"r": Reading(rate=replace(COMMANDS["full_46"].rate, rates=(23.0,)))})
-    monkeypatch.setattr(
-        "mechid.identification.contradiction.confirmed_sight.first_sight", lambda problem, seed: suspected
-    )
-    problem = make_problem(campaign(catalogue_mechanism(), record("r", FULL, COMMANDS["full_46"])), 1)
-    assert confirmed_sight(problem, {}) == FirstSight()
+    suspected = Suspicions(readings={"r": Reading(rate=replace(COMMANDS["full_46"].rate, rates=(23.0,)))})
+    monkeypatch.setattr("mechid.identification.readings.misreading.suspect", lambda *_: suspected)
+    bench = campaign(catalogue_mechanism(), record("r", FULL, COMMANDS["full_46"]))
+    assert list(find_misreadings(declared(bench))) == []
