@@ -13,7 +13,8 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.records.settings import STEP_RATE
 from mechid.signal.lines import Prominence, prominence
-from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
+from mechid.signal.mains import MainsLine, mains_lines
+from mechid.signal.settings import HUM
 
 MOST_OFF, LEAST_OFF, SURE = 0.05, 2e-3, 8.0
 """Relative distances of a rate from the one declared that are looked for, and standard errors that make one sure.
@@ -114,7 +115,7 @@ def _strongest_hum(target: Target) -> MainsLine | None:
     if len(rates) > 1:
         own = [one for one in own if _is_narrow(one, found)]
     strongest = max(own, key=lambda one: one.line.amplitude, default=None)
-    return strongest if strongest and strongest.multiple <= LOW_MULTIPLES else None
+    return strongest if strongest and strongest.multiple <= HUM.low_multiples else None
 
 
 def _is_narrow(one: MainsLine, found: Prominence) -> bool:

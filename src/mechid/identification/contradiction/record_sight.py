@@ -16,8 +16,9 @@ from mechid.identification.output_error.declaration import DECLARED, Reading, co
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
-from mechid.signal.likeness import LOWEST_BIN, noise_power, power_over_time, spectral_distance
+from mechid.signal.likeness import noise_power, power_over_time, spectral_distance
 from mechid.signal.lines import prominence, spectral_lines
+from mechid.signal.settings import SERIES
 
 COARSE = 2
 """Steps a full step, at most, that fill a spectrum; a choice, not measured."""
@@ -121,7 +122,7 @@ class RecordSight:
         if modelled is None:
             return [math.inf] * len(cut_offs_hz)
         size = self.target.samples // self.pieces
-        f = (np.arange(modelled.shape[-1]) + LOWEST_BIN) * self.target.base.sample_rate_hz / size
+        f = (np.arange(modelled.shape[-1]) + SERIES.lowest_bin) * self.target.base.sample_rate_hz / size
         passed = [1.0 / (1.0 + (f / one) ** (2 * ORDER)) for one in cut_offs_hz]
         return [spectral_distance(self.power, modelled * part, self.noise) for part in passed]
 
