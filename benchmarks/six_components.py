@@ -1,6 +1,6 @@
 """How far the errors of forces and moments beside the torque can be trusted, on SYNTHETIC records of known lines.
 
-    PYTHONPATH=tests:tests/budget python benchmarks/six_components.py
+    PYTHONPATH=tests:tests/analysis:tests/budgets python benchmarks/six_components.py
 
 1. Scatter of amplitude and phase over draws of the noise, in standard errors as stated: 1 is right.
 2. Lines heard in noise alone, in records without any: one of a hundred rates is meant to have one.

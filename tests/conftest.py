@@ -48,6 +48,17 @@ def data_folder():
 
 
 @pytest.fixture
+def note(record_property):
+    """Return a function that keeps a figure with the test's result, and prints it (see it with -s)."""
+
+    def keep(text):
+        record_property("figure", text)
+        print(text)  # noqa: T201
+
+    return keep
+
+
+@pytest.fixture
 def figure(pytestconfig):
     """Return a function that notes a number reached on measured data, and asserts that it is in its range."""
 

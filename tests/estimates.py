@@ -49,3 +49,8 @@ def write(folder: Path, records, parameters, outcome="converged", plant="p", gra
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "estimate.json").write_text(json.dumps(content))
     return folder
+
+
+BOTH = {"gear.stiffness": free(913.0, 0.5), "gear.damping": free(0.39, 0.001)}
+ONE = {"gear.stiffness": free(914.0, 0.4), "gear.damping": known(0.48)}
+"""Parameters of two hypotheses: both free, and one of them."""

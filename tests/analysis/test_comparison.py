@@ -7,26 +7,8 @@ import pytest
 from scipy.stats import norm
 
 import mechid
-from estimates import free, known, record, write
-from mechid.analysis.preference import ComparisonOutcome
-from mechid.errors import InputFileError, UsageError
-
-BOTH = {"gear.stiffness": free(913.0, 0.5), "gear.damping": free(0.39, 0.001)}
-ONE = {"gear.stiffness": free(914.0, 0.4), "gear.damping": known(0.48)}
-
-
-@pytest.fixture
-def pair(tmp_path):
-    """Return a function that writes and compares two fits, A with two free parameters, B with one."""
-
-    def make(a, b, *, parameters=(BOTH, ONE), outcomes=("converged", "converged")):
-        folders = [
-            write(tmp_path / name, records, own, outcome)
-            for name, records, own, outcome in zip("AB", (a, b), parameters, outcomes, strict=True)
-        ]
-        return mechid.compare(*folders)
-
-    return make
+from estimates import BOTH, ONE, free, known, record, write
+from mechid.errors import UsageError
 
 
 def test_the_criteria_by_hand(pair):
@@ -57,66 +39,6 @@ def test_coloured_residuals_count_by_the_effective_samples_of_the_smallest(pair)
     gap = 500.0 * math.log(0.0021**2 / 0.002**2) - 2.0
     assert b.aic_effective - a.aic_effective == pytest.approx(gap)
     assert any("coloured: 10000 samples are worth 500" in line for line in found.cautions)
-
-
-@pytest.mark.parametrize(
-    ("rms_b", "held_out_b", "outcome", "preferred"),
-    [
-        (0.0021, 0.0022, ComparisonOutcome.AGREED, "A"),
-        (0.0021, 0.0018, ComparisonOutcome.DISPUTED, "A"),
-        (0.0021, 0.002, ComparisonOutcome.UNDECIDED_BY_PREDICTION, "A"),
-        (0.0019, 0.0018, ComparisonOutcome.AGREED, "B"),
-        (0.002, 0.002, ComparisonOutcome.OPEN, None),  # one parameter less: AIC and BIC for B, AIC by 2 - 0.1
-        (0.002 * math.exp(3.0 / 1e4), 0.002, ComparisonOutcome.CRITERIA_DISAGREE, None),
-    ],
-)
-def test_the_verdict(pair, rms_b, held_out_b, outcome, preferred):
-    """The last: ln L is 3 lower and k one less, so AIC is 6 - 2 higher, BIC 9.2 - 6 lower."""
-    slightly = math.exp(0.05 / 1e4)  # keeps the equal ones off a gap of just 2
-    a = {"x": record(0.002), "v": record(0.002, use="validate")}
-    b = {"x": record(rms_b * slightly), "v": record(held_out_b, use="validate")}
-    found = pair(a, b).preference
-    assert found.outcome is outcome
-    assert found.preferred == preferred
-
-
-def test_a_record_that_the_fits_left_out_is_none_held_out(pair):
-    """It contradicts the others: to predict it well is no merit, nor do fits that differ in it compare."""
-    left = record(0.3, use="validate") | {"taken": {"use": "validate"}}
-    found = pair({"x": record(0.002), "v": left}, {"x": record(0.003), "v": left})
-    assert found.preference.outcome is ComparisonOutcome.UNTESTED
-    assert found.records[1].use == "left out"
-    assert [line for line in found.preference.grounds if line.startswith("left out, v: ")]
-    with pytest.raises(UsageError, match='B left it out, because it contradicts the others; give it use = "validate"'):
-        pair({"x": record(0.002), "v": record(0.003)}, {"x": record(0.003), "v": left})
-
-
-def test_without_held_out_records_the_prediction_is_untested(pair):
-    assert pair({"x": record(0.002)}, {"x": record(0.003)}).preference.outcome is ComparisonOutcome.UNTESTED
-
-
-def test_a_fit_that_did_not_succeed_is_no_rival(pair):
-    found = pair({"x": record(0.002)}, {"x": record(0.001, used=150)}, outcomes=("converged", "horizon"))
-    assert found.preference.outcome is ComparisonOutcome.ONLY_ONE
-    assert found.preference.preferred == "A"
-    assert any("150 of 10000" in line for line in found.cautions)
-
-
-def test_a_record_that_cannot_be_simulated_is_no_rival(pair):
-    found = pair({"x": record(0.002)}, {"x": record(None)})
-    assert found.preference.preferred == "A"
-    assert math.isinf(found.scores[1].aic_effective)
-    assert "B: a record it was estimated from cannot be simulated" in found.preference.grounds[-1]
-
-
-def test_none_is_preferred_where_none_succeeded(pair):
-    found = pair({"x": record(None)}, {"x": record(0.1)}, outcomes=("converged", "failed"))
-    assert (found.preference.outcome, found.preference.preferred) == (ComparisonOutcome.NONE, None)
-
-
-def test_how_clearly_is_said_in_words(pair):
-    grounds = pair({"x": record(0.002)}, {"x": record(0.003)}).preference.grounds
-    assert grounds[0].startswith("A decisively before B (AIC +8107")  # 1e4 ln 2.25 - 2
 
 
 @pytest.mark.parametrize(
@@ -163,38 +85,12 @@ def test_a_detent_is_known_by_its_period_wherever_it_stands(pair):
     assert any("are nested: A has 1 free parameter more" in line for line in found.preference.grounds)
 
 
-@pytest.mark.parametrize(
-    ("b", "message"),
-    [
-        ({"y": record(0.002)}, r'B: no record "x", which A has; compare fits of the same records'),
-        ({"x": record(0.002, digest="cd" * 32)}, r'B: record "x": other samples \(sha256 cdcdcdcd, abababab in A\)'),
-        ({"x": record(0.002, use="validate")}, r'B: record "x": use = "validate", "estimate" in A'),
-    ],
-)
-def test_other_records_are_refused(pair, b, message):
-    with pytest.raises(UsageError, match=message):
-        pair({"x": record(0.002)}, b)
-
-
 def test_one_fit_or_one_twice_is_refused(tmp_path):
     folder = write(tmp_path / "A", {"x": record(0.002)}, BOTH)
     with pytest.raises(UsageError, match="give two or more"):
         mechid.compare(folder)
     with pytest.raises(UsageError, match="given twice"):
         mechid.compare(folder, folder / "estimate.json")
-
-
-def test_a_fit_without_validation_is_refused(tmp_path):
-    entry = record(0.002)
-    del entry["validation"]
-    folders = [write(tmp_path / name, {"x": r}, BOTH) for name, r in (("A", record(0.002)), ("B", entry))]
-    with pytest.raises(InputFileError, match=r"estimate\.json: no 'validation'.*identify anew"):
-        mechid.compare(*folders)
-
-
-def test_folders_of_one_name_are_told_apart_by_their_parents(tmp_path):
-    folders = [write(tmp_path / name / "fit", {"x": record(0.002)}, BOTH) for name in ("rigid", "housing")]
-    assert [h.name for h in mechid.compare(*folders).hypotheses] == ["rigid/fit", "housing/fit"]
 
 
 def test_three_are_ranked(tmp_path):

@@ -1,15 +1,12 @@
 """Lines of forces and moments beside the torque, held against the lines that made the records."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from mechid.analysis.components_file import FILE_NAME, components_text, read_components
 from mechid.analysis.side_components import TRACKED, least_coherence, pooled, side_components, side_lines
-from mechid.errors import InputFileError
-from table_of_six import MEASURED, MOUNTING, NOISE, measured, side_records, tracked
+from table_of_six import MEASURED, NOISE, measured, tracked
 
 RATE = 40.0
 DRIVE = {0.5: 0.04 * np.exp(0.4j), 1.0: 0.1 * np.exp(-2.0j), 2.0: 0.03}
@@ -106,26 +103,6 @@ def test_records_of_one_rate_count_by_their_windows():
     joined = pooled(pieces)
     assert (joined.windows, whole.windows) == (8, 9)
     np.testing.assert_allclose(side_lines(joined).amplitude, side_lines(whole).amplitude, atol=5e-4)
-
-
-def test_the_file_holds_what_was_measured(tmp_path):
-    """Truth: what was written, to its six digits; a file of another fit, or damaged, is refused."""
-    records = side_records(lambda rate: EXERTED, (39.0, 41.0), np.random.default_rng(0))
-    content = components_text(records, {"plant": "p"})
-    (tmp_path / FILE_NAME).write_text(json.dumps(content).replace("NaN", "null"), encoding="utf-8")
-    read = read_components({"provenance": {"plant": "p"}}, tmp_path)
-    assert read.mounting == MOUNTING
-    for found, true in zip(read.records, records.records, strict=True):
-        assert (found.name, found.components, found.stepping) == (true.name, true.components, true.stepping)
-        for a, b in zip(found.rates, true.rates, strict=True):
-            np.testing.assert_allclose(a.power, b.power, rtol=1e-5, atol=1e-12)
-            np.testing.assert_allclose(side_lines(a).lines, side_lines(b).lines, rtol=1e-4, atol=1e-9)
-    with pytest.raises(InputFileError, match="is of another fit"):
-        read_components({"provenance": {"plant": "q"}}, tmp_path)
-    (tmp_path / FILE_NAME).write_text('{"format": "mechid-components/1"}', encoding="utf-8")
-    with pytest.raises(InputFileError, match="is damaged at 'orders'"):
-        read_components({}, tmp_path)
-    assert read_components({}, tmp_path / "elsewhere") is None
 
 
 def test_mains_hum_in_a_component_is_no_line():

@@ -6,7 +6,7 @@ import pytest
 
 from mechid.campaign import Match, load_campaign
 from mechid.command import Command, RateProfile
-from mechid.errors import InputFileError, RecordError, UsageError
+from mechid.errors import InputFileError, RecordError
 from mechid.parameter import Status
 from mechid.records import ChannelSpec
 
@@ -36,18 +36,6 @@ def test_a_campaign(folder):
     assert campaign.validated == (second,)
     assert campaign.record("sweep") is second
     assert campaign.warnings == ()
-
-
-def test_free_parameters_of_records_follow_those_of_the_mechanism(folder):
-    campaign = load_campaign(folder)
-    assert [q.name for q in campaign.free] == [*(q.name for q in campaign.mechanism.free), "record.sweep.time_offset_s"]
-    assert len(campaign.parameters) == len(campaign.mechanism.parameters) + 2
-
-
-def test_an_unknown_record_of_a_campaign(folder):
-    message = 'campaign.toml: no record "swep"; did you mean "sweep"?'
-    with pytest.raises(UsageError, match=f"^{re.escape(message)}$"):
-        load_campaign(folder).record("swep")
 
 
 def test_options_of_a_record(changed):

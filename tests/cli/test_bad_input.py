@@ -160,7 +160,7 @@ def test_external_files_are_a_list_of_names(refused, changed, entry):
 
 
 def test_a_file_that_crashes_its_reader_is_4(refused, changed, folder):
-    """Truth: bytes on which SciPy 1.17 ends in a segmentation fault (tests/records/test_damaged_matlab.py)."""
+    """Truth: bytes on which SciPy 1.17 ends in a segmentation fault (tests/records/test_matlab.py)."""
     FORMATS["mat 5"].write(folder / "full_46.mat")
     content = bytearray((folder / "full_46.mat").read_bytes())
     content[401], content[264] = 202, 21
@@ -183,26 +183,6 @@ def test_a_file_cut_anywhere_is_listed_or_4(run, tmp_path, name):
         assert result.exception is None or isinstance(result.exception, SystemExit)
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["simulate", "campaign.toml"],
-        ["identify", "campaign.toml"],
-        ["identify", "campaign.toml", "--out", "x", "--workers", "0"],
-        ["identify", "campaign.toml", "--out", "x", "--seed", "one"],
-        ["simulate", "campaign.toml", "--out", "x", "--rate", "3"],
-        ["kernel", "--lanes", "-1"],
-        ["idenify"],
-        [],
-    ],
-)
-def test_a_wrong_command_line_is_2(run, arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2
-    assert "Traceback" not in result.stderr
-    assert "Usage: mechid" in result.output
-
-
 def test_a_folder_that_cannot_be_made_is_2(refused, staged, tmp_path):
     (tmp_path / "file").write_text("")
     assert "cannot be written to" in refused(2, "simulate", staged, "--out", tmp_path / "file" / "x")
@@ -221,24 +201,3 @@ def test_a_mechanism_that_diverges_is_5_and_leaves_no_file(refused, changed, tmp
 def test_nothing_to_estimate_is_5(refused, campaign_folder, tmp_path):
     line = refused(5, "identify", campaign_folder / "exact", "--out", tmp_path / "out")
     assert "nothing to estimate" in line
-
-
-def test_an_unexpected_error_is_1_with_one_line(monkeypatch, capsys):
-    from mechid.cli import app
-
-    def broken():
-        raise ZeroDivisionError("division\nby zero")
-
-    monkeypatch.setattr(app, "app", broken)
-    monkeypatch.setattr(app, "prepare_streams", lambda: None)  # those of the test stay
-    monkeypatch.delenv("MECHID_DEBUG", raising=False)
-    with pytest.raises(SystemExit) as exit_:
-        app.main()
-    assert exit_.value.code == 1
-    assert capsys.readouterr().err.splitlines() == [
-        "mechid: unexpected error, please report it (with the traceback that MECHID_DEBUG=1 shows): "
-        "ZeroDivisionError: division by zero"
-    ]
-    monkeypatch.setenv("MECHID_DEBUG", "1")
-    with pytest.raises(ZeroDivisionError):
-        app.main()

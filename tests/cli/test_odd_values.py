@@ -8,8 +8,6 @@ import shutil
 import numpy as np
 import pytest
 
-from mechid.errors import UsageError
-from mechid.interface.refits import bootstrap
 from mechid.reports.pens import Pens
 from mechid.reports.sheet import Sheet
 
@@ -166,12 +164,6 @@ def test_a_prior_that_is_lost_in_rounding_is_refused(refused, changed):
     assert "gear.stiffness.sigma: found 1e-300, which is lost in rounding beside 2200; write 2200 alone" in refused(
         3, "check", changed("campaign.toml", "", "")
     )
-
-
-def test_more_draws_than_memory_holds_are_refused():
-    """By the function that the command calls, so that scripts are refused too."""
-    with pytest.raises(UsageError, match=r"99999999999 draws; 1000000 at most"):
-        bootstrap(None, None, 99999999999)
 
 
 def test_figures_are_drawn_whatever_a_notebook_has_set(tmp_path, monkeypatch):

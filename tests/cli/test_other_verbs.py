@@ -1,8 +1,5 @@
 """`mechid new`, `mechid kernel`, `mechid --version`, and the public face; truth: the library's own functions."""
 
-import subprocess
-import sys
-from importlib.metadata import version
 from types import SimpleNamespace
 
 import mechid
@@ -72,31 +69,6 @@ def test_a_first_compilation_is_told_as_such(monkeypatch, capsys):
     monkeypatch.setattr(kernel_notice, "kernel_for", lambda *_: SimpleNamespace(seconds=8.234, cached=False))
     kernel_notice.prepare_kernel(catalogue_mechanism().plant)
     assert capsys.readouterr().err == "compiling the kernel (first time, cached afterwards) ... 8.2 s\n"
-
-
-def test_the_version_is_that_of_the_package(run):
-    assert run("--version").stdout == f"mechid {version('mechid')}\n"
-    assert mechid.__version__ == version("mechid")
-
-
-HELP = """
-import sys
-sys.argv = ["mechid", "--help"]
-from mechid.cli import main
-try:
-    main()
-finally:
-    print(*sys.modules, sep="\\n")
-"""
-
-
-def test_help_imports_nothing_heavy():
-    """Measured 0.25 s; what it must not import takes more than a second."""
-    result = subprocess.run([sys.executable, "-c", HELP], capture_output=True, text=True, check=True)
-    assert "identify" in result.stdout
-    assert not {"bokeh", "jinja2", "matplotlib", "numba", "numpy", "pint", "scipy", "sympy"} & set(
-        result.stdout.splitlines()
-    )
 
 
 def test_the_public_names_are_what_they_say():

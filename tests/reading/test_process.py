@@ -4,8 +4,6 @@ import ctypes
 import math
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from multiprocessing import get_context
@@ -88,18 +86,6 @@ def test_a_larger_file_has_more_time(monkeypatch):
     call(time.sleep, 0.6, size=int(2 * process.SLOWEST))
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="others limit no memory")
-def test_a_flood_of_memory_is_refused_there():
-    with pytest.raises(MemoryError):
-        call(bytes, 1 << 45)
-    assert call(math.sqrt, 4.0) == 2.0
-
-
-def test_where_the_system_ends_it_that_is_said():
-    with pytest.raises(UnreadableError, match="where memory is short"):
-        call(signal.raise_signal, signal.SIGKILL)
-
-
 def test_one_process_serves_all_threads():
     parents = [None] * 8
 
@@ -124,47 +110,11 @@ def test_a_forked_process_starts_its_own():
     assert call(os.getppid) == here
 
 
-def test_it_ends_when_nothing_is_asked_of_it(monkeypatch):
-    monkeypatch.setattr(process, "IDLE_S", 0.2)
-    number = call(os.getppid)
-    assert gone(number)
-    assert call(os.getppid) != number
-
-
 def test_it_is_started_again_where_it_was_ended_from_outside():
     number = call(os.getppid)
     os.killpg(number, signal.SIGKILL)
     assert gone(number)
     assert call(math.sqrt, 4.0) == 2.0
-
-
-SCRIPT = """
-import os, signal, sys, threading, time
-from mechid.reading import process
-process.PATIENCE_S = 2.0
-print(process.call(os.getppid), process.call(os.getpid), flush=True)
-if sys.argv[1] == "busy":
-    threading.Thread(target=process.call, args=[sum, range(10**12)], daemon=True).start()
-    time.sleep(0.3)
-os.kill(os.getpid(), signal.SIGKILL) if sys.argv[2] == "killed" else sys.exit()
-"""
-
-
-@pytest.mark.parametrize("state", ["idle", "busy"])
-@pytest.mark.parametrize("end", ["killed", "ended"])
-def test_it_does_not_outlive_the_one_that_started_it(state, end):
-    """Idle it goes at once; in a loop that looks at nothing the system ends it when its time is over."""
-    done = subprocess.run([sys.executable, "-c", SCRIPT, state, end], capture_output=True, text=True, check=False)
-    numbers = [int(number) for number in done.stdout.split()]
-    assert len(numbers) == 2
-    assert all(gone(number) for number in numbers)
-
-
-def test_what_a_library_prints_goes_nowhere(capfd):
-    call(os.write, 1, b"nonsense")
-    call(print, "nonsense")
-    assert call(math.sqrt, 4.0) == 2.0
-    assert capfd.readouterr() == ("", "")
 
 
 def test_an_interrupted_call_leaves_nothing_behind(monkeypatch):

@@ -7,7 +7,6 @@ from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
 from mechid.records.bare import read_bare
 from mechid.records.formats import open_table
-from mechid.records.in_memory import columns_of, record_of
 
 RATE = 1000.0
 MILLIS = 500 + np.arange(64)
@@ -101,18 +100,3 @@ def test_durations_are_no_torque(tmp_path):
     torque = ChannelSpec(quantity="torque", column="torque_of_it")
     with pytest.raises(RecordError, match='unit "s" does not measure torque'):
         read(tmp_path / "run.npz", channels=(torque,), sample_rate_hz=RATE)
-
-
-def test_durations_in_memory_are_seconds():
-    import pandas as pd
-
-    frame = pd.DataFrame({"torque": TORQUE}, index=pd.to_timedelta(MILLIS, unit="ms"))
-    samples = {
-        "an index": frame,
-        "a column": frame.reset_index(names="time"),
-        "a mapping": {"time": DURATIONS["microseconds"], "torque": TORQUE},
-    }
-    spec = RecordSpec(name="a", path="a", channels=(ChannelSpec(quantity="torque", column="torque"),))
-    for found in samples.values():
-        record = record_of(columns_of(found, "a"), spec)
-        assert (record.time_start_s, record.sample_rate_hz) == (pytest.approx(0.5), RATE)

@@ -1,6 +1,6 @@
 """The library's blocks in the kernel: against the slow twin, differences and closed forms; several switches at once.
 
-Truth: the twin, whose equations tests/kernel/test_blocks.py holds against right-hand sides typed by hand.
+Truth: the twin, whose equations tests/plant/test_block.py holds against right-hand sides typed by hand.
 """
 
 from dataclasses import replace
@@ -12,8 +12,6 @@ from scipy.linalg import expm
 
 from layouts import BRUSHED_DC, LAYOUTS, changed, mechanism_of, paper_with
 from mechid.command import InputChannel, MeasuredCommand
-from mechid.kernel.equations import equations_of
-from mechid.kernel.equilibrium import equilibrium
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.block import Block
 from mechid.plant.drive import measured_drive
@@ -215,102 +213,6 @@ def test_a_body_that_begins_in_motion_runs_out():
     twin = run_twin(m, command, time_base, sensitive=chosen)
     np.testing.assert_allclose(twin.y[:, 0], x, rtol=0, atol=1e-10)
     np.testing.assert_allclose(twin.jacobian[:, 0, 0], x / 3.0, rtol=0, atol=1e-7)
-
-
-def turning_on_uneven_friction(torque, seconds):
-    """Return a body on friction that varies with its angle, its time base and its command of a constant torque."""
-    m = mechanism_of(
-        {
-            "assembly": "direct_torque_drive",
-            "load": {"inertia": 2e-3},
-            "drive": {},
-            "friction": {
-                "coulomb": 0.05,
-                "viscous": 0.0,
-                "position": [{"order": 1, "amplitude": 0.6, "phase_deg": 40.0}],
-            },
-        }
-    )
-    time_base = base(seconds, rate_hz=1e3)
-    channel = InputChannel(quantity="torque", held=True, samples=np.full(time_base.samples, torque))
-    command = MeasuredCommand().driven_by((channel,), 1e3, 0.0)
-    return replace(m, plant=m.plant.measuring(("output_angle", "output_rate"))), command, time_base
-
-
-def test_friction_that_varies_with_the_angle_keeps_the_balance_of_energy():
-    """Truth: J v^2/2 = (T - T_c) x + T_c A (cos(x + phi) - cos(phi)), the work of a constant torque less friction's."""
-    run, phi = run_kernel(*turning_on_uneven_friction(0.09, 0.8), substeps=4).values, np.radians(40.0)
-    x, v = run["output_angle"], run["output_rate"]
-    assert x[-1] > 2.0
-    work = (0.09 - 0.05) * x + 0.05 * 0.6 * (np.cos(x + phi) - np.cos(phi))
-    np.testing.assert_allclose(2e-3 * v**2 / 2, work, rtol=0, atol=1e-8 * work.max())
-    still = run_kernel(*turning_on_uneven_friction(0.069, 0.1), substeps=4).values
-    assert np.all(still["output_angle"] == 0.0), "friction is 0.05 (1 + 0.6 sin 40 deg) = 0.0693 there"
-
-
-def test_friction_over_the_angle_has_its_derivatives():
-    """Truth: the twin's variational equations, and central differences."""
-    m, command, time_base = turning_on_uneven_friction(0.09, 0.8)
-    chosen = [list(map(str, m.plant.parameters)).index(name) for name in ("T_frd", "c_f1", "s_f1")]
-    kernel = run_kernel(m, command, time_base, sensitive=chosen, substeps=8).jacobian["output_angle"]
-    twin = run_twin(m, command, time_base, sensitive=chosen).jacobian[:, 0]
-    assert np.all(np.linalg.norm(kernel - twin, axis=0) <= 1e-5 * np.linalg.norm(twin, axis=0))
-    p = m.kernel_values()
-    for j, i in enumerate(chosen):
-        step = 1e-6 * np.eye(p.size)[i]
-        runs = (run_kernel(m, command, time_base, p=p + way * step, substeps=8).values for way in (1, -1))
-        up, down = (run["output_angle"] for run in runs)
-        np.testing.assert_allclose((up - down) / 2e-6, kernel[:, j], rtol=0, atol=1e-4 * np.abs(kernel[:, j]).max())
-
-
-@pytest.mark.parametrize("held", [True, False])
-def test_a_measured_input_is_held_or_runs_straight_between_its_samples(held):
-    """Truth: m x'' = F in closed form, F the steps or the straight lines through the samples."""
-    m = mechanism_of(
-        {
-            "assembly": "direct_torque_drive",
-            "load": {"inertia": 2e-3},
-            "drive": {},
-            "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 0.0},
-        }
-    )
-    time_base, r = base(0.05, rate_hz=1e3, start_s=3.0), np.random.default_rng(4)
-    F, h = r.normal(size=time_base.samples), 1e-3
-    command = MeasuredCommand().driven_by((InputChannel(quantity="torque", held=held, samples=F),), 1e3, 3.0)
-    slope = np.zeros_like(F) if held else np.append(np.diff(F), 0.0) / h
-    v = np.concatenate([[0.0], np.cumsum(F * h + slope * h**2 / 2)[:-1]]) / 2e-3
-    x = np.concatenate([[0.0], np.cumsum(v * h + (F * h**2 / 2 + slope * h**3 / 6) / 2e-3)[:-1]])
-    kernel = run_kernel(m, command, time_base, substeps=1)
-    np.testing.assert_allclose(kernel.measured, x, rtol=0, atol=1e-9 * np.abs(x).max())
-
-
-def test_a_load_at_rest_shows_its_weight_to_the_transducer():
-    """Truth: statics. It hangs in its gear, wound up by W sin(alpha_gear + phi)/K_s; the base carries the weight."""
-    m = paper_with({"housing": None, "load": {"unbalance": {"amplitude": 0.08, "phase_deg": 30.0}}})
-    plant, p = m.plant.measuring(("torque", "output_angle", "rotor_angle")), m.kernel_values()
-    held = np.array([-np.cos(0.7), np.sin(0.7)])
-    x, _ = equilibrium(plant, p, held, 0.7)
-    resting = [0.0, 0.0]  # friction holds
-    torque, output, rotor = equations_of(plant).outputs(x.tolist(), held.tolist(), resting, p.tolist())
-    weight = 0.08 * np.sin(output + np.pi / 6)
-    assert rotor / 50 - output == pytest.approx(weight / 913.47, rel=1e-6)
-    assert torque == pytest.approx(-weight, rel=1e-9)
-
-
-def test_a_stepper_on_measured_voltages_is_that_on_its_command():
-    """Truth: the same mechanism under the command whose voltages, held from sample to sample, are the channels."""
-    rigid = {"housing": None}
-    commanded = paper_with(rigid)
-    measured = paper_with({**rigid, "stepper": {"drive": "measured_voltage", "peak_voltage": None}})
-    time_base, command = base(0.1), constant(50.0)
-    theta = np.pi / 4 + np.pi / 2 * np.floor(time_base.times * 50.0 + 1e-9)
-    channels = tuple(
-        InputChannel(quantity=f"voltage_phase_{x}", held=True, samples=5.7 * wave)
-        for x, wave in (("a", -np.cos(theta)), ("b", np.sin(theta)))
-    )
-    driven = MeasuredCommand(start_angle_deg=45.0).driven_by(channels, 10_000.0, 0.0)
-    expected = run_kernel(commanded, command, time_base).torque
-    assert rms(run_kernel(measured, driven, time_base).torque - expected) <= 1e-5 * rms(expected)
 
 
 def test_a_brushed_motor_answers_a_voltage_as_its_linear_equations():

@@ -59,64 +59,6 @@ def test_a_modal_table_in_csv(toml, tmp_path):
         np.testing.assert_allclose(structure.along(direction, F), whole, rtol=1e-9)
 
 
-def test_responses_in_csv(toml, tmp_path):
-    """Truth: the modes that the responses were sampled from; of a force as mobility in mrad/s/N."""
-    modal, grid = read_structure(toml), np.linspace(0.5, 40.0, 200)
-    torque, force = modal.to_line_of_sight(grid), modal.along("tx", grid) * (2j * np.pi * grid)[:, None] * 1e3
-    columns, header = [grid], ["frequency_Hz"]
-    for k, name in enumerate(("x", "y")):
-        columns += [torque[:, k].real, torque[:, k].imag, force[:, k].real, force[:, k].imag]
-        header += [f"{name}_re", f"{name}_im", f"{name}_push_re [mrad/s/N]", f"{name}_push_im [mrad/s/N]"]
-    path = tmp_path / "responses.csv"
-    np.savetxt(path, np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12e")
-    structure = read_structure(path, Selection(directions={"tx": "push"}), axis="rz")
-    at = grid[::20]
-    np.testing.assert_allclose(structure.along("tx", at), modal.along("tx", at), rtol=1e-9)
-    np.testing.assert_allclose(structure.to_line_of_sight(at), modal.to_line_of_sight(at), rtol=1e-9)
-
-
-def test_responses_of_a_universal_file(tmp_path):
-    """Truth: what was written; of directions to which one line of sight has no response none is there."""
-    pyuff = pytest.importorskip("pyuff")
-    rng, grid = np.random.default_rng(0), np.linspace(1.0, 20.0, 20)
-    sets = {
-        (3, 6): rng.normal(size=(2, 2, 20)),
-        (3, 1): rng.normal(size=(2, 2, 20)),
-        (3, 2): rng.normal(size=(1, 2, 20)),
-    }
-    path = tmp_path / "frf.uff"
-    for (node, direction), data in sets.items():
-        for response, (re, im) in zip((4, 5), data, strict=False):
-            unit = "N*m" if direction > 3 else "N"
-            pyuff.UFF(str(path)).write_sets(
-                pyuff.prepare_58(
-                    binary=0,
-                    func_type=4,
-                    rsp_node=9,
-                    rsp_dir=response,
-                    ref_node=node,
-                    ref_dir=direction,
-                    x=grid,
-                    data=re + 1j * im,
-                    id1="made up",
-                    rsp_ent_name="structure",
-                    ref_ent_name="structure",
-                    abscissa_spacing=1,
-                    abscissa_spec_data_type=18,
-                    ordinate_spec_data_type=8,
-                    orddenom_spec_data_type=13,
-                    ordinate_axis_units_lab="rad",
-                    orddenom_axis_units_lab=unit,
-                ),
-                "add" if path.exists() else "overwrite",
-            )
-    lines = {"x": (Location(9, "rx"),), "y": (Location(9, "ry"),)}
-    structure = read_structure(path, Selection(interface=Location(3, "rz"), line_of_sight=lines))
-    assert set(structure.directions) == {"tx"}
-    wanted = (sets[3, 1][:, 0] + 1j * sets[3, 1][:, 1]).T
-    np.testing.assert_allclose(structure.along("tx", grid), wanted, rtol=1e-6)
-
-
 @pytest.mark.data
 def test_six_directions_of_a_craig_bampton_model(craig_bampton_folder):
     """Truth: NumPy's solution of (K - w^2 M + i w C) u = f for a unit force or torque along each direction.

@@ -95,12 +95,3 @@ def test_a_response_has_one_pair(tmp_path):
     angle = np.angle(H)
     with pytest.raises(InputFileError, match="found x_mag, x_phase_deg, x_phase_rad; a response is one pair"):
         read(tmp_path, x_mag=np.abs(H), x_phase_deg=np.degrees(angle), x_phase_rad=angle)
-
-
-@pytest.mark.parametrize(("name", "factor"), [("frequency [rad/s]", 2.0 * np.pi), ("frequency [kHz]", 1e-3)])
-def test_the_frequencies_of_a_response_have_the_unit_of_their_header(tmp_path, name, factor):
-    path = response_csv(tmp_path, {"x_re": H.real, "x_im": H.imag})
-    _, *rows = path.read_text().splitlines()
-    scaled = [f"{float(row.split(',')[0]) * factor:.17g},{','.join(row.split(',')[1:])}" for row in rows]
-    path.write_text("\n".join([f"{name},x_re,x_im", *scaled]) + "\n", encoding="utf-8")
-    assert mechid.load_structure(path).coverage_hz == pytest.approx((GRID_HZ[0], GRID_HZ[-1]), rel=1e-12)

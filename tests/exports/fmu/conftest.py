@@ -1,0 +1,19 @@
+"""The paper's mechanism as a unit, as it flies."""
+
+from dataclasses import replace
+
+import pytest
+
+from mechid.exports.fmu.unit import Unit, closed, opened
+
+
+@pytest.fixture(scope="session")
+def at_rest(paper):
+    """Return what is handed on, its mechanism on a base at rest."""
+    return replace(paper, mechanism=closed(paper, {}, stand=False))
+
+
+@pytest.fixture(scope="session")
+def of_paper(at_rest):
+    """Return the unit with its ports; nothing of it is written or compiled."""
+    return Unit(replace(at_rest, mechanism=opened(at_rest.mechanism, stand=False)), 1.0)
