@@ -12,7 +12,7 @@ from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.beside.beside import beside_again, lifted, terms_beside
 from mechid.identification.beside.groups import needed
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.output_error.reduction import Triangle, of_rows
+from mechid.identification.output_error.reduction import Triangle, triangle_of_rows
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.terms_beside import TermBeside, TermsBeside
 from mechid.plant.superset import rivals_of, superset_of
@@ -92,7 +92,7 @@ def test_groups_are_dropped_while_that_costs_less_than_their_freedom():
     J[np.arange(4), np.arange(4)] = 1.0
     rest = np.zeros(n)
     rest[10:] = 1.0
-    triangle: Triangle = of_rows(rest, J)
+    triangle: Triangle = triangle_of_rows(rest, J)
     groups = {"clear": (0,), "chance": (1,), "both": (2, 3)}
     found = needed(triangle, values, groups, worth=float(n))
     assert found == pytest.approx({"clear": 25.0, "both": 17.0})

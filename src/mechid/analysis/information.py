@@ -11,7 +11,7 @@ from mechid.analysis.prediction import as_fitted
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduced import channel_triangles
+from mechid.identification.output_error.reduction import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.result.fit import Fit, RecordFit

@@ -11,13 +11,11 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.budgets.settings import RESIDUALS
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.reading.whole import read_result
 
 REPORT_NAME = "report.json"
-NOISE_ERROR = 3.7
-"""Relative standard error of residual power over noise power, times the root of the samples: sqrt(2) of the one and
-2 x 1.7 of the other (`signal.noise`), by their squares."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ def _beyond_noise(record: Mapping[str, Any]) -> float:
     if residual <= noise:
         return 0.0
     share = 1.0 - (noise / residual) ** 2
-    return share if share > 3.0 * NOISE_ERROR / np.sqrt(max(record["samples"], 1)) else 0.0
+    return share if share > 3.0 * RESIDUALS.noise_error / np.sqrt(max(record["samples"], 1)) else 0.0
 
 
 def _line_errors(content: Mapping[str, Any], folder: Path, seen: list[str], judged: int) -> dict[float, float]:

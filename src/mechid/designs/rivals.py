@@ -8,6 +8,7 @@ from typing import Any
 
 from mechid.campaign import Campaign
 from mechid.designs.diagnosis_file import Diagnosed
+from mechid.designs.settings import DESIGN
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
@@ -17,9 +18,6 @@ from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, superset_of
-
-LIKE = 0.02
-"""Of the ratio to the noise: a diagnosis of these records leaves what it says, to such a share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +88,7 @@ def _fitted_groups(
     say("the mechanism with what the diagnosis names")
     plain, _ = begun(campaign, estimate, workers=workers)
     named = _named(plain, diagnosis)
-    if abs(named.over_noise / diagnosis.over_noise - 1.0) > LIKE:
+    if abs(named.over_noise / diagnosis.over_noise - 1.0) > DESIGN.same_ratio:
         raise _of_another(
             diagnosis,
             f"its mechanism leaves {named.over_noise:.4g} times the noise of these records, "

@@ -20,6 +20,7 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
+from mechid.designs.settings import DESIGN
 from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.diagnosis.candidate import STEPS, TOLERANCE, Model
@@ -30,11 +31,9 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.solve import solve
 
-CHANCE = 2.0
-"""Standard deviations by which chance may lower what is expected."""
-CLEAR = (CHANCE + math.sqrt(CHANCE**2 + LEAST)) ** 2
-"""Expected chi-square from which a record tells rivals apart: noise makes it scatter by twice its root, and `CHANCE`
-standard deviations below there is still what a diagnosis asks for."""
+CLEAR = (DESIGN.chance + math.sqrt(DESIGN.chance**2 + LEAST)) ** 2
+"""Expected chi-square from which a record separates rivals: noise makes it scatter by twice its root;
+`DESIGN.chance` standard deviations below, it is still what a diagnosis asks for."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import InputFileError
 from mechid.identification.computation.journal import digest
-from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.result.estimate_file import FILE_NAME, WITH_ERRORS, read_estimate
 from mechid.identification.result.journal_file import identified_campaign
 from mechid.reports.identified import COMPLETED_NAME

@@ -19,7 +19,7 @@ from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.diagnosis.completion import examined, identified_with, unexamined
 from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify
-from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME, StageLines

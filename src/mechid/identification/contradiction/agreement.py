@@ -24,8 +24,9 @@ from mechid.identification.output_error.declaration import DECLARED, Reading, pr
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_residual, first_samples, robust_cost
-from mechid.identification.search.gates import Growth, grow
-from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.multistart import Candidate, refine
+from mechid.identification.search.settings import SEARCH
 
 Tell = Callable[[str], None]
 BATCHES = 4
@@ -128,7 +129,7 @@ def agreement_without(
     """
     looks = {t.name: min(t.samples, LONG) for t in problem.targets}
     others = problem.only([name for name in looks if name not in names])
-    grown = grow(others, carried(problem, q, others), np.random.default_rng((seed, 1, 1)), journal=journal)
+    grown = grow_horizons(others, carried(problem, q, others), np.random.default_rng((seed, 1, 1)), journal=journal)
     rest = _Rest(others, grown, tuple(names))
     return _agreed(problem, rest, looks, seed, tell, journal) if grown.complete else None
 
@@ -149,7 +150,7 @@ def _agreed(
             judged[name] = declared, found
     made = Agreement(problem, rest.growth, judged, lost)
     whole = problem_as_read(problem, made.taken)
-    grown = grow(
+    grown = grow_horizons(
         whole, carried(rest.problem, rest.growth.q, whole), np.random.default_rng((seed, 1, 0)), journal=journal
     )
     return replace(made, problem=whole, growth=grown)
@@ -158,7 +159,7 @@ def _agreed(
 def explains(problem: Problem, start: Candidate) -> bool:
     """Tell whether a refined start explains the first window of all records."""
     firsts = (first_samples(t) * len(t.channels) for t in problem.targets)
-    return start.cost <= GOOD * sum(firsts)
+    return start.cost <= SEARCH.good_cost * sum(firsts)
 
 
 def carried(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
@@ -184,7 +185,7 @@ def _rest(
         start = _explaining(problem, rest, points, costs)
         if start is None:
             continue
-        grown = grow(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
+        grown = grow_horizons(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
         if grown.complete:
             return _Rest(rest, grown, others)
         if furthest is None and all(n >= looks[name] for name, n in grown.horizons.items()):
@@ -213,7 +214,7 @@ def explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | 
 def start_points(problem: Problem, seed: int) -> list[FloatArray]:
     """Return the points of the multi-start, all with the records' own parameters at their start."""
     tail = problem.coordinates.of_records(problem.start)
-    return [np.concatenate([row, tail]) for row in sample_box(problem.space, POINTS, seed)]
+    return [np.concatenate([row, tail]) for row in sample_box(problem.space, SEARCH.points, seed)]
 
 
 def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
@@ -230,10 +231,10 @@ def _explaining(problem: Problem, rest: Problem, points: list[FloatArray], costs
     """Return a start, refined, that explains the first window of the records of `rest`, or None."""
     names = [t.name for t in problem.targets]
     own = costs[:, [names.index(t.name) for t in rest.targets]].sum(axis=1)
-    order = [i for i in np.argsort(own, kind="stable")[: BATCHES * BATCH] if np.isfinite(own[i])]
-    for first in range(0, len(order), BATCH):
-        starts = [Candidate(carried(problem, points[i], rest), own[i]) for i in order[first : first + BATCH]]
-        refined = mapped(partial(refine, rest, steps=STEPS), starts, rest.workers)
+    order = [i for i in np.argsort(own, kind="stable")[: BATCHES * SEARCH.batch] if np.isfinite(own[i])]
+    for first in range(0, len(order), SEARCH.batch):
+        starts = [Candidate(carried(problem, points[i], rest), own[i]) for i in order[first : first + SEARCH.batch]]
+        refined = mapped(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
         best = min(refined, key=lambda c: c.cost)
         if explains(rest, best):
             return best
@@ -257,6 +258,6 @@ def _reading(
         own = target if option.taken == DECLARED else target_as_read(target, option.taken)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
         start = carried(rest.problem, rest.growth.q, more)
-        if grow(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
+        if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
             return declared, option
     return declared, None

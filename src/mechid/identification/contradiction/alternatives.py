@@ -22,7 +22,7 @@ from mechid.identification.output_error.declaration import Reading, target_as_re
 from mechid.identification.output_error.misfit import residual
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.gates import followed
+from mechid.identification.search.gates import followed_samples
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.trend import fit_line
 
@@ -203,7 +203,7 @@ def _judged(problem: Problem, q: FloatArray, target: Target, taken: Reading, cos
     if taken.time_offset_s is not None:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
     alone = replace(problem, targets=(own,))
-    return ReadingScore(taken, cost, followed(alone, own, q) >= own.samples, own.samples)
+    return ReadingScore(taken, cost, followed_samples(alone, own, q) >= own.samples, own.samples)
 
 
 def side_by_side(problem: Problem, q: FloatArray, target: Target) -> tuple[FloatArray, FloatArray]:

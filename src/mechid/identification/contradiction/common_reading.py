@@ -21,7 +21,7 @@ from mechid.identification.contradiction.agreement import explaining_start, star
 from mechid.identification.output_error.declaration import Reading, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, time_offset_of
-from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.parameter import Parameter
 from mechid.simulation.simulator import excitation_over
 
@@ -55,7 +55,7 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
         start = explaining_start(other, tried.points)
         if start is None:
             continue
-        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
+        grown = grow_horizons(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
         before, after = growth.reached(problem), grown.reached(other)
         words = tried.words(grown.q)
         if not words:

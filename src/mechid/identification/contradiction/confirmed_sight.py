@@ -11,7 +11,7 @@ from mechid.identification.contradiction.record_sight import is_looked_at, own_r
 from mechid.identification.contradiction.trial import GAIN, Trial, declared, strongest, trials
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.search.multistart import GOOD
+from mechid.identification.search.settings import SEARCH
 from mechid.units import to_si_factor
 
 ALIKE = 3.0
@@ -96,7 +96,7 @@ def _judged(
 def _helping(as_declared: Trial, tried: Sequence[Trial]) -> list[int]:
     """Return which trials help, the best first, without those that fit clearly worse than the best."""
     order = sorted((k for k, one in enumerate(tried) if one.is_better_than(as_declared)), key=lambda k: tried[k].cost)
-    most = max(GAIN * tried[order[0]].cost, GOOD) if order else 0.0
+    most = max(GAIN * tried[order[0]].cost, SEARCH.good_cost) if order else 0.0
     return [k for k in order if tried[k].cost <= most]
 
 

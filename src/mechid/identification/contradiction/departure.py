@@ -10,7 +10,7 @@ from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.gates import WINDOW_S
+from mechid.identification.search.settings import SEARCH
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.resonances import resonances
@@ -58,13 +58,13 @@ def _rate(target: Target, at_s: float) -> float:
 def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
     """Return which stick/slip the model has within 5 ms of its horizon, the nearest one, or nothing."""
     base, timing = target.base, problem.coordinates.timing(target, q)
-    past = horizon + round(WINDOW_S * base.sample_rate_hz)
+    past = horizon + round(SEARCH.gate_window_s * base.sample_rate_hz)
     run = problem.model.run(target, q, past, events=EVENTS)
     for _ in run.blocks():
         pass
     plant, switching = problem.space.mechanism.plant, run.switching
     at_s = timing.command_s(base.start_s + horizon / base.sample_rate_hz)
-    near = np.flatnonzero(np.abs(switching.time - at_s) < WINDOW_S)
+    near = np.flatnonzero(np.abs(switching.time - at_s) < SEARCH.gate_window_s)
     if not near.size:
         return ""
     k = near[np.argmin(np.abs(switching.time[near] - at_s))]

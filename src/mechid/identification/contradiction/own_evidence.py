@@ -11,7 +11,7 @@ from mechid.identification.contradiction.record_sight import RecordSight, is_loo
 from mechid.identification.contradiction.trial import declared, trials
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.records.step_rate import READABLE
+from mechid.records.settings import STEP_RATE
 from mechid.signal.lines import Prominence, prominence
 from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
 
@@ -61,7 +61,7 @@ def rate_ratio(sight: RecordSight) -> float | None:
     own, declared = sight.own, sight.fastest
     if own is None or not own.is_constant or not declared:
         return None
-    ratio = min((own.repetition_hz * whole / declared for whole in READABLE), key=lambda one: abs(one - 1.0))
+    ratio = min((own.repetition_hz * whole / declared for whole in STEP_RATE.readable), key=lambda one: abs(one - 1.0))
     least = max(LEAST_OFF, SURE * own.sigma / own.rate)
     return ratio if least < abs(ratio - 1.0) < MOST_OFF else None
 

@@ -11,7 +11,8 @@ from mechid.command.edges import steps_travelled
 from mechid.identification.contradiction.record_sight import COARSE
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.first_moments import LONGEST_REST_S, motion_begins
+from mechid.identification.search.first_moments import motion_begins
+from mechid.identification.search.settings import SEARCH
 
 REST_S, SMOOTHED_S, MOVES = 1e-3, 1e-3, 10.0
 """How much of a record is its rest, over what it is smoothed, and from how many standard deviations on it moves."""
@@ -99,12 +100,13 @@ def rests_too_long(target: Target) -> str:
     """Say that a record rests for longer than the search for a start looks ahead."""
     base, moves = target.base, motion_begins(target)
     rest_s = (moves - target.burn_in) / base.sample_rate_hz
-    if rest_s <= LONGEST_REST_S or moves >= target.samples:
+    if rest_s <= SEARCH.longest_rest_s or moves >= target.samples:
         return ""
     first_s, last_s = base.start_s + moves / base.sample_rate_hz, base.start_s + base.duration_s
     return (
-        f"record {target.name}: it rests for {rest_s:.3g} s; starts of the search are judged within {LONGEST_REST_S:g} "
-        f"s of its beginning and cannot differ there; write window_s = [{first_s - KEPT_S:.6g}, {last_s:.6g}] for it, "
+        f"record {target.name}: it rests for {rest_s:.3g} s; starts of the search are judged within "
+        f"{SEARCH.longest_rest_s:g} s of its beginning and cannot differ there; "
+        f"write window_s = [{first_s - KEPT_S:.6g}, {last_s:.6g}] for it, "
         "which moves no time"
     )
 

@@ -22,7 +22,8 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_window, robust_cost
-from mechid.identification.search.multistart import GOOD, Candidate, capped_costs, first_energy, refine
+from mechid.identification.search.multistart import Candidate, capped_costs, first_energy, refine
+from mechid.identification.search.settings import SEARCH
 from mechid.kernel.batch.source import SETS
 
 POINTS, STARTS, STEPS = 512, 6, 24
@@ -61,7 +62,7 @@ class Trial:
     @property
     def explains(self) -> bool:
         """Whether the records are explained to their noise."""
-        return self.cost <= GOOD
+        return self.cost <= SEARCH.good_cost
 
     @property
     def follows(self) -> bool:
@@ -125,7 +126,7 @@ def search_start(
     for i in order:
         found = refine(part, Candidate(drawn[i], costs[i]), steps=STEPS, windows=windows)
         best = min(best, found, key=lambda one: one.cost)
-        if best.cost <= GOOD * samples:
+        if best.cost <= SEARCH.good_cost * samples:
             break
     return Trial(best, best.cost / samples, still / samples)
 

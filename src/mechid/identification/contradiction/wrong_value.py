@@ -17,8 +17,8 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.search.first_moments import WINDOW_S
-from mechid.identification.search.multistart import BATCH, STEPS, Candidate, multistart, refine
+from mechid.identification.search.multistart import Candidate, multistart, refine
+from mechid.identification.search.settings import SEARCH
 from mechid.parameter import Parameter, Status
 
 FURTHER = 1e3
@@ -42,8 +42,9 @@ class WrongValue:
         q, unit = self.parameter, self.parameter.declaration.unit
         declared = f"between {q.min:.4g} and {q.max:.4g}" if q.is_free else f"{q.value:.4g}"
         return (
-            f"With the values and bounds of the mechanism file no start explains the first {WINDOW_S * 1e3:g} ms of "
-            f"the records; with {q.name} at about {self.found:.3g} {unit} ({declared} in the file) one does."
+            f"With the values and bounds of the mechanism file no start explains the first "
+            f"{SEARCH.first_window_s * 1e3:g} ms of the records; "
+            f"with {q.name} at about {self.found:.3g} {unit} ({declared} in the file) one does."
         )
 
 
@@ -66,8 +67,8 @@ def wrong_values(
     for parameter in filter(_may_be_wrong, problem.space.mechanism.parameters.values()):
         tell(parameter.name)
         other = _looking_for(problem, parameter)
-        starts = multistart(other, seed, other.workers, journal=journal)[:BATCH]
-        refined = mapped(partial(refine, other, steps=STEPS), starts, other.workers)
+        starts = multistart(other, seed, other.workers, journal=journal)[: SEARCH.batch]
+        refined = mapped(partial(refine, other, steps=SEARCH.robust_steps), starts, other.workers)
         best = min(refined, key=lambda c: c.cost, default=Candidate(other.start, math.inf))
         value = other.space.values(other.coordinates.of_mechanism(best.q))[parameter.name]
         if explains(other, best) and _is_beyond(parameter, value):

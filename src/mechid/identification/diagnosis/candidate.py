@@ -14,10 +14,10 @@ from mechid.identification.beside.beside import Beside, lifted, terms_beside
 from mechid.identification.disturbance.disturbance import Disturbance
 from mechid.identification.disturbance.scores import worth_of
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.search.gates import grow
+from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve
-from mechid.identification.stages.corners import out_of_corner
-from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
+from mechid.identification.stages.joint_fit import leave_corner
+from mechid.identification.uncertainty.noise_levels import lower_levels, with_levels_of
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
@@ -144,12 +144,12 @@ class Model:
 
     def lowered(self) -> Model:
         """Return it with noise levels no higher than what it leaves within its windows; itself where none is."""
-        problem = lowered(self.problem, self.q, self.setting.windows)
+        problem = lower_levels(self.problem, self.q, self.setting.windows)
         return self if problem is self.problem else self.at_levels(problem)
 
     def at_levels(self, problem: Problem) -> Model:
         """Return it, where it is, with the noise levels of a problem."""
-        setting = replace(self.setting, problem=at_these_levels(self.setting.problem, problem))
+        setting = replace(self.setting, problem=with_levels_of(self.setting.problem, problem))
         there = replace(self, setting=setting)
         return replace(there, cost=there.problem.total_norm(there.q, setting.windows) ** 2)
 
@@ -312,7 +312,7 @@ class Model:
         """
         if self.over_noise <= FOLLOWED or not self.is_of_whole_records:
             return self
-        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
+        growth = grow_horizons(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
         other = self._fitted_from(growth.q, self.worth) if growth.complete else self
         return other if other.cost < self.cost else self
 
@@ -323,6 +323,6 @@ class Model:
         def solved(x: FloatArray) -> Solution:
             return solve(problem, x, windows, steps=steps, tolerance=TOLERANCE / worth)
 
-        found = out_of_corner(problem, solved(q), solved)
+        found = leave_corner(problem, solved(q), solved)
         there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
         return there._fitted_from(there.q, there.worth, steps) if there.worth > FINER * worth else there

@@ -17,7 +17,7 @@ from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.disturbance.scores import Score, by_own_residuals, following, score_of
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduction import combined
+from mechid.identification.output_error.reduction import combine_triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ def _derivatives(
     triangles = wide.triangles(lifted(model.problem, model.q, wide), model.setting.windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
         return None
-    records, priors = combined(triangles), plain.prior_triangles(model.q)
+    records, priors = combine_triangles(triangles), plain.prior_triangles(model.q)
     moved = ~plain.coordinates.on_bound(model.q)
     follows = following(plain, model.q, wide)[:, moved]
     residual = np.concatenate([records.fun, *(t.fun for t in priors)])

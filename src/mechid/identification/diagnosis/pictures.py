@@ -19,7 +19,7 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.search import Found
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.density import in_groups, power_density
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import is_finite
@@ -153,7 +153,7 @@ def pictures_of(found: Found, called: Mapping[str, str]) -> Pictures:
     called : mapping of str to str
         What each of its effects is called; those of which no share is wanted are left out.
     """
-    if not found.model.effects and found.before.over_noise <= MISFIT:
+    if not found.model.effects and found.before.over_noise <= NOISE.misfit:
         return NONE
     targets = [t for t in found.model.problem.targets if t.name in found.model.setting.windows]
     done = in_threads(lambda target: list(_channels(found, target, called)), targets, found.model.problem.workers)

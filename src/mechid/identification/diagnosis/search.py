@@ -12,8 +12,8 @@ from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
 from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
-from mechid.identification.uncertainty.deviations import comparison_at
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.uncertainty.model_error import compare_parts
+from mechid.identification.uncertainty.settings import NOISE
 
 SMALL = 0.01
 """Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
@@ -65,7 +65,7 @@ class Found:
     @property
     def left(self) -> float:
         """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
-        within = self.model.over_noise <= MISFIT and not self.refused
+        within = self.model.over_noise <= NOISE.misfit and not self.refused
         return 0.0 if within else self.model.misfit / max(self.before.misfit, 1.0)
 
     @property
@@ -91,7 +91,7 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     steps = [step(start, added=name) for name in start.effects]
     model, added = grown(start, tried, say)
     model, removed = pruned(model, say)
-    model, hidden = with_hidden(model, tried, say) if model.over_noise <= MISFIT else (model, [])
+    model, hidden = with_hidden(model, tried, say) if model.over_noise <= NOISE.misfit else (model, [])
     model, imitated = in_place_of_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
     if model.over_noise > FOLLOWED:
@@ -165,7 +165,7 @@ def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model
 
 
 def _agrees(model: Model) -> bool:
-    return comparison_at(model.problem, model.q, model.setting.windows).consistency.agrees
+    return compare_parts(model.problem, model.q, model.setting.windows).consistency.agrees
 
 
 def _why_refused(share: float) -> str:

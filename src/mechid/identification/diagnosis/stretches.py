@@ -17,9 +17,9 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.steps import exchanges, grown, one_more, pruned
 from mechid.identification.diagnosis.with_laws import with_a_law
-from mechid.identification.search.gates import Growth, floors, followed, grow
+from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons
 from mechid.identification.search.multistart import candidates, multistart
-from mechid.identification.uncertainty.lowered_noise import levels_of
+from mechid.identification.uncertainty.noise_levels import noise_levels
 from mechid.plant.superset import rivals_of
 
 ESCAPES = 1
@@ -76,7 +76,7 @@ def _percent(model: Model, growth: Growth) -> str:
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
     """Tell whether a model follows the records further than another does, of which it is known, at the same levels."""
-    same = levels_of(model.problem) == levels_of(other.problem)
+    same = noise_levels(model.problem) == noise_levels(other.problem)
     before = known.reached(other.problem) if same else reach(other.at_levels(model.problem))
     return growth.complete or growth.reached(model.problem) > FURTHER * before
 
@@ -84,8 +84,8 @@ def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) ->
 def reach(model: Model) -> float:
     """Return the share of all samples that a model follows where it is."""
     problem = model.problem
-    least = floors(problem)
-    reached = sum(max(followed(problem, t, model.q), least[t.name]) for t in problem.targets)
+    least = least_horizons(problem)
+    reached = sum(max(followed_samples(problem, t, model.q), least[t.name]) for t in problem.targets)
     return reached / sum(t.samples for t in problem.targets)
 
 
@@ -123,7 +123,7 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     """
     whole = replace(model, setting=replace(model.setting, windows=before.setting.windows))
     for _ in range(QUIETER):
-        growth = grow(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
+        growth = grow_horizons(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
         whole = replace(whole, q=growth.q)
         quieter = whole.within(growth.horizons).lowered()
         if quieter.setting.problem is whole.setting.problem:

@@ -16,7 +16,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.disturbance.disturbance import Disturbance, carried, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import combined
+from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.moments import norm
 from mechid.signal.stored import Room, write_at
@@ -75,7 +75,7 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
     triangles = wide.triangles(carried(judged, q, wide), windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
         return {}
-    records, priors = combined(triangles), judged.prior_triangles(q)
+    records, priors = combine_triangles(triangles), judged.prior_triangles(q)
     moved = ~judged.coordinates.on_bound(q)
     residual = np.concatenate([records.fun, *(t.fun for t in priors)])
     free = np.vstack([records.jacobian @ following(judged, q, wide)[:, moved], *(t.jacobian[:, moved] for t in priors)])

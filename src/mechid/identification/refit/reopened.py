@@ -16,7 +16,7 @@ from mechid.identification.disturbance.declared import Declared, recalled
 from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading, campaign_as_read
-from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.grade import GRADE_WORDS, Grade
@@ -24,8 +24,8 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
-from mechid.identification.uncertainty.noise import released, without_outliers
-from mechid.identification.uncertainty.raised_noise import at_levels_of
+from mechid.identification.uncertainty.noise import release_noise, without_outliers
+from mechid.identification.uncertainty.noise_levels import with_saved_levels
 from mechid.parameter import Status
 
 MOVED = (Status.FREE, Status.AT_BOUND)
@@ -88,13 +88,13 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     terms = estimate["beside"]["parameters"] if estimate.get("beside") else {}
     values |= {name: p["value"] for name, p in terms.items()}
     problem = _with_terms(campaign, make_problem(campaign, workers), estimate)
-    problem, q, windows = _at(campaign, at_levels_of(problem, estimate["records"]), values)
+    problem, q, windows = _at(campaign, with_saved_levels(problem, estimate["records"]), values)
     problem, q = _as_moved(problem, q, {**_as_free(terms), **parameters}, values)
     problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
     if options.spikes == "reject" and not campaign.stages:
         problem = without_outliers(problem, q, windows)
-    problem, _ = released(problem, q, windows, options)
+    problem, _ = release_noise(problem, q, windows, options)
     if options.priors == "search":
         problem = replace(problem, priors={})
     solution = solve(problem, q, windows)

@@ -13,12 +13,8 @@ from scipy.special import chdtrc
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.disturbance.declared import declared_toml
 from mechid.identification.disturbance.disturbance import Disturbance, Found
+from mechid.identification.result.settings import GRADE
 from mechid.signal.grid import together
-
-NEAR = 0.01
-"""Relative distance within which lines are those of one multiple of the grid."""
-MOST_NAMED = 8
-"""Values that a warning names; a choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +164,7 @@ def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
     Of several lines, which follow a slow drift, it is that of one sine of the same power.
     """
     channel = next(iter(record.channels.values()), None)
-    near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < NEAR]
+    near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < GRADE.near_multiple]
     if channel is None or not near:
         return None
     error = record.residual_rms * math.sqrt(2.0 / max(record.samples, 1))
@@ -178,7 +174,7 @@ def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
 def missing_warning(missing: Missing) -> str:
     """Say what was put into a fit, and how to declare it or to keep it out."""
     values = [f"{name} = {_with_error(p)}" for name, p in missing.parameters.items()]
-    found = ", ".join([*values[:MOST_NAMED], "..."] if len(values) > MOST_NAMED else values)
+    found = ", ".join([*values[: GRADE.most_named], "..."] if len(values) > GRADE.most_named else values)
     return (
         f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
         f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "

@@ -22,22 +22,13 @@ from mechid.identification.disturbance.possible import possible
 from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, floors, grow, horizons_at
+from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.raised_noise import explained_mostly
+from mechid.identification.uncertainty.noise_levels import explains_most
 from mechid.plant.superset import Superset, rivals_of, superset_of
-
-ESCAPES = 3
-"""Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
-NARROWER = 20.0
-"""By which the small prior of a term is narrower once it is not needed inside the gates; a choice, not measured."""
-RIVALS = 3
-"""Laws beside that do not explain the first moments and are grown all the same: those with the best starts; a
-choice, not measured."""
-STEPS = 30
-"""Of the joint fit that shows which disturbances are needed; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +71,9 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
     wide, _ = _all_beside(louder.problem, campaign, q, near=True)
     if wide is None:
         return None
-    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
+    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
     whole = {t.name: t.samples for t in wide.problem.targets}
-    follows = horizons_at(wide.problem, solution.q, whole, floors(wide.problem)) == whole
+    follows = horizons_at(wide.problem, solution.q, whole, least_horizons(wide.problem)) == whole
     return wide.at(Growth(solution.q, whole, follows, 0))
 
 
@@ -93,11 +84,11 @@ def settled_louder(
 
     None where most of a record is not explained there.
     """
-    if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
+    if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.growth.q):
         return None
     if not _needs_terms(fitted):
         plain = watch.note(louder.at(growth.q, growth.horizons))
-        return (plain, growth) if explained_mostly(louder.problem, growth.q) else None
+        return (plain, growth) if explains_most(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
     return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
@@ -147,7 +138,9 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
         share = 100.0 * sum(gates.values()) / total
         watch.tell("terms beside", f"{share:.1f} % of all samples followed")
 
-    return grow(problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=ESCAPES, journal=watch.journal)
+    return grow_horizons(
+        problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=STAGES.term_escapes, journal=watch.journal
+    )
 
 
 def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:
@@ -158,7 +151,7 @@ def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]
 def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
     """Return the problem with what is not needed inside the gates held closer to none; None where all is needed."""
     windows = {name: (0, n) for name, n in wide.growth.horizons.items()}
-    solution = solve(wide.problem, wide.growth.q, windows, steps=STEPS, tolerance=1e-6)
+    solution = solve(wide.problem, wide.growth.q, windows, steps=STAGES.joint_steps, tolerance=1e-6)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         return None
     groups = groups_of(wide.problem, _groups(wide, superset))
@@ -167,7 +160,7 @@ def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
     if len(kept) == len(groups):
         return None
     terms = superset.terms if superset else ()
-    closer = {n: w / NARROWER for t in terms if t.name not in kept for n, w in t.widths.items()}
+    closer = {n: w / STAGES.narrower for t in terms if t.name not in kept for n, w in t.widths.items()}
     beside = replace(wide.beside, widths={**wide.beside.widths, **closer})
     lost = [one for one in wide.disturbances if one.name not in kept]
     q = solution.q - np.where([name in closer for name in wide.problem.coordinates.names], away, 0.0)
@@ -195,9 +188,9 @@ def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[S
     own = [one.disturbance for one in found]
     plain = Beside(state.problem.space.mechanism).problem(state.problem, own)
     values = problem.coordinates.values(q)
-    alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
+    alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STAGES.joint_steps, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    follows = horizons_at(plain, alone, whole, floors(plain)) == whole
+    follows = horizons_at(plain, alone, whole, least_horizons(plain)) == whole
     if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
         growth = _grow(watch, plain, alone, seed)
         if not growth.complete:
@@ -213,7 +206,7 @@ def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatA
     """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
     if not wide.disturbances:
         return (), wide.problem, wide.growth.q
-    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
+    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         return tuple(Found(one, 0.0, 0.0) for one in wide.disturbances), wide.problem, wide.growth.q
     named = {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
@@ -250,7 +243,7 @@ def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int
                 return found
         else:
             left.append((beside, best))
-    nearest = sorted(left, key=lambda each: each[1].cost)[:RIVALS]
+    nearest = sorted(left, key=lambda each: each[1].cost)[: STAGES.alternatives]
     grown = (_grown_rival(watch, state, beside, best, seed) for beside, best in nearest)
     return next((found for found in grown if found is not None), None)
 

@@ -13,11 +13,10 @@ from mechid.identification.disturbance.scores import Score, scores, worth_of
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
-from mechid.identification.stages.over_noise import over_noise
 from mechid.identification.stages.release import fit_with_noise_released
-from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.deviations import deviations
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.stages.watch import Watch, residual_to_noise
+from mechid.identification.uncertainty.model_error import deviations_from_null
+from mechid.identification.uncertainty.settings import NOISE
 
 LEAST = 30.0
 """Chi-square from which a disturbance counts, whatever its freedom: by chance, one in 2e7 of one degree."""
@@ -77,7 +76,7 @@ def _stands_out(state: SearchState, one: Disturbance) -> bool:
     """Tell whether a disturbance is beyond its own errors, those that hold where the model lacks something else."""
     if not one.parameters:
         return True
-    return float(deviations(state.problem, state.q, state.windows, one).max(initial=0.0)) > LEAST_DEVIATION
+    return float(deviations_from_null(state.problem, state.q, state.windows, one).max(initial=0.0)) > LEAST_DEVIATION
 
 
 def _asks(watch: Watch, state: SearchState) -> bool:
@@ -137,12 +136,12 @@ def _gain(watch: Watch, state: SearchState, tried: SearchState, one: Disturbance
 def _follows(watch: Watch, state: SearchState) -> bool:
     """Tell whether no residual is more than its noise allows; of one that cannot be simulated nothing is asked."""
     ratios = _over_noise(watch, state).values()
-    return max(ratios) <= MISFIT or not np.all(np.isfinite(list(ratios)))
+    return max(ratios) <= NOISE.misfit or not np.all(np.isfinite(list(ratios)))
 
 
 def _over_noise(watch: Watch, state: SearchState) -> dict[str, float]:
     """Return residual over noise, as known before the search, by record."""
-    return over_noise(state.problem, state.q, watch.noise.floors)
+    return residual_to_noise(state.problem, state.q, watch.noise.floors)
 
 
 def _each_needed(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:

@@ -26,26 +26,15 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, grow
-from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.run_up import run_up
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.raised_noise import raised, raised_words
-
-TRIED_CANDIDATES = 12
-"""Starts that are grown at most. A choice, not measured."""
-TOGETHER = 4
-"""Candidates that are grown at once where others do the work; the first of them that follows all records counts; a
-choice, not measured."""
-FIRST_ESCAPES = 8
-"""Of the best start: 35 of 36 complete campaigns need one at most, the other four."""
-FURTHER_ESCAPES = 2
-"""From where the records that it follows have their values by themselves; a choice, not measured."""
-MUCH_FURTHER = 2.0
-"""Times as much of the records has to be followed at a raised noise level that does not follow them to their ends;
-a choice, not measured."""
+from mechid.identification.uncertainty.noise import with_levels_of_residuals
+from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
 
 
 def searched(
@@ -58,7 +47,7 @@ def searched(
     found = _candidates(watch, state, seed)
     best = next(found, None)
     state = state.at(best.q) if best else state
-    state = watch.close(state, "multi-start", names, best.cost if best else math.inf, POINTS)
+    state = watch.close(state, "multi-start", names, best.cost if best else math.inf, SEARCH.points)
     if best is None:
         return state, None
     growth = _grown_first(watch, state, best, seed)
@@ -83,13 +72,13 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
     """
     problem = state.problem
     q = run_up(problem, problem.coordinates.point(near), known=near)
-    problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
+    problem = replace(problem, targets=tuple(with_levels_of_residuals(problem, t, q) for t in problem.targets))
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
 def _grown_first(watch: Watch, state: SearchState, best: Candidate, seed: int) -> Growth:
     """Grow the mechanism as written from the best start."""
-    growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
+    growth = _grow_best(watch, state, iter([best]), seed, escapes=STAGES.first_escapes)
     return growth if growth.complete else _grown_from_followed(watch, state, growth, seed)
 
 
@@ -158,10 +147,10 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
-    begun = grow(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
+    begun = grow_horizons(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
     on_progress = partial(_note_growth, watch, state, 1, growth)
     q = carried(own, begun.q, problem)
-    whole = grow(problem, q, rng, on_progress, escapes=FURTHER_ESCAPES, journal=watch.journal)
+    whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
     return whole if whole.complete else growth
 
 
@@ -211,16 +200,16 @@ def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) ->
     kept, growth, at = (state, known), known, state
     before = {} if growth.complete else _left(state.problem, known)
     while not growth.complete:
-        problem = raised(at.problem, growth)
+        problem = raise_levels(at.problem, growth)
         if problem is at.problem:
             break
         at = watch.note(replace(at.of(problem), before_raised=before))
-        watch.tell("noise level raised", raised_words(problem, growth))
+        watch.tell("noise level raised", describe_raised_levels(problem, growth))
         best = next(_candidates(watch, at, seed), None)
         if best is None:
             break
         growth = _grow_best(watch, at, iter([best]), seed)
-        if growth.complete or growth.reached(problem) > MUCH_FURTHER * kept[1].reached(problem):
+        if growth.complete or growth.reached(problem) > STAGES.much_further * kept[1].reached(problem):
             kept = at, growth
     return kept
 
@@ -263,8 +252,8 @@ def _grow_best(
     if best and best.complete:
         return best
     problem, begun = state.problem, 2 if best else 1
-    numbered = enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun)
-    while some := list(islice(numbered, TOGETHER if is_lent() else 1)):
+    numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
+    while some := list(islice(numbered, STAGES.together if is_lent() else 1)):
         for growth in _growths(watch, state, some, seed, best, escapes):
             if best is None or growth.reached(problem) > best.reached(problem):
                 best = growth
@@ -288,7 +277,7 @@ def _growths(
     if len(some) == 1:
         ((number, candidate),) = some
         rng = np.random.default_rng((seed, number))
-        yield grow(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
+        yield grow_horizons(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]
@@ -302,7 +291,7 @@ def _growths(
 def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
     """Return the growth from a candidate, by the seed and its number, as a journal can hold it."""
     _, seed, number, q = task
-    return dict(vars(grow(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
+    return dict(vars(grow_horizons(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
 
 
 def _note_growth(
