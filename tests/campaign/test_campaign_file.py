@@ -1,4 +1,4 @@
-"""The campaign file: what it may say, and a message for each way it can be wrong."""
+"""The campaign file. Truth: the campaign contract, and a line with place and remedy for each way it can be wrong."""
 
 import re
 
