@@ -27,7 +27,6 @@ FOLDERS_WITHOUT_A_PACKAGE = {
 WITHOUT_A_TEST_FILE = {
     name + ".py"
     for name in (
-        "analysis/prediction",
         "identification/conclude",
         "identification/contradiction/agreement",
         "identification/contradiction/alternatives",
