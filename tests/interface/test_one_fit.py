@@ -1,7 +1,5 @@
 """One fit in memory and in the folder it was left in: every function gives the same numbers, to the last digit."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.signal import StateSpace
@@ -58,8 +56,8 @@ def identified(torques, place, free):
     ]
     start = mechid.catalogue_mechanism().with_values(TRUTH).with_free(free)
     mechid.write_campaign(mechid.make_campaign(start, records), place / "bench")
-    done = mechid.identify_into(mechid.load_campaign(place / "bench"), place / "fit", workers=1)
-    return done.fit, place / "fit"
+    folder = place / f"fit_{3 - len(free)}"
+    return mechid.identify_into(mechid.load_campaign(place / "bench"), folder, workers=1).fit, folder
 
 
 @pytest.fixture(scope="module")
@@ -96,24 +94,21 @@ def exported(fit, out, **_):
 
 
 def budgeted(fit, **_):
-    return mechid.budget(BUDGET, fit=fit, structure=STRUCTURE).to_dict()
+    found = mechid.budget(BUDGET, fit=fit, structure=STRUCTURE).to_dict()
+    return {name: value for name, value in found.items() if name != "estimate"}  # where it was read from
 
 
 def compared(fit, other, **_):
-    found = mechid.compare(fit, other)
-    hypotheses = [replace(one, name="") for one in found.hypotheses]
-    return {"hypotheses": hypotheses, "scores": [replace(one, name="") for one in found.scores]}
+    return mechid.compare(fit, other).to_dict()
 
 
-@pytest.mark.parametrize("function", [profiled, drawn, diagnosed, designed, exported, budgeted, compared])
+DESIGNED = pytest.param(designed, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("function", [profiled, drawn, diagnosed, DESIGNED, exported, budgeted, compared])
 def test_a_fit_in_memory_and_its_folder_are_one(both, others, tmp_path, function):
     in_memory, folder = both
     campaign = in_memory.campaign
     here = function(in_memory, campaign=campaign, out=tmp_path / "here", other=others[0])
     there = function(folder, campaign=campaign, out=tmp_path / "there", other=others[1])
-    assert text_of(here) == text_of(there)
-
-
-def text_of(numbers):
-    """Return numbers as text to the last digit, without the folder that a fit was read from."""
-    return json_text(numbers) if not isinstance(numbers.get("hypotheses"), list) else str(numbers)
+    assert json_text(here) == json_text(there)
