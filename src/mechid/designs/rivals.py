@@ -13,7 +13,7 @@ from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import begun
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.plant.mechanism import Mechanism

@@ -26,7 +26,7 @@ from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.steps import Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.estimate_file import is_synthetic
 from mechid.identification.result.fit import Fit
