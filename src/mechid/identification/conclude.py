@@ -13,8 +13,8 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
 from mechid.identification.as_written import as_written
-from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_by_record, with_lines
-from mechid.identification.disturbance.mains import grid_shown
+from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
+from mechid.identification.effects.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
 from mechid.identification.identifiability.verdict import Verdict, describe_unknown, judge

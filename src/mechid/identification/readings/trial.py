@@ -16,8 +16,8 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
-from mechid.identification.beside.beside import lifted, terms_beside
 from mechid.identification.computation.parallel import in_threads
+from mechid.identification.effects.effect import lifted, terms_beside
 from mechid.identification.output_error.declaration import DECLARED, Reading, target_as_read
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import Problem, Windows

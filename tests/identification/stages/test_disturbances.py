@@ -6,59 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from csv_files import write_csv
-from incomplete.benches import drawn
-from incomplete.recording import NOISE_NM, Run, recorded
+from disturbed_bench import FREE, FULL, HALF, MICRO, RUNS, written
+from incomplete.recording import NOISE_NM, Run
 from mechid.analysis import validate
 from mechid.analysis.residual_emission import TRACKED
-from mechid.campaign import load_campaign, mechanism_text
-from mechid.campaign.identify_options import DISTURBANCES
+from mechid.campaign import load_campaign
 from mechid.errors import InputFileError
-from mechid.identification.disturbance.disturbance import carried, with_disturbances, without
-from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import scores
-from mechid.identification.identify import identify, make_problem
+from mechid.identification.identify import identify
 from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports import report_data
 
-FULL = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
-HALF = {"stepping": "half", "rate": 31.0, "start_angle_deg": 45.0}
-MICRO = {"stepping": "micro", "microsteps": 16, "rate": 50.0}
-"""At the mains' frequency, which its steps must not be taken for."""
-RUNS = {"full": Run(FULL, 0.5), "half": Run(HALF, 0.5), "micro": Run(MICRO, 0.8)}
 HUM = {"mains_hz": 50.0, "mains_1": 3e-3, "mains_2": 1e-3, "mains_3": 1e-3}
 """Of the record: 1.5 times its noise."""
-FREE = ("stepper.coil_resistance", "stepper.torque_constant", "friction.coulomb", "gear.stiffness", "gear.damping")
-
-
-RECORDER_OFF = 'clock_reference = "driver"'
-"""Of the benches whose recorder is off."""
-
-
-def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=FREE, sizes=None, above=RECORDER_OFF):
-    """Write a campaign of three records with what the size adds; returns it and the truth of what is free.
-
-    `sizes` has what is added to single records instead, `above` what stands above the records.
-    """
-    mechanism, _ = drawn("clock", 1)
-    mechanism = mechanism.with_free(free)
-    (folder / "mechanism.toml").write_text(mechanism_text(mechanism))
-    lines, rng = ['mechanism = "mechanism.toml"', above], np.random.default_rng(seed)
-    for (name, run), supply in zip(runs.items(), supplies, strict=True):
-        true = recorded(
-            mechanism.with_values({"stepper.peak_voltage": supply * mechanism.value("stepper.peak_voltage")}),
-            (sizes or {}).get(name, size),
-            run,
-            None,
-        )
-        y = true.torque_Nm + NOISE_NM * rng.standard_normal(true.time_s.size) + 0.01
-        write_csv(folder / f"{name}.csv", "time_s,torque_Nm", true.time_s, y, fmt="%.10g")
-        command = ", ".join(f"{key} = {value!r}" for key, value in run.command.items()).replace("'", '"')
-        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"command = {{ {command} }}"]
-    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
-    return load_campaign(folder), {p.name: p.value for p in mechanism.free}
 
 
 def off(fit, truth):
@@ -286,58 +247,6 @@ def test_hum_is_projected_out_and_listed(tmp_path):
     again = identify(load_campaign(tmp_path / "declared.toml"), workers=1, near=truth)
     assert again.missing == ()
     assert again.records["micro"].residual_rms == pytest.approx(fit.records["micro"].residual_rms, rel=1e-3)
-
-
-def test_a_disturbance_is_put_in_and_taken_out(clock):
-    """Truth: the problem and the point as they were."""
-    _, one, truth, _ = clock
-    plain = make_problem(one, 1)
-    all_of_them = possible(plain, one)
-    assert {d.name for d in all_of_them} == set(DISTURBANCES) - {"mains", "record.gain"}
-    q = plain.coordinates.point(truth)
-    wide = with_disturbances(plain, all_of_them)
-    assert wide.size == plain.size + 1 + 3 + 3 + 3 + 3
-    here = carried(plain, q, wide)
-    for target, own in zip(plain.targets, wide.targets, strict=True):
-        np.testing.assert_array_equal(plain.model.predict(target, q, 2000)[0], wide.model.predict(own, here, 2000)[0])
-    back, point = without(wide, here, all_of_them)
-    assert back.coordinates.names == plain.coordinates.names
-    assert back.targets[0].own == plain.targets[0].own
-    np.testing.assert_array_equal(point, q)
-
-
-def test_clocks_of_all_and_of_each_record_add_up(clock):
-    """Truth: one clock at their sum; a clock of each record frees what that of all does, and more."""
-    _, one, truth, _ = clock
-    plain = make_problem(one, 1)
-    clocks = [d for d in possible(plain, one) if d.name in ("clock", "record.clock")]
-    both = with_disturbances(plain, clocks)
-    own = dict.fromkeys(both.coordinates.own_names, 300.0) | {"campaign.clock_ppm": 100.0}
-    alone = with_disturbances(plain, clocks[:1])
-    q, sums = both.coordinates.point(truth | own), alone.coordinates.point(truth | {"campaign.clock_ppm": 400.0})
-    for target, other in zip(both.targets, alone.targets, strict=True):
-        y, expected = both.model.predict(target, q, 2000)[0], alone.model.predict(other, sums, 2000)[0]
-        np.testing.assert_array_equal(y, expected)
-    assert clocks[1].frees_as(clocks[0])
-    assert clocks[1].dof > clocks[0].dof
-    assert not any(d.frees_as(clocks[0]) for d in possible(plain, one) if d not in clocks)
-
-
-def test_the_score_tells_which_it_is(clock):
-    """Truth: the recorder's clock, at the true values of all else; and that lines are not more than chance there."""
-    _, one, truth, _ = clock
-    plain = make_problem(one, 1)
-    q = plain.coordinates.point(truth)
-    found = scores(plain, q, plain.whole(), possible(plain, one, q))
-    assert max(found, key=lambda name: found[name].over) == "clock"
-    assert {name: score.dof for name, score in found.items()} == {
-        "clock": 1,
-        "record.clock": 3,
-        "record.delay": 3,
-        "record.voltage": 2,
-        "record.temperature": 2,
-    }
-    assert found["clock"].share > 0.5
 
 
 @pytest.mark.parametrize(

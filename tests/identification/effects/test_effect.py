@@ -9,8 +9,8 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.beside.beside import beside_again, lifted, terms_beside
-from mechid.identification.beside.groups import needed
+from mechid.identification.effects.effect import beside_again, lifted, terms_beside
+from mechid.identification.effects.pruning import needed_groups
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.reduction import Triangle, triangle_of_rows
 from mechid.identification.result.grade import Cause, Grade
@@ -94,7 +94,7 @@ def test_groups_are_dropped_while_that_costs_less_than_their_freedom():
     rest[10:] = 1.0
     triangle: Triangle = triangle_of_rows(rest, J)
     groups = {"clear": (0,), "chance": (1,), "both": (2, 3)}
-    found = needed(triangle, values, groups, worth=float(n))
+    found = needed_groups(triangle, values, groups, worth=float(n))
     assert found == pytest.approx({"clear": 25.0, "both": 17.0})
 
 

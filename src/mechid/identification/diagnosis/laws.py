@@ -12,80 +12,76 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.steps import Step, counts, gain, grown, pruned, step
-from mechid.identification.disturbance.scores import Score
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, step
+from mechid.identification.effects.effect import lifted
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
+from mechid.identification.effects.scores import Score
+from mechid.identification.effects.selection import better_law, confirms, counts, gain, share_of_misfit
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 
-TRIES = 2
-"""Laws that are fitted with what may be beside them; a choice, not measured."""
-MOSTLY = 0.5
-"""Share of the misfit that an effect has to take to be named where more than noise is left, or that a law has to
-take to be tried with further effects where it alone is not the best. Six of the eight effects that a saturating
-torque constant was called take less (docs/diagnosis.md)."""
-TRIAL = 8
-"""Steps in which a law has to show in a fit that it takes a share of what is left. With it hysteresis of a gear
-took 135 s of CPU, 297 before (docs/diagnosis.md, with other savings)."""
 WORSE = "leaves more than the effects without it"
 
 
-def with_hidden(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
+def add_hidden_laws(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with the laws that it may lack although it leaves no more than noise."""
     steps, asked = list[Step](), set[str]()
     while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
         asked.add(law.name)
-        score, start = _promise(model, law)
-        if not counts(score):
+        score, start = promise_of_law(model, law)
+        if not counts(score, RULES, RULES.share):
             continue
         say(f"{law.name} is fitted")
-        more = model.with_law(law, start).regrown()
-        if counts(gain(model, more)):
-            model, removed = pruned(more, say)
+        more = model.in_place_of(law, start).fitted(model).regrown()
+        if confirms(model, more):
+            model, removed = drop_effects(more, say)
             steps += [step(more, added=law.name), *removed]
         else:
             tried[law.name] = f"explains {100.0 * gain(model, more).share:.3g} % of the misfit in a fit"
     return model, steps
 
 
-def in_place_of_imitators(model: Model, say: Tell) -> tuple[Model, list[Step]]:
+def replace_imitators(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with laws in place of the disturbances that imitate them, where they do as well for less.
 
     A low-pass delays all records alike: the delays of the records imitate it down to the noise, with more parameters.
     """
-    fitted: list[tuple[Law, Model]] = []
-    for law in [law for law in model.other_laws if law.imitated_by in model.disturbances]:
-        say(f"{law.name} is fitted in place of {law.imitated_by}")
-        trial = _in_place(model, law)
-        fitted.append((law, trial.fitted(trial).regrown()))
-    if not fitted:
+
+    def fitted() -> Iterator[tuple[Law, Model]]:
+        for law in [law for law in model.other_laws if law.imitated_by in model.disturbances]:
+            say(f"{law.name} is fitted in place of {law.imitated_by}")
+            trial = _after_some_steps_with(model, law)
+            yield law, trial.fitted(trial).regrown()
+
+    better = better_law(model, fitted())
+    if better is None:
         return model, []
-    law, other = min(fitted, key=lambda pair: pair[1].cost)
-    if _bic(other, model) >= _bic(model, other):
-        return model, []
-    fewer, removed = pruned(other, say)
+    law, other = better
+    fewer, removed = drop_effects(other, say)
     return fewer, [step(other, removed=law.imitated_by), step(other, added=law.name), *removed]
 
 
-def with_a_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
+def add_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's.
 
     Laws are tried beside the terms that have been found, which may be right, and without them: they may imitate a law.
     """
     best, steps = smooth, list[Step]()
     for rank, (law, trial) in enumerate(_promising(before, smooth, tried, say)):
-        hopeless = rank >= TRIES or gain(before, trial).share < MOSTLY or best.over_noise <= FOLLOWED
-        if hopeless and _bic(trial, best) >= _bic(best, trial):
+        hopeless = (
+            rank >= RULES.law_tries or gain(before, trial).share < RULES.mostly or best.over_noise <= RULES.followed
+        )
+        if hopeless and not trial.is_better_than(best):
             tried[law] = WORSE
             continue
         say(f"{law} is fitted with what may be beside it")
         with_law = trial.fitted(trial)
         first = [*(step(before, added=name) for name in before.disturbances), step(with_law, added=law)]
-        whole, further = grown(with_law.regrown(), tried, say)
-        whole, removed = pruned(whole, say)
-        if law in whole.laws and _bic(whole, best) < _bic(best, whole):
+        whole, further = add_effects(with_law.regrown(), tried, say)
+        whole, removed = drop_effects(whole, say)
+        if law in whole.laws and whole.is_better_than(best):
             best, steps = whole, [*first, *further, *removed]
         else:
             tried[law] = WORSE
@@ -96,15 +92,14 @@ def _promising(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -
     """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
     found: list[tuple[str, Model]] = []
     models = [smooth, before] if smooth.effects != before.effects else [before]
-    of_each = [(less, _numbered(less)) for less in models]
-    for name, number in [key for key in _numbered(before) if key[0] not in smooth.laws]:
+    of_each = [(less, _numbered_laws(less)) for less in models]
+    for name, number in [key for key in _numbered_laws(before) if key[0] not in smooth.laws]:
         say(f"{name} is tried")
         most = 0.0
         for less, law in [(less, laws[name, number]) for less, laws in of_each if (name, number) in laws]:
-            trial = _in_place(less, law)
-            score = gain(less, trial)
-            most = max(most, score.share)
-            if counts(score):
+            trial = _after_some_steps_with(less, law)
+            most = max(most, gain(less, trial).share)
+            if confirms(less, trial):
                 found.append((name, trial))
                 break
         else:
@@ -112,7 +107,7 @@ def _promising(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -
     return sorted(found, key=lambda pair: pair[1].cost)
 
 
-def _numbered(model: Model) -> dict[tuple[str, int], Law]:
+def _numbered_laws(model: Model) -> dict[tuple[str, int], Law]:
     """Return the laws that a model has not, by name and number: one may have several starts."""
     found: dict[tuple[str, int], Law] = {}
     for law in model.other_laws:
@@ -120,39 +115,29 @@ def _numbered(model: Model) -> dict[tuple[str, int], Law]:
     return found
 
 
-def _in_place(model: Model, law: Law) -> Model:
+def _after_some_steps_with(model: Model, law: Law) -> Model:
     """Return the model with a law, less the disturbance that takes its place where it is lacking, after some steps."""
-    start = _promise(model, law)[1] if law.tries else law.mechanism
+    start = promise_of_law(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
-    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=TRIAL)
+    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=RULES.law_steps)
 
 
-def _bic(model: Model, other: Model) -> float:
-    """Return the Bayesian criterion, the noise that of the better of two models."""
-    better = min(model, other, key=lambda one: one.cost)
-    return better.worth * model.cost / better.cost + model.problem.size * math.log(max(better.worth, math.e))
-
-
-def _promise(model: Model, law: Law) -> tuple[Score, Mechanism]:
+def promise_of_law(model: Model, law: Law) -> tuple[Score, Mechanism]:
     """Return what a linear fit says that a law would explain, and the mechanism with it at which it says so.
 
     Of a law that has an amplitude the fit begins where that is zero, at the best of the values that its other
     parameters may have; of another one at its start, which has to be near enough to nothing.
     """
     best, at = -math.inf, law.mechanism
-    for mechanism in _points(law):
-        fall, amplitude = _fall(model, law, mechanism)
+    for mechanism in map(law.at_null, law.tries or ({},)) if law.null else (law.mechanism,):
+        fall, amplitude = _linear_fall(model, law, mechanism)
         if fall > best:
-            best, at = fall, _at(law, mechanism, amplitude)
+            best, at = fall, law.at(mechanism, amplitude)
     fall = max(best, 0.0)
-    return Score(model.worth * fall / model.cost, len(law.own), fall / max(model.misfit, fall, 1.0), model.worth), at
+    return Score(model.worth * fall / model.cost, len(law.own), share_of_misfit(model, fall), model.worth), at
 
 
-def _points(law: Law) -> Iterator[Mechanism]:
-    yield from (law.at_null(values) for values in law.tries or ({},)) if law.null else (law.mechanism,)
-
-
-def _fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
+def _linear_fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
     """Return by how much the cost falls in a linear fit from a point with a law, and its amplitude there."""
     other = model.in_place_of(law, mechanism)
     q = lifted(model.problem, model.q, other.problem)
@@ -163,13 +148,3 @@ def _fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
     left = triangle.fun + triangle.jacobian @ move
     there = other.problem.coordinates.values(q + move) if law.null else {}
     return model.cost - float(left @ left), there.get(law.null, 0.0)
-
-
-def _at(law: Law, mechanism: Mechanism, amplitude: float) -> Mechanism:
-    """Return the law's mechanism with the other values of a point and an amplitude, as far as its bounds let it."""
-    if not law.null:
-        return mechanism
-    known = law.mechanism.parameters
-    others = {name: mechanism.value(name) for name in law.own if name != law.null}
-    within = min(max(amplitude, known[law.null].min), known[law.null].max)
-    return law.mechanism.with_values({**others, law.null: within})

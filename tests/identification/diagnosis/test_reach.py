@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
-from mechid.identification.diagnosis import landscape as landscapes
-from mechid.identification.diagnosis.landscape import Landscape, landscape_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, not_carried, out_of_reach
 from mechid.identification.diagnosis.start import begun
+from mechid.identification.effects import scores
+from mechid.identification.effects.scores import Landscape
 from mechid.identification.identify import identify
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
@@ -60,13 +60,15 @@ def test_friction_by_direction_is_not_looked_for_where_nothing_turns_back(fitted
 
 def test_an_effect_with_which_the_simulation_fails_is_left_out_alone(fitted, monkeypatch):
     """Truth: the scores of all others, each the same whether the failing one is asked for or not."""
-    whole, derivatives = landscape_of(fitted).scores(), landscapes._derivatives
+    whole, derivatives = fitted.scores(), scores._derivatives
     monkeypatch.setattr(
-        landscapes,
+        scores,
         "_derivatives",
-        lambda model, plain, effects: None if "clock" in effects else derivatives(model, plain, effects),
+        lambda plain, q, windows, effects, widened: (
+            None if "clock" in effects else derivatives(plain, q, windows, effects, widened)
+        ),
     )
-    less = landscape_of(fitted)
+    less = fitted.landscape()
     assert less.failed == ("clock",)
     assert set(less.scores()) == set(whole) - {"clock"}
     for name, score in less.scores().items():

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target

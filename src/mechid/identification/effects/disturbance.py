@@ -10,7 +10,10 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign import CAMPAIGN
+from mechid.campaign.campaign import CAMPAIGN, key_in_record
+from mechid.campaign.identify_options import MAINS
+from mechid.campaign.record_tables import OWN
+from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, is_time_offset
@@ -79,6 +82,19 @@ class Disturbance:
         """Degrees of freedom: the mean of what every record has of its own is the mechanism's, and is none."""
         replaced = {p.replaces for p in self.parameters if p.replaces}
         return len(self.parameters) - len(replaced) + 2 * sum(map(len, self.lines_hz.values()))
+
+    def toml(self, values: Mapping[str, float]) -> str:
+        """Return the tables that declare it at some values, for the end of a campaign file."""
+        lines: list[str] = []
+        shared = [p for p in self.parameters if _is_shared(p)]
+        if shared:
+            lines += [f"[[{CAMPAIGN}]]", *(f"{p.declaration.key} = {_entry(p, values[p.name])}" for p in shared), ""]
+        if self.seen_hz:
+            lines += [f"[[{CAMPAIGN}]]", f"{MAINS} = {self.seen_hz!r}", ""]
+        for record, own in self.own.items():
+            entries = [_line(key_in_record(p.name), _entry(p, values[p.name])) for p in own if p not in shared]
+            lines += [f"[[{OWN}]]", f'record = "{record}"', *entries, ""] if entries else []
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -234,3 +250,12 @@ def _joined(declared: Sequence[Parameter], own: Mapping[str, Parameter]) -> tupl
     """Return parameters with those of disturbances in their places, further ones behind."""
     further = (p for name, p in own.items() if name not in {q.name for q in declared})
     return (*(own.get(p.name, p) for p in declared), *further)
+
+
+def _line(key: str, entry: str) -> str:
+    return f"{TEST_STAND} = {{ {key} = {entry} }}" if "." in key else f"{key} = {entry}"
+
+
+def _entry(p: Parameter, value: float) -> str:
+    sigma = f", sigma = {p.sigma!r}" if p.sigma else ""
+    return f"{{ value = {value!r}, min = {p.min!r}, max = {p.max!r}{sigma} }}"

@@ -1,4 +1,4 @@
-"""Which groups of coordinates a problem needs: how much the cost rises without them, as its derivatives have it."""
+"""Backward elimination of groups of coordinates by the derivatives at an optimum: a first pass without any fit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.effects.effect import distance_from_null
+from mechid.identification.effects.scores import by_own_residuals
+from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 
 Groups = Mapping[str, tuple[int, ...]]
@@ -22,7 +24,29 @@ def groups_of(problem: Problem, named: Mapping[str, Collection[str]]) -> Groups:
     return {group: places for group, places in found.items() if places}
 
 
-def needed(triangle: Triangle, away: FloatArray, groups: Groups, worth: float) -> dict[str, float]:
+def needed_effects(
+    problem: Problem, q: FloatArray, windows: Windows, named: Mapping[str, Collection[str]]
+) -> frozenset[str]:
+    """Return the effects that an optimum needs, as its derivatives have it; all of them where it has none.
+
+    Each channel counts at its residual's own level: a raised noise level hides what is needed.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,)
+    windows : mapping of record to (first, stop)
+    named : mapping of str to collection of str
+        Dotted names of the coordinates of each effect, by its name.
+    """
+    weighted, worth = by_own_residuals(problem, q, windows)
+    triangle = weighted.joint(q, windows)
+    if not np.all(np.isfinite(triangle.jacobian)):
+        return frozenset(named)
+    return frozenset(needed_groups(triangle, distance_from_null(weighted, q), groups_of(weighted, named), worth))
+
+
+def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, worth: float) -> dict[str, float]:
     """Return the groups that are needed, each with the rise of the cost without it, others free to make up for it.
 
     Dropped backwards, the cheapest first, while that costs less than k ln N (Schwarz 1978).

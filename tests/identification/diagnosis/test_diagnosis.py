@@ -10,10 +10,10 @@ import pytest
 
 import mechid
 from colours_drawn import wrong_colours
-from diagnosis_bench import HARMONIC, made, tables
+from diagnosis_bench import made
 from mechid.analysis.preference import ComparisonOutcome
 from mechid.campaign import catalogue_mechanism
-from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
+from mechid.campaign.mechanism_file import read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
@@ -25,7 +25,6 @@ from mechid.reports.diagnosis.contents import diagnosis_data, evidence_lines
 from mechid.reports.diagnosis.figures import diagnosis_figures
 from mechid.reports.diagnosis.files import DATA_NAME, PROPOSED_NAME, write_diagnosis
 from mechid.reports.diagnosis.terminal import print_diagnosis
-from mechid.signal.strongest import strongest
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 COMPLETED = ("modelled, with the effects", "residual, with the effects")
@@ -105,41 +104,6 @@ def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
         assert "stepper.torque_harmonic:3 added" in text.replace("\\", "")  # of Markdown
     for text in (printed, *((tmp_path / "out" / name).read_text() for name in ("diagnose.md", "diagnose.html"))):
         assert "3rd harmonic of the torque constant" in text
-
-
-def test_where_an_effect_acts(lacking):
-    """Truth: at a constant rate of full steps all repeats with the electrical period, four of them."""
-    for name in ("full_46", "full_23"):
-        makers = [mechanism_from_table(table, "made").with_values(TRUTH) for table in (tables(HARMONIC), tables())]
-        with_it, without = (measured(m, COMMANDS[name], np.random.default_rng(1), seconds=1.0) for m in makers)
-        share = strongest(with_it - without, RATE_HZ)  # of the same noise
-        fundamental_hz, bin_hz = COMMANDS[name].rate.rates[0] / 4.0, RATE_HZ / with_it.size
-        assert share.in_lines
-        assert 1 <= len(share.frequencies_hz) <= 3
-        off = [hz - fundamental_hz * round(hz / fundamental_hz) for hz in share.frequencies_hz]
-        assert max(map(abs, off)) < 0.5 * bin_hz
-    acts = lacking[1].pictures.acts["stepper.torque_harmonic:3"]
-    assert all(1 <= len(one.frequencies_hz) <= 3 for one in acts.values())
-
-
-def test_what_is_drawn_of_what_is_left(lacking):
-    """Truth: the noise that was added to the records, which is all that the model with the effect leaves."""
-    bench, found = lacking
-    assert {one.record for one in found.pictures.spectra} == {r.name for r in bench.estimated}
-    for one in found.pictures.spectra:
-        assert np.sqrt(np.mean(one.after**2)) == pytest.approx(one.noise, rel=0.15)
-        share = one.shares["stepper.torque_harmonic:3"]
-        peak = int(np.argmax(share))
-        before, without, after = (np.trapezoid(y**2, one.frequency_hz) for y in (one.before, share, one.after))
-        assert before == pytest.approx(without + after, rel=0.02)  # at right angles, both models at their optimum
-        assert one.before[peak] > 1.4 * one.after[peak]
-    stretch = found.pictures.stretch
-    assert stretch.record == found.pictures.spectra[0].record
-    assert 0.05 <= stretch.measured.size / stretch.sample_rate_hz <= 0.3
-    left = [float(np.std(stretch.measured - modelled)) for modelled in (stretch.before, stretch.after)]
-    sigma = found.pictures.spectra[0].noise / np.sqrt(2.0 / stretch.sample_rate_hz)
-    assert left[0] > left[1]
-    assert left[1] == pytest.approx(sigma, rel=0.15)
 
 
 def test_the_criterion_of_steps_can_be_compared(lacking):

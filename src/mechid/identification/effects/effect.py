@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from mechid.arrays import FloatArray
-from mechid.identification.disturbance.disturbance import Disturbance, with_disturbances
+from mechid.identification.effects.disturbance import Disturbance, with_disturbances
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
@@ -82,3 +84,14 @@ def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:
         c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own if c.parameter.replaces in values
     }
     return other.coordinates.point({**owned, **plain.coordinates.values(q)})
+
+
+def distance_from_null(problem: Problem, q: FloatArray) -> FloatArray:
+    """Return how far each coordinate of an effect is from its null value, (n,).
+
+    That of a term is 0; that of a record's own parameter the mechanism's value where it replaces one, else the value
+    that the record was declared with.
+    """
+    values = problem.space.values(problem.coordinates.of_mechanism(q))
+    nulls = [values.get(c.parameter.replaces, c.parameter.value) for c in problem.coordinates.own]
+    return np.concatenate([problem.coordinates.of_mechanism(q), problem.coordinates.of_records(q) - nulls])

@@ -1,20 +1,22 @@
-"""Which disturbances a campaign may have: those that its files do not declare already, and that it does not exclude."""
+"""Disturbances of a campaign: those that it may have and does not declare, and those that an earlier fit has found."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mechid.arrays import FloatArray
-from mechid.campaign import Campaign
-from mechid.campaign.campaign import CAMPAIGN, CLOCK, record_parameter_name
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record, record_parameter_name
 from mechid.campaign.identify_options import DISTURBANCES, MAINS
 from mechid.command import MeasuredCommand
-from mechid.identification.disturbance.disturbance import Disturbance
-from mechid.identification.disturbance.mains import mains
+from mechid.identification.effects.disturbance import Disturbance, with_own
+from mechid.identification.effects.mains import mains
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Declaration, Parameter, Role, Status
+from mechid.plant.plant import Plant
 
 CLOCK_PPM = 300.0
 """Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
@@ -104,3 +106,49 @@ _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance
         "the winding's resistance, so its temperature, differs from record to record",
     ),
 }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Declared:
+    """A record's own parameter as the fit began with it: its start, bounds and prior, in its unit."""
+
+    start: float
+    min: float
+    max: float
+    sigma: float | None
+
+    @classmethod
+    def bounded(cls, start: float, low: float | None, high: float | None, sigma: float | None) -> Declared:
+        """Return it from what estimate.json writes, in which no bound is none."""
+        return cls(
+            start=start, min=-math.inf if low is None else low, max=math.inf if high is None else high, sigma=sigma
+        )
+
+
+def recalled(campaign: Campaign, found: Mapping[str, Declared]) -> Campaign:
+    """Return a campaign whose records have the parameters that an earlier fit has found, by dotted name."""
+    plant = campaign.mechanism.plant
+    return replace(campaign, records=tuple(recalled_record(r, found, plant) for r in campaign.records))
+
+
+def recalled_record(record: CampaignRecord, found: Mapping[str, Declared], plant: Plant) -> CampaignRecord:
+    """Return a record with the parameters that an earlier fit has found of it, free."""
+    prefixes = f"record.{record.name}.", f"{CAMPAIGN}."
+    own = (_parameter(name, given, plant) for name, given in found.items() if name.startswith(prefixes))
+    return with_own(record, own)
+
+
+def _parameter(name: str, given: Declared, plant: Plant) -> Parameter:
+    key = name.removeprefix(f"{CAMPAIGN}.") if name.startswith(f"{CAMPAIGN}.") else key_in_record(name)
+    instants = {d.key: d for d in (TIME_OFFSET, CLOCK)}
+    replaces = "" if key in instants else plant.of_record[key]
+    return Parameter(
+        name=name,
+        value=given.start,
+        declaration=instants.get(key) or plant.declarations[replaces],
+        min=given.min,
+        max=given.max,
+        sigma=given.sigma,
+        status=Status.FREE,
+        replaces=replaces,
+    )
