@@ -16,8 +16,9 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.signal.grid import Hummed, drifting_lines, evident_grid
 from mechid.signal.lines import prominence
-from mechid.signal.mains import BINS, HIGHEST_HZ, MAINS_HZ, MainsLine, mains_lines
+from mechid.signal.mains import MainsLine, mains_lines
 from mechid.signal.series import is_finite
+from mechid.signal.settings import HUM
 
 FEWEST = 64
 """Samples in which lines are looked for; a choice, not measured."""
@@ -81,10 +82,10 @@ def grid_shown(problem: Problem, q: FloatArray) -> float | None:
     """
     removed = sorted(lines_of(problem))
     if removed:
-        nominal = min(MAINS_HZ, key=lambda grid: sum(abs(math.remainder(hz, grid)) for hz in removed))
+        nominal = min(HUM.mains_hz, key=lambda grid: sum(abs(math.remainder(hz, grid)) for hz in removed))
         return statistics.median(hz / round(hz / nominal) for hz in removed)
     hummed = [_hummed(problem, target, q) for target in problem.targets]
-    for nominal in MAINS_HZ:
+    for nominal in HUM.mains_hz:
         told = evident_grid(hummed, nominal)
         shown = [t for t, shows in zip(problem.targets, told.shown, strict=True) if shows] if told else []
         if told and (len(shown) > 1 or any(map(_varies, shown))):
@@ -108,7 +109,7 @@ def _hummed(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
 
 
 def _nominal(hz: float) -> float:
-    return min(MAINS_HZ, key=lambda grid: abs(grid - hz))
+    return min(HUM.mains_hz, key=lambda grid: abs(grid - hz))
 
 
 def _varies(target: Target) -> bool:
@@ -119,7 +120,7 @@ def _varies(target: Target) -> bool:
 def _is_of_steps(one: MainsLine, target: Target, bin_hz: float) -> bool:
     """Tell whether a line is where a steady rate has its own: at quarters of it, one electrical turn."""
     quarter_hz = 0.25 * abs(target.command.rate.rates[0])
-    return quarter_hz > 0.0 and abs(math.remainder(one.line.frequency_hz, quarter_hz)) < BINS * bin_hz
+    return quarter_hz > 0.0 and abs(math.remainder(one.line.frequency_hz, quarter_hz)) < HUM.bins * bin_hz
 
 
 def _whole(target: Target) -> tuple[int, int]:
@@ -139,4 +140,4 @@ def _steady(_: Hummed, hz: float) -> tuple[float, ...]:
 def _within(lines: Sequence[float], target: Target) -> tuple[float, ...]:
     """Return the lines that a record can have, and does not have projected out already."""
     rate, there = target.base.sample_rate_hz, target.leading.turns
-    return () if there else tuple(hz for hz in lines if hz < min(HIGHEST_HZ + 1.0, 0.5 * rate))
+    return () if there else tuple(hz for hz in lines if hz < min(HUM.highest_hz + 1.0, 0.5 * rate))

@@ -8,7 +8,8 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.readings.finding import DeclaredRecords, Finding
 from mechid.identification.readings.rules import RULES
 from mechid.signal.lines import Prominence, prominence
-from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
+from mechid.signal.mains import MainsLine, mains_lines
+from mechid.signal.settings import HUM
 
 
 def find_hum(records: DeclaredRecords, earlier: Sequence[Finding] = ()) -> Iterator[Finding]:
@@ -38,7 +39,7 @@ def _strongest_hum(target: Target) -> MainsLine | None:
     if len(rates) > 1:
         hum = [one for one in hum if _is_narrow(one, found)]
     strongest = max(hum, key=lambda one: one.line.amplitude, default=None)
-    return strongest if strongest and strongest.multiple <= LOW_MULTIPLES else None
+    return strongest if strongest and strongest.multiple <= HUM.low_multiples else None
 
 
 def _is_narrow(one: MainsLine, found: Prominence) -> bool:

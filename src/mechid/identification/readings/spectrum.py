@@ -17,8 +17,9 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import samples_until
 from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
-from mechid.signal.likeness import LOWEST_BIN, noise_power, power_over_time, spectral_distance
+from mechid.signal.likeness import noise_power, power_over_time, spectral_distance
 from mechid.signal.lines import prominence, spectral_lines
+from mechid.signal.settings import SERIES
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +100,7 @@ class RecordSpectrum:
         if simulated is None:
             return [math.inf] * len(cut_offs_hz)
         size = self.target.samples // self.pieces
-        f = (np.arange(simulated.shape[-1]) + LOWEST_BIN) * self.target.base.sample_rate_hz / size
+        f = (np.arange(simulated.shape[-1]) + SERIES.lowest_bin) * self.target.base.sample_rate_hz / size
         passed = [1.0 / (1.0 + (f / one) ** (2 * RULES.low_pass_order)) for one in cut_offs_hz]
         return [spectral_distance(self.power, simulated * part, self.noise) for part in passed]
 
