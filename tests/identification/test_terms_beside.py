@@ -15,8 +15,8 @@ from mechid.budgets.flying_mechanism import read_flying
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.as_written import incomplete
-from mechid.identification.beside.beside import terms_beside
 from mechid.identification.conclude import conclude
+from mechid.identification.effects.effect import terms_beside
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text, json_text, write_estimate
 from mechid.identification.result.fit_file import read_fit

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from mechid.analysis.order_tracking import travel_windows
 from mechid.analysis.settings import ORDER
 from mechid.signal.grid import Hummed, drifting_lines, evident_grid
-from mechid.signal.mains import HIGHEST_HZ
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series
+from mechid.signal.settings import HUM
 from mechid.signal.trend import fit_line
 
 
@@ -42,7 +42,7 @@ def without_hum(
     own = Hummed(residual, sample_rate_hz, lambda hz, reach: nearest(hz) > reach)
     told = evident_grid([own], mains_hz)
     hz = told.own_hz[0] if told else mains_hz
-    top = min(HIGHEST_HZ, 0.45 * sample_rate_hz)
+    top = min(HUM.highest_hz, 0.45 * sample_rate_hz)
     multiples = [k * hz for k in range(1, int(top / hz) + 1)]
     apart = [line for line in multiples if nearest(line) > ORDER.hum_apart / duration_s]
     lines = [

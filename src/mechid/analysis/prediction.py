@@ -12,8 +12,8 @@ from mechid.campaign import CampaignRecord
 from mechid.campaign.campaign import key_in_record
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
-from mechid.identification.disturbance.declared import Declared, recalled_record
-from mechid.identification.disturbance.disturbance import with_lines
+from mechid.identification.effects.campaign_disturbances import Declared, recalled_record
+from mechid.identification.effects.disturbance import with_lines
 from mechid.identification.output_error.declaration import record_as_read
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
 from mechid.identification.result.fit import Fit

@@ -13,7 +13,7 @@ from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import begun
-from mechid.identification.diagnosis.steps import LEAST
+from mechid.identification.effects.rules import IN_DIAGNOSIS
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.plant.mechanism import Mechanism
@@ -39,7 +39,11 @@ class Group:
     def open(self) -> Group:
         """Those that the records leave open: none of the others explains them better by what a diagnosis asks for."""
         best = min(model.cost for model in self.models)
-        kept = [pair for pair in zip(self.names, self.models, strict=True) if pair[1].cost - best < LEAST]
+        kept = [
+            pair
+            for pair in zip(self.names, self.models, strict=True)
+            if pair[1].cost - best < IN_DIAGNOSIS.least_chi_square
+        ]
         return Group(tuple(name for name, _ in kept), tuple(model for _, model in kept))
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.campaign import Campaign
-from mechid.identification.beside.beside import Beside
+from mechid.identification.effects.effect import Beside
 from mechid.identification.result.estimated_mechanism import PLANT
 from mechid.identification.result.fit import Fit, RecordFit
 from mechid.identification.result.grade import Cause, Reason, grade_of

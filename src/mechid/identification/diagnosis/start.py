@@ -10,8 +10,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.diagnosis.candidate import Model, Setting
-from mechid.identification.diagnosis.landscape import needed_effects
-from mechid.identification.disturbance.possible import possible
+from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.identify import make_problem
 from mechid.identification.refit.reopened import MOVED, as_recorded
 from mechid.identification.result.grade import Grade
@@ -88,7 +87,7 @@ def _with_terms(model: Model, found: TermsBeside, values: Mapping[str, float]) -
         names.setdefault(term, []).append(name)
     there = {n: v for term, own in names.items() for n, v in _values(term, own, found).items()}
     model = model.at({**values, **there})
-    return model.keeping(needed_effects(model, wanted_small=library.widths) & model.setting.considered)
+    return model.keeping(model.needed_effects(library.widths) & model.setting.considered)
 
 
 def _values(term: str, names: Sequence[str], found: TermsBeside) -> dict[str, float]:

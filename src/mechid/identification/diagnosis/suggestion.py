@@ -10,15 +10,12 @@ from scipy.special import chdtrc
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.start import as_written
-from mechid.identification.diagnosis.steps import asked
+from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
+from mechid.identification.effects.selection import likely_effects
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Suggested
-
-MOST = 3
-"""Effects that are suggested; a choice, not measured."""
 
 
 def with_suggestions(
@@ -37,8 +34,7 @@ def with_suggestions(
 
 
 def _suggested(model: Model) -> tuple[Suggested, ...]:
-    landscape = landscape_of(model)
-    scores, words = landscape.scores(), model.words
+    scores, words = model.scores(), model.words
     return tuple(
         Suggested(
             name=name,
@@ -48,5 +44,5 @@ def _suggested(model: Model) -> tuple[Suggested, ...]:
             share=one.share,
             p_value=float(chdtrc(one.dof, one.chi_square)),
         )
-        for name, one in ((name, scores[name]) for name in asked(model, landscape)[:MOST])
+        for name, one in ((name, scores[name]) for name in likely_effects(model, scores)[: RULES.suggested])
     )

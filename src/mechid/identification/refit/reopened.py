@@ -11,9 +11,9 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
-from mechid.identification.beside.beside import beside_again
-from mechid.identification.disturbance.declared import Declared, recalled
-from mechid.identification.disturbance.disturbance import with_lines
+from mechid.identification.effects.campaign_disturbances import Declared, recalled
+from mechid.identification.effects.disturbance import with_lines
+from mechid.identification.effects.effect import beside_again
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading, campaign_as_read
 from mechid.identification.output_error.identity import file_digests

@@ -11,8 +11,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
-from mechid.identification.disturbance.declared import declared_toml
-from mechid.identification.disturbance.disturbance import Disturbance, Found
+from mechid.identification.effects.disturbance import Disturbance, Found
 from mechid.identification.result.settings import GRADE
 from mechid.signal.grid import together
 
@@ -140,7 +139,7 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
         share=found.share,
         p_value=float(chdtrc(one.dof, found.chi_square)),
         records=one.records,
-        toml=declared_toml(one, {name: p.value for name, p in own.items()}),
+        toml=one.toml({name: p.value for name, p in own.items()}),
     )
 
 

@@ -19,11 +19,12 @@ from mechid.identification.output_error.target import Samples, Target, TargetCha
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.fit import RecordFit
 from mechid.identification.search.gates import chance_limit_of, followed_samples
-from mechid.signal.following import WINDOW_S, following, out_of_step
+from mechid.signal.following import following, out_of_step
 from mechid.signal.moments import norm
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
 from mechid.signal.series import Series, blocks, counting, is_finite, mean_of, stretch_of
+from mechid.signal.settings import SERIES
 from mechid.signal.stored import Room, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
@@ -187,7 +188,7 @@ def _followed(
     if channel.linear:
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
-    chance = chance_limit_of(max(WINDOW_S * rate, 1.0))
+    chance = chance_limit_of(max(SERIES.follow_window_s * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
     late = out_of_step(r, rate, full_step) if full_step else None
 

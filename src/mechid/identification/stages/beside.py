@@ -14,13 +14,12 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.beside.beside import Beside, law_beside, lifted, terms_beside
-from mechid.identification.beside.groups import groups_of, needed
-from mechid.identification.contradiction.agreement import explains
-from mechid.identification.disturbance.disturbance import Disturbance, Found, without
-from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import by_own_residuals
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import Disturbance, Found, without
+from mechid.identification.effects.effect import Beside, distance_from_null, law_beside, lifted, terms_beside
+from mechid.identification.effects.pruning import groups_of, needed_effects, needed_groups
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
@@ -96,12 +95,10 @@ def settled_louder(
 
 def _needs_terms(fitted: Wide) -> bool:
     """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
-    problem, worth = by_own_residuals(fitted.problem, fitted.growth.q, fitted.problem.whole())
     named: dict[str, list[str]] = {term: [] for term in fitted.beside.terms}
     for name, term in fitted.beside.new.items():
         named[term].append(name)
-    triangle = problem.joint(fitted.growth.q, problem.whole())
-    return bool(needed(triangle, _away(problem, fitted.growth.q), groups_of(problem, named), worth))
+    return bool(needed_effects(fitted.problem, fitted.growth.q, fitted.problem.whole(), named))
 
 
 def _all_beside(
@@ -155,8 +152,8 @@ def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         return None
     groups = groups_of(wide.problem, _groups(wide, superset))
-    away = _away(wide.problem, solution.q)
-    kept = needed(solution.triangle, away, groups, sum(wide.growth.horizons.values()))
+    away = distance_from_null(wide.problem, solution.q)
+    kept = needed_groups(solution.triangle, away, groups, sum(wide.growth.horizons.values()))
     if len(kept) == len(groups):
         return None
     terms = superset.terms if superset else ()
@@ -167,14 +164,6 @@ def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
     problem, q = without(replace(wide.problem, shrinkage=beside.widths), q, lost)
     rest = tuple(one for one in wide.disturbances if one.name in kept)
     return Wide(problem, beside, rest, replace(wide.growth, q=q))
-
-
-def _away(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return how far each coordinate of a term or a disturbance is from where it is none."""
-    values = problem.space.values(problem.coordinates.of_mechanism(q))
-    nulls = {c.parameter.name: values.get(c.parameter.replaces, c.parameter.value) for c in problem.coordinates.own}
-    own = problem.coordinates.of_records(q) - [nulls[c.parameter.name] for c in problem.coordinates.own]
-    return np.concatenate([problem.coordinates.of_mechanism(q), own])
 
 
 def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[SearchState, Growth] | None:
@@ -212,7 +201,7 @@ def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatA
     named = {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
     samples = sum(t.samples for t in wide.problem.targets)
     groups = groups_of(wide.problem, named)
-    rises = needed(solution.triangle, _away(wide.problem, solution.q), groups, samples)
+    rises = needed_groups(solution.triangle, distance_from_null(wide.problem, solution.q), groups, samples)
     rises |= {one.name: _fall(wide.problem, solution.q, one) for one in wide.disturbances if not one.parameters}
     lost = [one for one in wide.disturbances if one.name not in rises]
     total = sum(rises.values())

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.identification.disturbance.disturbance import Disturbance
+from mechid.identification.effects.disturbance import Disturbance
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.consistency import Consistency, Scatter
 from mechid.identification.uncertainty.covariance import covariances, scores
