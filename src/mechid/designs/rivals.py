@@ -11,7 +11,7 @@ from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.refit.rebuild import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.identification.result.fit import Fit

@@ -24,7 +24,7 @@ from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.steps import Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.refit.rebuild import grade_lines, refuse_other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Grade

@@ -5,9 +5,9 @@ from __future__ import annotations
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
 from mechid.identification.effects.mains import mains
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import scores
 from mechid.identification.effects.selection import is_significant
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import Missing
 

@@ -10,8 +10,8 @@ from scipy.special import chdtrc
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import model_of_fit
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.selection import likely_effects
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Suggested
