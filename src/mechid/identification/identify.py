@@ -179,7 +179,8 @@ def _follow_plan(
         state, growth = vouched(state, near)
     if growth is None:
         return state
-    names = (*names, *(n for n in state.problem.coordinates.own_names if n not in names))
+    added = (*(state.beside.new if state.beside else ()), *state.problem.coordinates.own_names)
+    names = (*names, *(n for n in added if n not in names))
     left_out = any(t.left_out for t in state.taken.values())
     whole = growth.complete and not left_out
     state = state.at(growth.q, growth.horizons).ending(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
