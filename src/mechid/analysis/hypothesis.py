@@ -144,12 +144,12 @@ def _hypothesis(name: str, fit: Fit) -> Hypothesis:
         synthetic=fit.synthetic,
         outcome=fit.outcome,
         equations=str(fit.provenance.get("plant", "")),
-        parameters={n: _believed(n, p) for n, p in by_listed_value(fit.parameters).items()},
+        parameters={n: _believed(n, p) for n, p in key_by_period_or_order(fit.parameters).items()},
         records={n: _evidence(r, summaries[n]) for n, r in fit.records.items()},
     )
 
 
-def by_listed_value(parameters: Mapping[str, ParameterEstimate]) -> dict[str, ParameterEstimate]:
+def key_by_period_or_order(parameters: Mapping[str, ParameterEstimate]) -> dict[str, ParameterEstimate]:
     """Return parameters with the number of each entry of a list replaced by its period or order.
 
     It is the same harmonic wherever it stands in its list.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from scipy.special import ndtri, stdtrit
 
 from mechid.analysis.fit_residuals import is_simulated
-from mechid.analysis.hypothesis import by_listed_value
+from mechid.analysis.hypothesis import key_by_period_or_order
 from mechid.campaign.campaign import CAMPAIGN
 from mechid.fleets.angles import UNKNOWN_DEG
 from mechid.identification.result.fit import Fit
@@ -89,7 +89,7 @@ class Estimate:
 
 def estimate_of(fit: Fit) -> Estimate:
     """Return what a fleet takes of the finished fit of a campaign."""
-    named = by_listed_value(fit.parameters)
+    named = key_by_period_or_order(fit.parameters)
     versions = fit.provenance.get("versions")
     return Estimate(
         grade=fit.grade,

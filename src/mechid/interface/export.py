@@ -9,10 +9,7 @@ from pathlib import Path
 from mechid.campaign import Campaign, load_campaign
 from mechid.exports.export import Exported, exported
 from mechid.exports.handover import handover
-from mechid.identification.refit.rebuild import other_files
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.fit_file import read_fit
-from mechid.interface.fits import load_campaign_of, result_folder
 
 
 def export(
@@ -73,6 +70,11 @@ def read_with_campaign(source: Path, campaign: Campaign | Path | str | None = No
 
     The fit does not hold the campaign: what is handed on stands in its folder, whatever the campaign is by now.
     """
+    # A fit in memory needs no reader of results.
+    from mechid.identification.refit.rebuild import other_files
+    from mechid.identification.result.fit_file import read_fit
+    from mechid.interface.fits import load_campaign_of, result_folder
+
     own = campaign if isinstance(campaign, Campaign) else load_campaign_of(source, campaign)
     fit = read_fit(result_folder(source))
     changed = ", ".join(other_files(own, fit))

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.beside.beside import Beside, terms_beside
-from mechid.identification.beside.groups import Groups, groups_of, least_without, needed
-from mechid.identification.disturbance.scores import by_own_residuals
+from mechid.identification.effects.effect import Beside, terms_beside
+from mechid.identification.effects.pruning import Groups, groups_of, least_without, needed_groups
+from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import floors, horizons_at
+from mechid.identification.search.gates import horizons_at, least_horizons
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import superset_of
 
@@ -53,7 +53,7 @@ class Judged:
     @property
     def needed(self) -> frozenset[str]:
         """Terms without which the cost rises by more than k ln N, the others free to make up for it."""
-        return frozenset(needed(self.triangle, self.q, self.groups, self.worth))
+        return frozenset(needed_groups(self.triangle, self.q, self.groups, self.worth))
 
     def without(self, kept: frozenset[str]) -> tuple[float, FloatArray]:
         """Return the least cost with some terms alone, and the point where it is, as the derivatives have it."""
@@ -192,4 +192,4 @@ def _by_term(new: Mapping[str, str]) -> dict[str, list[str]]:
 
 def _follows_all(problem: Problem, q: FloatArray) -> bool:
     whole = {t.name: t.samples for t in problem.targets}
-    return horizons_at(problem, q, whole, floors(problem)) == whole
+    return horizons_at(problem, q, whole, least_horizons(problem)) == whole
