@@ -27,9 +27,9 @@ from pathlib import Path
 import psutil
 
 from bench_sweep import RESULTS, machine
-from mechid.identification.computation import workforce
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.interface.fits import load_fit
@@ -91,7 +91,7 @@ def spent(scheduler):
 def overhead(lend, count, batches):
     """Return milliseconds a batch of one empty task: processor time by place, and the wall time of one alone."""
     work = partial(import_module("lent_work").nothing, b"")
-    kept, workforce.BATCH_S = workforce.BATCH_S, 0.0
+    kept, WORK.batch_s = WORK.batch_s, 0.0
     try:
         with lend(count) as (executor, scheduler), working_on(executor):
             mapped(work, range(4 * count), 1)
@@ -104,7 +104,7 @@ def overhead(lend, count, batches):
                 mapped(work, [number], 1)
                 walls.append(time.perf_counter() - began)
     finally:
-        workforce.BATCH_S = kept
+        WORK.batch_s = kept
     return {"here_ms": here, "scheduler_ms": between, "worker_ms": there, "alone_wall_ms": min(walls) * 1e3}
 
 
@@ -171,7 +171,7 @@ def main():
     cost = result["overhead"]["dask_2"]
     task_s = result.get("bootstrap", {}).get("here_s", DRAW_S)
     serial_s = 1e-3 * max(cost["here_ms"], cost["scheduler_ms"])  # the journal waits once for all that is ready
-    batch = max(int(-(-workforce.BATCH_S // task_s)), 1)
+    batch = max(int(-(-WORK.batch_s // task_s)), 1)
     result["on_paper"] = {
         "draws": DRAWS,
         "draw_s": task_s,

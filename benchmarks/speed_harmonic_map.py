@@ -27,7 +27,8 @@ from mechid.budgets.flight_entry import Flight
 from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.operating_mode import OperatingMode
-from mechid.budgets.over_rate import LIMITS95, SAMPLES, torque_bands
+from mechid.budgets.over_rate import torque_bands
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.shares import deviations
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
@@ -74,7 +75,7 @@ def _at(mechanism, mode, names, substeps, rate):
 def simulated_anew(estimate, mode, responses, bands, count, workers):
     """Return what a run takes in s, and the largest difference of a limit in widths of its interval."""
     substeps, off = enough_substeps(estimate.mechanism, mode), 0.0
-    by = deviations(estimate.covariance, SAMPLES, np.random.default_rng(0))  # the samples of the bands
+    by = deviations(estimate.covariance, LEVEL.samples, np.random.default_rng(0))  # the samples of the bands
     nominal = np.array([estimate.mechanism.value(name) for name in estimate.names])
     start = time.perf_counter()
     chosen = np.linspace(0, RATES.size - 1, count + 2).round().astype(int)[1:-1]
@@ -82,11 +83,11 @@ def simulated_anew(estimate, mode, responses, bands, count, workers):
         sets = [estimate.mechanism.with_values(dict(zip(estimate.names, nominal + row, strict=True))) for row in by]
         run = partial(_moved, mode, substeps, float(RATES[k]))
         size = np.abs(np.array(mapped(run, sets, workers)))
-        limits = np.quantile(size, LIMITS95, axis=0).T
+        limits = np.quantile(size, LEVEL.limits95, axis=0).T
         large = np.abs(responses[k].state.lines) > COMPARED * np.abs(responses[k].state.lines).max()
         width = np.ptp(limits, axis=1)
         off = max(off, float((np.abs(limits - bands[k]) / width[:, None])[large].max()))
-    return (time.perf_counter() - start) / (chosen.size * SAMPLES), off
+    return (time.perf_counter() - start) / (chosen.size * LEVEL.samples), off
 
 
 def _moved(mode, substeps, rate, mechanism):
@@ -116,12 +117,12 @@ def main():
                 "rates_of_several_periods": sum(any(s.periods != 1 for s in here) for here in found),
                 "longest_decay_s": max(state.decay_s for here in found for state in here),
                 "total_s": states_s + samples_s,
-                "simulated_anew_would_take_s": run_s * RATES.size * SAMPLES,
+                "simulated_anew_would_take_s": run_s * RATES.size * LEVEL.samples,
                 "largest_difference_of_limits": off,
             }
     result = {
         "rates": int(RATES.size),
-        "samples": SAMPLES,
+        "samples": LEVEL.samples,
         "parameters": len(estimate.names),
         "workers": arguments.workers,
         "machine": machine(),

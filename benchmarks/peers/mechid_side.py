@@ -11,7 +11,7 @@ import numpy as np
 from mechid.campaign import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.output_error.problem import Problem as FitProblem
-from mechid.identification.output_error.reduced import channel_triangles
+from mechid.identification.output_error.reduction import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.plant.mechanism import Mechanism

@@ -86,11 +86,11 @@ def write_journal(draw: Draw, folder: Path) -> dict[str, Any]:
 
 def _sealed(entry: Any) -> str:
     """Return a line as a journal writes it, whatever stands in it."""
-    from mechid.identification.computation.entries import sealed
+    from mechid.identification.computation.journal import seal
 
     if not isinstance(entry, dict):
         return json.dumps(entry)
-    return sealed({key: value for key, value in entry.items() if key != "check"})
+    return seal({key: value for key, value in entry.items() if key != "check"})
 
 
 def _given(result: Any) -> Any:

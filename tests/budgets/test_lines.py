@@ -5,8 +5,8 @@ import pytest
 
 from flown import CASES, COMMANDS, compared, simulated
 from layouts import changed, mechanism_of, paper_table
-from mechid.budgets.lines import PROMISED
 from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.settings import MOTION
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.plant.flight import CUT_OFF, below, in_flight
@@ -35,7 +35,7 @@ def test_lines_are_not_those_that_fold_back(flying, command, rate, order, was):
     truth = abs(2.0 * fine - coarse)  # what a sample that holds a jump leaves goes with its length
     assert abs(state.lines[k]) == pytest.approx(truth, rel=3e-5, abs=2.0 * state.error[k] + 1e-12)
     assert abs(was - truth) > 5e-3 * truth  # what 10 kHz made of it
-    assert state.error.max() <= 2.0 * PROMISED * np.abs(state.lines).max()
+    assert state.error.max() <= 2.0 * MOTION.promised * np.abs(state.lines).max()
 
 
 def sampled_line(flying, command, rate, order, each):

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import urllib.request
+from dataclasses import replace
 
 import pytest
 
@@ -15,6 +16,7 @@ from diagnosis_folder import DETENT, left, missing
 from mechid.campaign import load_campaign
 from mechid.identification.result import journal_file
 from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.settings import GRADE
 from mechid.web import Source, read_estimated
 from mechid.web.session import Session
 
@@ -49,7 +51,7 @@ def test_it_prints_where_the_page_is_and_ctrl_c_ends_it(staged):
 
 
 def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run, staged, tmp_path, monkeypatch):
-    monkeypatch.setattr(journal_file, "EVERY_S", 0.0)
+    monkeypatch.setattr(journal_file, "GRADE", replace(GRADE, noted_every_s=0.0))
     out = tmp_path / "result"
     session = Session(Source(load_campaign(staged), journal=out / journal_file.FILE_NAME))
     notes = []

@@ -10,13 +10,14 @@ import pytest
 from layouts import SINGLE_STEPPER, changed
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import RateProfile
-from mechid.designs.rate_limit import FAR, HIGHEST, LEAST, LOWEST, NEAR, RESOLUTION, rate_limit, rates_tried
-from mechid.designs.step_loss import RAMP_S, STARTED_S, driven, pull_in, pull_out
+from mechid.designs.rate_limit import rate_limit, rates_tried
+from mechid.designs.settings import RATE
+from mechid.designs.step_loss import driven, pull_in, pull_out
 from mechid.simulation.resonances import free_resonances
 from paper import constant
 
 FULL = constant(0.0, start_angle_deg=45.0)
-GRID = np.geomspace(LOWEST, HIGHEST, 400).tolist()
+GRID = np.geomspace(RATE.lowest, RATE.highest, 400).tolist()
 HOLE = [(120.0, 150.0)]
 
 
@@ -31,12 +32,12 @@ def small_stepper(**stepper):
 
 def at_once(mechanism, rate):
     """Tell whether a motor starts at a rate at once and stops at once without losing a step."""
-    return not driven(mechanism, replace(FULL, rate=RateProfile.constant(rate)), STARTED_S, torque=False).lost
+    return not driven(mechanism, replace(FULL, rate=RateProfile.constant(rate)), RATE.started_s, torque=False).lost
 
 
 def slowly(mechanism, begin, rate):
     """Tell whether a motor follows from one rate to another and back within a second each."""
-    times = np.cumsum([0.0, RAMP_S, STARTED_S, RAMP_S])
+    times = np.cumsum([0.0, RATE.ramp_s, RATE.started_s, RATE.ramp_s])
     profile = RateProfile.through(list(zip(times, (begin, rate, rate, begin), strict=True)))
     return not driven(mechanism, replace(FULL, rate=profile), float(times[-1]), torque=False).lost
 
@@ -44,29 +45,29 @@ def slowly(mechanism, begin, rate):
 @pytest.mark.parametrize(
     ("holds", "ranges", "holes", "rate", "limit"),
     [
-        (lambda r: r < 300.0, [(LOWEST, 300.0)], [], 300.0, 300.0),
+        (lambda r: r < 300.0, [(RATE.lowest, 300.0)], [], 300.0, 300.0),
         (
             lambda r: r < 120.0 or 150.0 < r < 1100.0,
-            [(LOWEST, 120.0), (150.0, 1100.0)],
+            [(RATE.lowest, 120.0), (150.0, 1100.0)],
             [(120.0, 150.0)],
             120.0,
             1100.0,
         ),
-        (lambda r: r < 120.0 or r > 150.0, [(LOWEST, 120.0), (150.0, HIGHEST)], HOLE, 120.0, None),
-        (lambda r: 50.0 < r < 90.0, [(50.0, 90.0)], [(LOWEST, 50.0)], 0.0, 90.0),
-        (lambda r: True, [(LOWEST, HIGHEST)], [], None, None),
+        (lambda r: r < 120.0 or r > 150.0, [(RATE.lowest, 120.0), (150.0, RATE.highest)], HOLE, 120.0, None),
+        (lambda r: 50.0 < r < 90.0, [(50.0, 90.0)], [(RATE.lowest, 50.0)], 0.0, 90.0),
+        (lambda r: True, [(RATE.lowest, RATE.highest)], [], None, None),
         (lambda r: False, [], [], 0.0, 0.0),
-        (lambda r: r < 120.0 or r == GRID[250], [(LOWEST, 120.0)], [], 120.0, 120.0),
+        (lambda r: r < 120.0 or r == GRID[250], [(RATE.lowest, 120.0)], [], 120.0, 120.0),
     ],
 )
 def test_ranges_end_where_holding_ends(holds, ranges, holes, rate, limit):
     """Truth: by construction, to half a percent; a rate that holds all by itself is none that one can start at."""
     found = rate_limit(holds, GRID)
     for mine, true in ((found.ranges, ranges), (found.holes, holes)):
-        np.testing.assert_allclose(np.reshape(mine, (-1, 2)), np.reshape(true, (-1, 2)), rtol=RESOLUTION)
+        np.testing.assert_allclose(np.reshape(mine, (-1, 2)), np.reshape(true, (-1, 2)), rtol=RATE.resolution)
     assert all(holds(end) for end in itertools.chain(*found.ranges))
     for mine, true in ((found.rate, rate), (found.limit, limit)):
-        assert mine is None if true is None else mine == pytest.approx(true, rel=RESOLUTION)
+        assert mine is None if true is None else mine == pytest.approx(true, rel=RATE.resolution)
     assert found.holds_again == bool(holes)
 
 
@@ -85,9 +86,9 @@ def test_rates_are_tried_closely_around_a_resonance():
     mechanism = small_stepper()
     (found,) = free_resonances(mechanism, FULL)
     rates = np.array(rates_tried(mechanism, FULL))
-    assert (rates[0], rates[-1]) == (LOWEST, HIGHEST)
+    assert (rates[0], rates[-1]) == (RATE.lowest, RATE.highest)
     near = (rates[:-1] >= 0.25 * found.frequency_hz) & (rates[:-1] <= 1.2 * found.frequency_hz)
-    most = np.maximum(rates[:-1] * np.where(near, NEAR - 1.0, FAR - 1.0), LEAST)
+    most = np.maximum(rates[:-1] * np.where(near, RATE.near - 1.0, RATE.far - 1.0), RATE.least)
     assert near.sum() > 100
     assert np.all(np.diff(rates) <= most * (1.0 + 1e-9))
 
@@ -110,7 +111,7 @@ def test_a_hole_at_a_resonance_and_the_limit_beyond():
         assert not wrong or stretch[-1] < 1.03 * stretch[0]
     assert found.limit > 5.0 * found.rate
     assert at_once(mechanism, 0.98 * found.limit)
-    assert not any(at_once(mechanism, float(r)) for r in np.geomspace(1.02 * found.limit, HIGHEST, 60))
+    assert not any(at_once(mechanism, float(r)) for r in np.geomspace(1.02 * found.limit, RATE.highest, 60))
 
 
 def test_a_slow_start_begins_above_the_hole():
@@ -120,6 +121,6 @@ def test_a_slow_start_begins_above_the_hole():
     hole = pull_in(mechanism, FULL).holes[-1]
     assert found.brought_from > hole[1]
     assert (found.limit, found.holes) == (None, ())
-    rates = np.geomspace(1000.0, HIGHEST, 12)
+    rates = np.geomspace(1000.0, RATE.highest, 12)
     assert all(slowly(mechanism, found.brought_from, float(rate)) for rate in rates)
     assert not all(slowly(mechanism, 0.0, float(rate)) for rate in rates)

@@ -5,7 +5,8 @@ import pytest
 
 from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budgets.steady_state import enough_substeps, steady_state
-from mechid.designs.rate_map import LONGEST_S, SAMPLE_RATE_HZ, SETTLED_S, _ends, _sweep, rate_map
+from mechid.designs.rate_map import _ends, _sweep, rate_map
+from mechid.designs.settings import RATE
 from mechid.plant.flight import in_flight
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from paper import constant, mechanism, without_detent_phases
@@ -104,8 +105,8 @@ def test_every_bin_holds_a_whole_period(highest, steps):
     seconds, middle = np.diff(sweep.times_s), 0.5 * (sweep.edges[1:] + sweep.edges[:-1])
     held = middle * seconds
     assert held.min() >= 4.0 * (1.0 - 1e-9)
-    assert np.all((held >= steps * (1.0 - 1e-9)) | (seconds >= LONGEST_S * (1.0 - 1e-9)))
+    assert np.all((held >= steps * (1.0 - 1e-9)) | (seconds >= RATE.longest_s * (1.0 - 1e-9)))
     assert sweep.times_s[-1] < 3600.0
     bins = sweep.bins(0, sweep.base.samples)
     assert bins[[0, -1]].tolist() == [-1, middle.size - 1]
-    assert np.sum(bins < 0) / SAMPLE_RATE_HZ == pytest.approx(SETTLED_S)
+    assert np.sum(bins < 0) / RATE.sample_rate_hz == pytest.approx(RATE.settled_s)

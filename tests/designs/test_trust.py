@@ -6,7 +6,8 @@ import pytest
 from mechid.designs.criterion import sizes
 from mechid.designs.information import informations
 from mechid.designs.planned import PlannedRecord
-from mechid.designs.trust import DRAWS, FARTHEST, departing_share
+from mechid.designs.settings import DESIGN
+from mechid.designs.trust import departing_share
 from mechid.identification.output_error.space import SearchSpace
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import constant
@@ -36,18 +37,18 @@ def test_a_record_departs_where_its_cost_is_not_the_quadratic(scale):
     reference = scale * information.sum(axis=1)
     found = departing_share(space, RECORDS, q[None], information, reference, seed=5)
     assert np.all((found >= 0.0) & (found <= 1.0))
-    assert np.all(np.isin(np.round(found * DRAWS), range(DRAWS + 1)))
+    assert np.all(np.isin(np.round(found * DESIGN.draws), range(DESIGN.draws + 1)))
     for k, record in enumerate(RECORDS):
         off = [_departs(space, record, q, x, information[0, k]) for x in _draws(space, q, reference[0], 5)]
         assert found[k] == np.mean(off), record.name
 
 
 def _draws(space, q, reference, seed):
-    """Return the draws of the definition: normal with the inverse of the reference, no axis beyond `FARTHEST`."""
+    """Return the draws of the definition: normal with the reference's inverse, no axis beyond `DESIGN.farthest`."""
     size = sizes(space, q[None])
     values, vectors = np.linalg.eigh(reference * np.outer(size, size))
-    length = np.minimum(values**-0.5, FARTHEST)
-    normal = np.random.default_rng((seed, 3)).standard_normal((space.size, DRAWS))
+    length = np.minimum(values**-0.5, DESIGN.farthest)
+    normal = np.random.default_rng((seed, 3)).standard_normal((space.size, DESIGN.draws))
     return np.clip(q + (size[:, None] * vectors * length @ normal).T, space.lower, space.upper)
 
 

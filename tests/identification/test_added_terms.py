@@ -19,8 +19,8 @@ from mechid.campaign import read_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
-from mechid.identification.beside.beside import law_beside, terms_beside
 from mechid.identification.conclude import conclude
+from mechid.identification.effects.effect import law_beside, terms_beside
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.result.fit_file import read_fit

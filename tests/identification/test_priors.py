@@ -6,13 +6,13 @@ import pytest
 
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.identify import identify
-from mechid.identification.search.solve import NEGLIGIBLE
+from mechid.identification.search.settings import SEARCH
 from mechid.reports.fit.numbers import report_data
 from synthetic import bench, displaced, truth
 
 DAMPING = "gear.damping"
 SHORT_S = 0.12
-FLAT = NEGLIGIBLE**0.5
+FLAT = SEARCH.negligible_fall**0.5
 """Standard errors within which the solver does not seek the optimum."""
 
 

@@ -6,15 +6,9 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.analysis.settings import RESIDUAL
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.noise import FLOOR_ERROR
-
-ERRORS = 4.0
-"""Standard errors up to which chance explains a residual above the floor.
-
-Of records of 1 000 to 10 000 samples of white noise 2 to 5 in 1000 are above, not one in 30 000 as the normal law has
-it: the floor is the least of several readings where one is significantly lower.
-"""
 
 
 class NoiseLevel(Enum):
@@ -81,7 +75,7 @@ def most_by_chance(effective_samples: float, floor_samples: int) -> float:
     """Return the largest ratio of a residual's RMS to its noise floor that chance explains.
 
     The RMS of n independent samples has the relative standard error sqrt(1 / 2n), the floor its own of about
-    1.7 / sqrt(N). However few samples there are, the search weights what is above `MISFIT` as a misfit.
+    1.7 / sqrt(N). However few samples there are, the search weights what is above `NOISE.misfit` as a misfit.
 
     Parameters
     ----------
@@ -99,4 +93,4 @@ def most_by_chance(effective_samples: float, floor_samples: int) -> float:
     """
     n = effective_samples if effective_samples >= 1.0 else 1.0
     error = math.sqrt(0.5 / n + FLOOR_ERROR**2 / max(floor_samples, 1))
-    return min(1.0 + ERRORS * error, MISFIT)
+    return min(1.0 + RESIDUAL.noise_errors * error, NOISE.misfit)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from mechid.analysis.settings import ORDER
 from mechid.arrays import FloatArray
 from mechid.command import RateProfile
 from mechid.simulation.simulator import TimeBase
-
-ONE_RATE = 0.02
-"""Rates that differ by less than this part of the largest are one rate."""
 
 
 def commanded_rate(profile: RateProfile, time_offset_s: float, base: TimeBase) -> FloatArray:
@@ -29,4 +27,4 @@ def commanded_rate(profile: RateProfile, time_offset_s: float, base: TimeBase) -
     ends = [(t, float(np.interp(t, points[:, 0], points[:, 1]))) for t in (base.start_s, until)]
     rate = np.array([ends[0], *map(tuple, inside), ends[1]])
     spread = float(np.ptp(rate[:, 1]))
-    return rate if spread > ONE_RATE * float(np.abs(rate[:, 1]).max()) else rate[:1]
+    return rate if spread > ORDER.one_rate * float(np.abs(rate[:, 1]).max()) else rate[:1]

@@ -5,17 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mechid.analysis.order_tracking import travel_windows
+from mechid.analysis.settings import ORDER
 from mechid.signal.grid import Hummed, drifting_lines, evident_grid
-from mechid.signal.mains import HIGHEST_HZ
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series
+from mechid.signal.settings import HUM
 from mechid.signal.trend import fit_line
-
-STEADY = 1e-3
-"""Relative difference of a record's rates up to which they are one: its orders then stand still beside the hum."""
-TOLD_APART, ROOM = 2.0, 7.0
-"""Inverse durations by which an order is told from a multiple of the mains, and by which it is clear of lines that
-follow a drift."""
 
 
 def without_hum(
@@ -39,7 +34,7 @@ def without_hum(
     if not rates:
         return residual, frozenset()
     rate, duration_s = sum(rates) / len(rates), residual.size / sample_rate_hz
-    steady = max(rates) <= (1.0 + STEADY) * min(rates)
+    steady = max(rates) <= (1.0 + ORDER.steady) * min(rates)
 
     def nearest(hz: float) -> float:
         return min(abs(hz - order * rate) for order in orders) if steady else float("inf")
@@ -47,11 +42,15 @@ def without_hum(
     own = Hummed(residual, sample_rate_hz, lambda hz, reach: nearest(hz) > reach)
     told = evident_grid([own], mains_hz)
     hz = told.own_hz[0] if told else mains_hz
-    top = min(HIGHEST_HZ, 0.45 * sample_rate_hz)
+    top = min(HUM.highest_hz, 0.45 * sample_rate_hz)
     multiples = [k * hz for k in range(1, int(top / hz) + 1)]
-    apart = [line for line in multiples if nearest(line) > TOLD_APART / duration_s]
-    lines = [f for line in apart for f in (drifting_lines(own, line) if nearest(line) > ROOM / duration_s else (line,))]
-    near = (order for order in orders for line in multiples if abs(order * rate - line) <= TOLD_APART / duration_s)
+    apart = [line for line in multiples if nearest(line) > ORDER.hum_apart / duration_s]
+    lines = [
+        f
+        for line in apart
+        for f in (drifting_lines(own, line) if nearest(line) > ORDER.hum_room / duration_s else (line,))
+    ]
+    near = (order for order in orders for line in multiples if abs(order * rate - line) <= ORDER.hum_apart / duration_s)
     hidden = frozenset(near) if steady else frozenset()
     turns = [line / sample_rate_hz for line in lines]
     return Remainder(residual, fit_line(residual, 0, None, turns)), hidden

@@ -10,7 +10,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduced import channel_triangles
+from mechid.identification.output_error.reduction import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.result.as_fitted import record_as_fitted

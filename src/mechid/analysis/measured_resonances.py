@@ -15,24 +15,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from mechid.analysis.order_tracking import OrderLine
+from mechid.analysis.settings import RESONANCE
 from mechid.arrays import FloatArray
 from mechid.signal.lines import Line
-
-ALIKE = 0.06
-"""Relative distance within which peaks are one resonance."""
-STANDS_OUT = 2.0
-"""Times its surroundings on both sides, that a peak of an order over the rate is."""
-ABOVE_NOISE = 6.0
-"""Standard errors above nothing."""
-HUMP_DB = 3.0
-"""By which a hump of the density rises over both sides, and over the upper half of the band."""
-SMOOTH = 0.03
-"""Relative width over which a density is smoothed."""
-POINTS_A_DECADE = 400
-LINE_BINS = 2.5
-"""On both sides of a line, that are its own under a Hann window."""
-LINES_A_HUMP, WIDER = 4.0, 0.75
-"""A hump of lines lies at so many times their distance or more, and is wider than one: half its width, in distances."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +67,7 @@ def measured_resonances(
     groups = [group for group in _groups(_order_peaks(tracked)) if len({order for order, _ in group}) > 1]
     found = [_of_orders(group, humps) for group in groups]
     taken = [one.frequency_hz for one in found]
-    alone = [h for h in humps if not any(abs(h[0] / hz - 1.0) < 2.0 * ALIKE for hz in taken)]
+    alone = [h for h in humps if not any(abs(h[0] / hz - 1.0) < 2.0 * RESONANCE.alike for hz in taken)]
     found += [MeasuredResonance(frequency_hz=hz, spread_hz=half, orders=(), hump=True) for hz, half in alone]
     return tuple(sorted(found, key=lambda one: one.frequency_hz))
 
@@ -94,7 +79,7 @@ def _of_orders(group: Sequence[tuple[float, float]], humps: Sequence[tuple[float
         frequency_hz=middle,
         spread_hz=0.5 * (max(frequencies) - min(frequencies)),
         orders=tuple(sorted({order for order, _ in group})),
-        hump=any(abs(hz / middle - 1.0) < 2.0 * ALIKE for hz, _ in humps),
+        hump=any(abs(hz / middle - 1.0) < 2.0 * RESONANCE.alike for hz, _ in humps),
     )
 
 
@@ -109,12 +94,14 @@ def _order_peaks(lines: Iterable[OrderLine]) -> list[tuple[float, float]]:
 def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, float]]:
     amplitude = np.array([math.sqrt(max(line.power(), 0.0)) for line in lines])
     noise = np.array([line.errors[0] for line in lines])
-    size = np.maximum(amplitude, ABOVE_NOISE * noise / STANDS_OUT)
+    size = np.maximum(amplitude, RESONANCE.above_noise * noise / RESONANCE.stands_out)
     from scipy.signal import find_peaks  # takes 0.4 s to load, which only those pay who look for resonances
 
-    peaks, _ = find_peaks(np.log(np.maximum(size, np.finfo(float).tiny)), prominence=math.log(STANDS_OUT))
+    peaks, _ = find_peaks(np.log(np.maximum(size, np.finfo(float).tiny)), prominence=math.log(RESONANCE.stands_out))
     return [
-        (order, order * _rate_at(lines, amplitude, k)) for k in peaks.tolist() if amplitude[k] > ABOVE_NOISE * noise[k]
+        (order, order * _rate_at(lines, amplitude, k))
+        for k in peaks.tolist()
+        if amplitude[k] > RESONANCE.above_noise * noise[k]
     ]
 
 
@@ -128,7 +115,7 @@ def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, floa
     """Return the peaks in groups of like frequency."""
     groups: list[list[tuple[float, float]]] = []
     for peak in sorted(peaks, key=lambda p: p[1]):
-        if groups and peak[1] <= groups[-1][0][1] * (1.0 + ALIKE):
+        if groups and peak[1] <= groups[-1][0][1] * (1.0 + RESONANCE.alike):
             groups[-1].append(peak)
         else:
             groups.append([peak])
@@ -144,7 +131,7 @@ def _between(frequency: FloatArray, density: FloatArray, lines: Sequence[Line]) 
     number = np.arange(frequency.size)
     kept = np.ones(frequency.size, dtype=bool)
     for line in lines:
-        skirt = LINE_BINS + (math.sqrt(line.ratio) / math.pi) ** (1.0 / 3.0)
+        skirt = RESONANCE.line_bins + (math.sqrt(line.ratio) / math.pi) ** (1.0 / 3.0)
         kept[np.abs(number - line.frequency_hz / frequency[1]) <= skirt] = False
     return np.interp(number, number[kept], density[kept]) if kept.any() else density
 
@@ -154,23 +141,25 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
     from scipy.signal import find_peaks
 
     width = float(frequency[1])
-    lowest = max(LINES_A_HUMP * spacing_hz, 8.0 * width)
-    if lowest * 10.0 ** (8 / POINTS_A_DECADE) >= frequency[-1]:
+    lowest = max(RESONANCE.lines_a_hump * spacing_hz, 8.0 * width)
+    if lowest * 10.0 ** (8 / RESONANCE.points_a_decade) >= frequency[-1]:
         return []
     reach = 2 * math.ceil(0.5 * spacing_hz / width) + 1
     tops = maximum_filter1d(density, reach) if spacing_hz else density
-    grid = np.geomspace(0.5 * lowest, frequency[-1], int(POINTS_A_DECADE * math.log10(frequency[-1] / lowest) + 8))
+    grid = np.geomspace(
+        0.5 * lowest, frequency[-1], int(RESONANCE.points_a_decade * math.log10(frequency[-1] / lowest) + 8)
+    )
     level = np.maximum(np.interp(grid, frequency, _running_mean(frequency, tops)), np.finfo(float).tiny)
-    decibels = 10.0 * gaussian_filter1d(np.log10(level), SMOOTH * POINTS_A_DECADE / math.log(10.0))
+    decibels = 10.0 * gaussian_filter1d(np.log10(level), RESONANCE.smooth * RESONANCE.points_a_decade / math.log(10.0))
     floor = float(np.median(decibels[grid > 0.5 * frequency[-1]]))
-    peaks, facts = find_peaks(decibels, prominence=HUMP_DB, width=1, rel_height=1.0)
+    peaks, facts = find_peaks(decibels, prominence=RESONANCE.hump_db, width=1, rel_height=1.0)
     found = []
     for k, prominent in zip(peaks.tolist(), facts["prominences"].tolist(), strict=True):
-        if grid[k] < lowest or decibels[k] < floor + HUMP_DB:
+        if grid[k] < lowest or decibels[k] < floor + RESONANCE.hump_db:
             continue
         inside = _inside(decibels, k, min(3.0, prominent))
         half = 0.5 * float(grid[inside[1]] - grid[inside[0]])
-        if half >= WIDER * spacing_hz:
+        if half >= RESONANCE.wider * spacing_hz:
             found.append((float(grid[k]), half))
     return found
 
@@ -183,9 +172,9 @@ def _inside(decibels: FloatArray, peak: int, below: float) -> tuple[int, int]:
 
 
 def _running_mean(frequency: FloatArray, density: FloatArray) -> FloatArray:
-    """Return the mean of a density over `SMOOTH` of each frequency on both sides."""
+    """Return the mean of a density over `RESONANCE.smooth` of each frequency on both sides."""
     total = np.concatenate([[0.0], np.cumsum(density)])
     number = np.arange(frequency.size)
-    first = np.minimum(np.floor(number * (1.0 - SMOOTH)).astype(np.int64), number)
-    stop = np.minimum(np.ceil(number * (1.0 + SMOOTH)).astype(np.int64) + 1, frequency.size)
+    first = np.minimum(np.floor(number * (1.0 - RESONANCE.smooth)).astype(np.int64), number)
+    stop = np.minimum(np.ceil(number * (1.0 + RESONANCE.smooth)).astype(np.int64) + 1, frequency.size)
     return np.asarray((total[stop] - total[first]) / (stop - first), dtype=np.float64)

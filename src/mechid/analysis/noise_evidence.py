@@ -6,13 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mechid.analysis.settings import RESIDUAL
 from mechid.records import Channel
 from mechid.signal import noise_floor
 from mechid.signal.quiet import QuietStretch, quiet_rms
 from mechid.signal.resolution import resolution
-
-AGREES = 1.5
-"""Two readings of a noise whose ratio is below agree."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +44,7 @@ def noise_evidence(channel: Channel, sample_rate_hz: float, quiet: Sequence[Quie
     floor = noise_floor(y, sample_rate_hz, rejected=channel.bridged)
     quietest = quiet_rms(quiet)
     sigmas = {"floor": floor, "resolution": step / math.sqrt(12.0)}
-    if quietest is not None and quietest > AGREES * floor:
+    if quietest is not None and quietest > RESIDUAL.readings_agree * floor:
         sigmas["quiet stretch"] = quietest
     rests_on = max(sigmas, key=lambda key: sigmas[key])
     return NoiseEvidence(sigma=sigmas[rests_on], rests_on=rests_on, floor=floor, quiet=quietest, resolution=step)

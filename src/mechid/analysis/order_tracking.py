@@ -12,20 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mechid.analysis.settings import ORDER
 from mechid.arrays import FloatArray, IntArray
 from mechid.signal import order_amplitudes
 from mechid.signal.series import Series, blocks
 
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 """Half: the rotor tooth of 3.6 deg in a 1.8 deg motor; one to four: the full step and its harmonics."""
-WINDOW_STEPS = 16.0
-"""Least full steps a window where the record has them: tells orders apart that differ by a sixteenth."""
-LEAST_STEPS = 4.0
-"""A record that travels less has no orders."""
-HIGHEST_SHARE = 0.8
-"""Of half the sample rate; an order above it is left out."""
-RESOLVED = 3.0
-"""Standard errors from which a line's amplitude and phase are compared."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +87,7 @@ class TravelWindow:
 
     def reaches(self, order: float) -> bool:
         """Return whether the line of an order is clear of half the sample rate."""
-        return order * self.rate < HIGHEST_SHARE * 0.5 * self.sample_rate_hz
+        return order * self.rate < ORDER.highest_share * 0.5 * self.sample_rate_hz
 
     def of(self, series: Series) -> FloatArray:
         """Return the samples of a series that count, (n,)."""
@@ -193,8 +186,8 @@ def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWind
 def _windows(travel: Series) -> Iterator[IntArray]:
     """Yield the samples of windows of equal travel, without those at which the command dwells."""
     first, last = float(travel[:1][0]), float(travel[travel.size - 1 :][0])
-    total, count = last - first, max(int((last - first) / WINDOW_STEPS), 1)
-    if total < LEAST_STEPS:
+    total, count = last - first, max(int((last - first) / ORDER.window_steps), 1)
+    if total < ORDER.least_steps:
         return
     begun, number = [np.zeros(0, dtype=np.int64)], 0
     for part in blocks(travel.size):
@@ -216,7 +209,7 @@ def _summed_up(order: float, lines: list[OrderLine]) -> OrderError:
     error = float(np.sqrt(np.mean([line.errors[0] ** 2 for line in lines])))
     size_y, size_p = (float(np.sqrt(np.mean(np.abs(c) ** 2))) for c in (y, p))
     peak = int(np.argmax(np.abs(y)))
-    resolved = size_y > RESOLVED * error
+    resolved = size_y > ORDER.resolved * error
     return OrderError(
         order=order,
         windows=len(lines),

@@ -9,16 +9,13 @@ from enum import Enum
 
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import LEFT_OUT, Hypothesis
+from mechid.analysis.settings import RESIDUAL
 from mechid.parameter import Status
 
 LEVELS = ((2.0, "hardly"), (6.0, "slightly"), (10.0, "clearly"), (math.inf, "decisively"))
 """A difference of a criterion up to so much, in words; after Burnham and Anderson, Kass and Raftery."""
 TELLING = LEVELS[0][0]
 """A smaller difference tells nothing."""
-WHITE = 0.9
-"""Share of effective samples below which residuals are called coloured."""
-AMPLE = 40.0
-"""Samples a fitted number below which AIC and BIC, which hold for many, are rough (Burnham and Anderson)."""
 
 
 class ComparisonOutcome(Enum):
@@ -157,13 +154,13 @@ def cautions(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> tuple
     """Return what weakens a comparison, one line each."""
     lines = [_cut_short(h) for h in hypotheses if any(r.used < r.samples for r in h.used_for("estimate"))]
     share = scores[0].effective_samples / scores[0].samples
-    if share < WHITE:
+    if share < RESIDUAL.white:
         lines.append(
             f"residuals are coloured: {scores[0].samples:.0f} samples are worth {scores[0].effective_samples:.0f}; "
             "AIC and BIC by all samples are overconfident, those by effective samples decide"
         )
     most = max(s.counted for s in scores)
-    if scores[0].effective_samples < AMPLE * most:
+    if scores[0].effective_samples < RESIDUAL.ample * most:
         lines.append(
             f"{scores[0].effective_samples:.0f} effective samples for up to {most} fitted numbers: the criteria are "
             "rough here, trust the records held out before them"

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mechid.analysis.hum_in_residual import without_hum
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
+from mechid.analysis.settings import ORDER
 from mechid.arrays import FloatArray
 from mechid.signal.density import THIRD
 from mechid.signal.orders import orders_and_rest
@@ -28,12 +29,6 @@ SPACED = tuple(zip(TRACKED, np.diff(TRACKED, prepend=0.0).tolist(), strict=True)
 """Each with its distance to the one below."""
 CENTRES_HZ = 10.0 ** (np.arange(41) / 10.0)
 """Of the third octaves of the density, 1 Hz to 10 kHz."""
-RATE_STEP = 0.05
-"""Windows whose rates differ by less, relative, are one rate."""
-BINS, FEWEST_BINS = 64, 3
-"""Of a spectrum around a line, which say how large noise makes it; of a band, for a density."""
-TURNS = 2.0
-"""Of the difference of two neighbouring orders that a window has to hold for both to be told apart."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,14 +96,14 @@ def residual_emission(
 
 
 def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int, TravelWindow, list[float]]]:
-    """Yield each window of a record with the number of its rate, alike within `RATE_STEP`, and its orders.
+    """Yield each window of a record with the number of its rate, alike within `ORDER.rate_step`, and its orders.
 
     The orders are those of `TRACKED` that it reaches and tells apart; windows without any are left out.
     """
     for window in travel_windows(travel, sample_rate_hz):
-        orders = [q for q, apart in SPACED if window.reaches(q) and apart * window.travelled >= TURNS]
+        orders = [q for q, apart in SPACED if window.reaches(q) and apart * window.travelled >= ORDER.turns]
         if orders and window.size > 4 * len(orders) + 4:
-            yield round(np.log(window.rate) / np.log1p(RATE_STEP)), window, orders
+            yield round(np.log(window.rate) / np.log1p(ORDER.rate_step)), window, orders
 
 
 def _tracked(window: TravelWindow, left: FloatArray, orders: list[float], hidden: Collection[float]) -> _Window:
@@ -126,14 +121,14 @@ def _tracked(window: TravelWindow, left: FloatArray, orders: list[float], hidden
 
 
 def around(frequency: FloatArray, density: NDArray[Any], lines_hz: FloatArray) -> NDArray[Any]:
-    """Return the mean density around each line, (..., k), over an octave to both sides and `BINS` bins at least.
+    """Return the mean density around each line, (..., k), over an octave to both sides and `ORDER.bins` bins at least.
 
     Of densities (..., n) at frequencies (n,). A bin less counts for each line that was fitted among them.
     """
     sums = np.concatenate([np.zeros((*density.shape[:-1], 1)), np.cumsum(density, axis=-1)], axis=-1)
     first = np.maximum(np.searchsorted(frequency, 0.5 * lines_hz), 1)
-    last = np.minimum(np.maximum(np.searchsorted(frequency, 2.0 * lines_hz), first + BINS), frequency.size)
-    lowest = np.maximum(np.minimum(first, last - BINS), 1)
+    last = np.minimum(np.maximum(np.searchsorted(frequency, 2.0 * lines_hz), first + ORDER.bins), frequency.size)
+    lowest = np.maximum(np.minimum(first, last - ORDER.bins), 1)
     fitted = np.searchsorted(lines_hz, frequency[last - 1], side="right") - np.searchsorted(lines_hz, frequency[lowest])
     return np.asarray((sums[..., last] - sums[..., lowest]) / np.maximum(last - lowest - fitted, 1))
 
@@ -144,7 +139,7 @@ def _third_octaves(frequency: FloatArray, density: FloatArray, lines_hz: FloatAr
     bins, lines = (np.histogram(at, edges)[0] for at in (frequency, lines_hz))
     left = bins - lines
     power = np.histogram(frequency, edges, weights=density)[0]
-    return np.where(left >= FEWEST_BINS, power / np.maximum(left, 1), np.nan)
+    return np.where(left >= ORDER.fewest_bins, power / np.maximum(left, 1), np.nan)
 
 
 def _joined(windows: list[_Window]) -> ResidualAtRate:

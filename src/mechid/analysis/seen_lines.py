@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mechid.analysis.settings import ORDER
 from mechid.signal.lines import Line
 from mechid.signal.mains import MainsLine
-
-QUARTERS = 4
-"""A line is looked for at quarters of the step rate."""
-NEAR_BINS, NEAR = 0.5, 5e-4
-"""A line this near to a multiple of the step rate, in bins or relative, is one."""
-BY_CHANCE = 0.2
-"""Chance of any line to be that near to a multiple, up to which it tells something."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +31,7 @@ class SeenLine:
 def seen_line(line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz: float) -> SeenLine:
     """Return a line with what it may be."""
     near = [one for one in mains if abs(one.line.frequency_hz - line.frequency_hz) < bin_hz]
-    orders = (_order(line.frequency_hz, rate, parts, bin_hz) for parts in (1, QUARTERS) if rate)
+    orders = (_order(line.frequency_hz, rate, parts, bin_hz) for parts in (1, ORDER.quarters) if rate)
     order = next((order for order in orders if order), None)
     return SeenLine(line=line, order=order, mains=near[0] if near else None)
 
@@ -45,6 +39,6 @@ def seen_line(line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz
 def _order(frequency_hz: float, rate: float, parts: int, bin_hz: float) -> float | None:
     """Return the order of a line in whole parts of the rate; None where it is none, or may well be so by chance."""
     order = round(parts * frequency_hz / rate) / parts
-    near = max(NEAR_BINS * bin_hz, NEAR * frequency_hz)
+    near = max(ORDER.near_bins * bin_hz, ORDER.near * frequency_hz)
     is_one = order > 0.0 and abs(order * rate - frequency_hz) <= near
-    return order if is_one and 2.0 * near * parts <= BY_CHANCE * rate else None
+    return order if is_one and 2.0 * near * parts <= ORDER.by_chance * rate else None

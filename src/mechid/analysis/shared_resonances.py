@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.analysis.look import RecordLook
-from mechid.analysis.measured_resonances import ALIKE, MeasuredResonance
-
-APART = 0.1
-"""Relative distance of step rates that are different ones."""
+from mechid.analysis.measured_resonances import MeasuredResonance
+from mechid.analysis.settings import RESONANCE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +42,7 @@ def shared_resonances(looks: Sequence[RecordLook]) -> tuple[SharedResonance, ...
     ]
     groups: list[list[_Seen]] = []
     for one in sorted(seen, key=lambda each: each.found.frequency_hz):
-        if groups and one.found.frequency_hz <= groups[-1][0].found.frequency_hz * (1.0 + ALIKE):
+        if groups and one.found.frequency_hz <= groups[-1][0].found.frequency_hz * (1.0 + RESONANCE.alike):
             groups[-1].append(one)
         else:
             groups.append([one])
@@ -56,7 +54,7 @@ def _is_sure(group: Sequence[_Seen]) -> bool:
         return True
     rates = {one.record: one.rate for one in group}
     constant = [rate for rate in rates.values() if rate is not None]
-    differ = bool(constant) and max(constant) > (1.0 + APART) * min(constant)
+    differ = bool(constant) and max(constant) > (1.0 + RESONANCE.rates_apart) * min(constant)
     return len(rates) > 1 and (differ or len(constant) < len(rates))
 
 

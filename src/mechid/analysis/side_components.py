@@ -16,23 +16,13 @@ import numpy as np
 from scipy.special import fdtri, gamma
 
 from mechid.analysis.hum_in_residual import without_hum
-from mechid.analysis.order_tracking import RESOLVED, TravelWindow
-from mechid.analysis.residual_emission import BINS, TRACKED, around, tracked_windows
+from mechid.analysis.order_tracking import TravelWindow
+from mechid.analysis.residual_emission import TRACKED, around, tracked_windows
+from mechid.analysis.settings import ORDER
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.signal import order_amplitudes, order_signal
 from mechid.signal.series import Series
 from mechid.signal.window import hann
-
-FALSE_ALARM = 0.01
-"""By chance noise alone makes a line of any component at any order of one rate at most so often."""
-COHERENT = 0.5
-"""Share of a line's power that has one phase to the drive torque, below which that phase does not count."""
-BY_CHANCE = 0.01
-"""Phases that are none are taken for one at most so often."""
-MANY = 9
-"""Windows less one from which on `COHERENT` alone decides: by chance it is rarer still."""
-HANN = 1.5
-"""Bins of a Hann window that are worth one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -170,7 +160,7 @@ def side_lines(at: SideAtRate) -> SideLines:
         heard=heard[:, 1:],
         known=in_phase,
     )
-    return replace(lines, known=in_phase & (lines.phase_sigma < 1.0 / RESOLVED))
+    return replace(lines, known=in_phase & (lines.phase_sigma < 1.0 / ORDER.resolved))
 
 
 def least_power(windows: int, components: int) -> float:
@@ -178,8 +168,8 @@ def least_power(windows: int, components: int) -> float:
 
     Both are sums of squares: of the line 2 a window, of the noise those of the bins around it.
     """
-    alarm = FALSE_ALARM / (len(TRACKED) * max(components, 1))
-    return float(fdtri(2 * windows, 2 * windows * BINS / HANN, 1.0 - alarm))
+    alarm = ORDER.false_alarm / (len(TRACKED) * max(components, 1))
+    return float(fdtri(2 * windows, 2 * windows * ORDER.bins / ORDER.hann_bins, 1.0 - alarm))
 
 
 def least_coherence(windows: int) -> float:
@@ -197,8 +187,10 @@ def least_coherence(windows: int) -> float:
     if d < 1:
         return float("inf")
     ball = np.pi ** (0.5 * d) / gamma(0.5 * d + 1.0) * np.sqrt(windows)
-    scatter = (BY_CHANCE * (2.0 * np.pi) ** d / ball) ** (2.0 / d) / windows if d < MANY else 1.0
-    return float(max(COHERENT, 1.0 - scatter))
+    scatter = (
+        (ORDER.phase_by_chance * (2.0 * np.pi) ** d / ball) ** (2.0 / d) / windows if d < ORDER.many_windows else 1.0
+    )
+    return float(max(ORDER.coherent, 1.0 - scatter))
 
 
 def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> ComplexArray:

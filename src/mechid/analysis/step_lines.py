@@ -10,9 +10,6 @@ import numpy as np
 
 from mechid.analysis.order_tracking import OrderLine
 
-RESOLVED = 3.0
-"""Standard errors from which a line is told from noise."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class StepLine:

@@ -15,16 +15,13 @@ from mechid.arrays import FloatArray
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import find_orbit
 from mechid.budgets.period_map import PeriodMap
+from mechid.budgets.settings import MOTION
 from mechid.budgets.steady_state import SteadyState, cut_off, enough_substeps, periods_to_settle, steady_state
 from mechid.identification.computation.parallel import mapped
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 
 FROM_REST, RISING, FALLING = "from rest", "rising", "falling"
-MOST = 4
-"""Steady states that are looked for at a rate."""
-SAME = 1e-6
-"""Two motions are one where their states, in their own sizes, are nearer than this."""
 
 
 @dataclass
@@ -40,7 +37,7 @@ class _AtRate:
             if k == found if isinstance(found, int) else _same(self.period, found, other):
                 self.known[k] = replace(other, reached=tuple(dict.fromkeys((*other.reached, way))))
                 return None
-        if isinstance(found, int) or len(self.known) == MOST:
+        if isinstance(found, int) or len(self.known) == MOTION.most_motions:
             return None
         self.known.append(replace(found, reached=(way,)))
         return self.known[-1]
@@ -108,6 +105,6 @@ def _is_on(period: PeriodMap, x: FloatArray, state: SteadyState) -> bool:
     passed = state.x
     for k in range(state.periods):
         passed = period.settled(passed, 1) if k else passed
-        if float(np.max(np.abs(period.modulo(x - passed)) / state.size)) < SAME:
+        if float(np.max(np.abs(period.modulo(x - passed)) / state.size)) < MOTION.same_motion:
             return True
     return False

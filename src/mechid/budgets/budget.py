@@ -27,6 +27,7 @@ from mechid.budgets.orders import Crossing, crossings, rates_to_avoid
 from mechid.budgets.over_rate import deciding_curve, level_curve, rms_bands, total_bands, two_way_curve
 from mechid.budgets.profile_run import run_profile
 from mechid.budgets.requirement import Requirement, Standing
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.side_response import SideResponse, side_response
 from mechid.budgets.side_source import SideSource
 from mechid.budgets.standing import Parts, nominal_level, standing
@@ -46,12 +47,6 @@ if TYPE_CHECKING:
 
 Listener = Callable[[str], None]
 
-CAMPBELL_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0)
-"""Lines a full step whose crossings with modes are listed."""
-BESIDE = (-0.01, -0.003, 0.0, 0.003, 0.01)
-"""Rates added at a crossing, relative to it: a mode of 0.5 % damping is 1 % wide."""
-AROUND = 0.05
-"""By so much crossings may lie outside the rates and still be listed."""
 BY_DUTY = "all modes, by duty"
 
 
@@ -322,8 +317,8 @@ def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> Opera
     if not mode.refined:
         return mode
     ends = (float(mode.rates[0]), float(mode.rates[-1]))
-    met = crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate), ends)
-    near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
+    met = crossings(LEVEL.campbell_orders, named_modes(file.structure, estimate), ends)
+    near = np.array([c.rate * (1.0 + side) for c in met for side in LEVEL.rates_at_crossing])
     inside = near[(near >= ends[0]) & (near <= ends[1])]
     return replace(mode, rates=np.unique(np.round(np.concatenate([mode.rates, inside]), 9)))
 
@@ -332,8 +327,8 @@ def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
     rates = [rate for mode in file.modes for rate in mode.rates]
     if not rates:
         return []
-    around = (min(rates) * (1.0 - AROUND), max(rates) * (1.0 + AROUND))
-    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate), around)
+    around = (min(rates) * (1.0 - LEVEL.around_rates), max(rates) * (1.0 + LEVEL.around_rates))
+    return crossings(LEVEL.campbell_orders, named_modes(file.structure, estimate), around)
 
 
 def named_modes(structure: Structure, estimate: Estimate) -> list[tuple[str, float]]:

@@ -14,15 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
+from mechid.budgets.settings import RESIDUALS
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.linearisation import held_inputs, holdings, linearised
 
 GRID_HZ = np.geomspace(0.5, 5000.0, 1200)
-WIDTH = 0.12
-"""Relative, to both sides of a frequency: over so much the bench's response is a root mean square, as the residual is
-that of neighbouring rates; where a response passes through zero, what was seen there says nothing of what enters."""
-AGREE = 0.1
-"""The path is known where both ratios differ by no more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +41,7 @@ class Carried:
         """Return where both paths agree, (n,), so that the ratio is no bound but known."""
         if self.at_rotor is None:
             return np.zeros(frequency_hz.shape, dtype=np.bool_)
-        return np.asarray(np.abs(self._at_rotor(frequency_hz) - 1.0) <= AGREE, dtype=np.bool_)
+        return np.asarray(np.abs(self._at_rotor(frequency_hz) - 1.0) <= RESIDUALS.agree, dtype=np.bool_)
 
     def _at_rotor(self, frequency_hz: FloatArray) -> FloatArray:
         if self.at_rotor is None:
@@ -78,7 +74,7 @@ def _from_motor(mechanism: Mechanism) -> FloatArray:
 
 def _smooth(size: FloatArray) -> FloatArray:
     """Return the root mean square over the neighbourhood of each frequency of the grid."""
-    each = round(np.log1p(WIDTH) / np.log(GRID_HZ[1] / GRID_HZ[0]))
+    each = round(np.log1p(RESIDUALS.width) / np.log(GRID_HZ[1] / GRID_HZ[0]))
     width = 2 * each + 1
     squares = np.convolve(np.pad(size**2, each, mode="edge"), np.full(width, 1.0 / width), mode="valid")
     return np.asarray(np.sqrt(squares))

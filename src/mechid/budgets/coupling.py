@@ -18,9 +18,6 @@ from mechid.plant.moving_base import ACCELERATION
 from mechid.simulation.linearisation import held_inputs, holdings, linearised
 from mechid.structure import Modes, Structure
 
-SUFFICES = 0.05
-"""|R K| up to which the one-way torque is taken for enough."""
-
 
 def dynamic_stiffness(mechanism: Mechanism, frequency_hz: FloatArray, command: Command | None = None) -> ComplexArray:
     """Return torque on the base per base angle, (h, n) N m/rad, of the mechanism linearised where it holds.

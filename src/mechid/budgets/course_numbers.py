@@ -9,11 +9,8 @@ import numpy as np
 from mechid.budgets.budget import Budget
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.profile_run import ProfileResponse
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.shares import deviations
-
-COURSE_SAMPLES = 4000
-"""Of a profile's line of sight: the least and the largest of each of half as many stretches."""
-COURSE_DRAWS = 200
 
 
 def course_of(budget: Budget, made: ModeBudget, course: ProfileResponse) -> dict[str, Any]:
@@ -23,11 +20,11 @@ def course_of(budget: Budget, made: ModeBudget, course: ProfileResponse) -> dict
     time = course.window_times_s
     rates = np.interp(time, made.mode.command.rate.times_s, made.mode.command.rate.rates)
     n = len(budget.estimate.names)
-    by = np.zeros((COURSE_DRAWS, course.columns))
+    by = np.zeros((LEVEL.samples, course.columns))
     rng = np.random.default_rng(budget.file.seed)
-    by[:, :n] = deviations(budget.estimate.covariance, COURSE_DRAWS, rng)
+    by[:, :n] = deviations(budget.estimate.covariance, LEVEL.samples, rng)
     draws = course.windowed_draws(by) * (
-        1.0 + budget.estimate.discrepancy.overall * rng.normal(size=(COURSE_DRAWS, 1, 1))
+        1.0 + budget.estimate.discrepancy.overall * rng.normal(size=(LEVEL.samples, 1, 1))
     )
     two_way = made.two_way_course.rms().tolist() if made.two_way_course else None
     return {
@@ -51,7 +48,7 @@ def course_of(budget: Budget, made: ModeBudget, course: ProfileResponse) -> dict
 
 
 def _extremes(course: ProfileResponse) -> dict[str, Any]:
-    stretches = min(COURSE_SAMPLES // 2, len(course.series))
+    stretches = min(LEVEL.course_samples // 2, len(course.series))
     edges = np.linspace(0, len(course.series), stretches + 1).astype(np.int64)[:-1]
     return {
         "time_s": (edges / course.series_rate_hz).tolist(),

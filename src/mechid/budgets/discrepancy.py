@@ -11,12 +11,9 @@ import numpy as np
 from mechid.analysis.fit_residuals import FitResiduals
 from mechid.analysis.validation import TORQUE
 from mechid.arrays import FloatArray
+from mechid.budgets.settings import RESIDUALS
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.result.record_result import RecordFit
-
-NOISE_ERROR = 3.7
-"""Relative standard error of residual power over noise power, times the root of the samples: sqrt(2) of the one and
-2 x 1.7 of the other (`signal.noise`), by their squares."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,7 @@ def _beyond_noise(record: RecordFit) -> float:
     if residual <= noise:
         return 0.0
     share = 1.0 - (noise / residual) ** 2
-    return share if share > 3.0 * NOISE_ERROR / np.sqrt(max(record.samples, 1)) else 0.0
+    return share if share > 3.0 * RESIDUALS.noise_error / np.sqrt(max(record.samples, 1)) else 0.0
 
 
 def _number(value: float) -> float:

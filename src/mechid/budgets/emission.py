@@ -12,12 +12,12 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
-from mechid.budgets.line_of_sight import LINE_SPACING, Response
-from mechid.budgets.over_rate import SAMPLES, torque_samples
+from mechid.budgets.line_of_sight import Response
+from mechid.budgets.over_rate import torque_samples
 from mechid.budgets.residual_source import EDGES_HZ, ResidualHere
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.steady_state import SteadyState
 
-BOUND = 0.95
 RATIO, UPPER, DENSITY, WITHIN = "ratio", "upper bound", "density", "within noise"
 """How what the model lacks is carried from bench to flight: by the known ratio or the larger one; of an order that was
 not tracked by the density there. Or it is not heard, and what noise may hide is in the bound alone."""
@@ -37,7 +37,7 @@ class Emission:
     residual : (n,)
         Amplitude of what it lacks, N m, root mean square over what it may be.
     bound : (n,)
-        The amplitude stays below with a probability of `BOUND`, N m.
+        The amplitude stays below with a probability of `LEVEL.bound`, N m.
     carried : tuple of str, (n,)
         `RATIO`, `UPPER`, `DENSITY` or `WITHIN`; empty where it lacks nothing.
     bands_hz : (b, 2)
@@ -68,7 +68,7 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
     lines = np.concatenate([state.lines, np.zeros(more.size)])
     samples = np.hstack([modelled, drawn])
     residual, limit = (
-        here.at_orders(orders, LINE_SPACING, sizes) if here is not None else np.zeros(orders.size)
+        here.at_orders(orders, LEVEL.line_spacing, sizes) if here is not None else np.zeros(orders.size)
         for sizes in ((here.amplitude, here.limit) if here is not None else (orders, orders))
     )
     bands = np.column_stack([EDGES_HZ[:-1], EDGES_HZ[1:]])[EDGES_HZ[:-1] < highest_hz]
@@ -81,12 +81,12 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
         frequency_hz=frequency,
         modelled=lines,
         residual=residual,
-        bound=np.quantile(np.abs(samples), BOUND, axis=0) + np.concatenate([state.error, np.zeros(more.size)]),
+        bound=np.quantile(np.abs(samples), LEVEL.bound, axis=0) + np.concatenate([state.error, np.zeros(more.size)]),
         carried=_carried(here, orders, residual, limit),
         bands_hz=bands,
         band_modelled=np.sqrt(0.5 * np.abs(lines) ** 2 @ inside),
         band_residual=np.sqrt(0.5 * np.where(tracked, residual, 0.0) ** 2 @ inside + density),
-        band_bound=np.quantile(np.sqrt(power), BOUND, axis=0),
+        band_bound=np.quantile(np.sqrt(power), LEVEL.bound, axis=0),
     )
 
 
@@ -119,11 +119,11 @@ def _beside(
     """
     here = response.residual
     if here is None:
-        return np.zeros(0), np.zeros((SAMPLES, 0), dtype=np.complex128), np.ones((SAMPLES, 1))
+        return np.zeros(0), np.zeros((LEVEL.samples, 0), dtype=np.complex128), np.ones((LEVEL.samples, 1))
     lacking = (here.amplitude > 0.0) & (here.frequency_hz <= highest_hz)
     lacking &= ~np.isin(here.orders, response.state.step_orders)
-    drawn = here.draws(here.amplitude[lacking], SAMPLES, rng)
-    return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(SAMPLES, 1))
+    drawn = here.draws(here.amplitude[lacking], LEVEL.samples, rng)
+    return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(LEVEL.samples, 1))
 
 
 def _carried(here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray) -> tuple[str, ...]:

@@ -11,16 +11,7 @@ from scipy.stats import qmc
 
 from mechid.arrays import FloatArray
 from mechid.budgets.other_errors import OtherError
-
-REPLICAS = 16
-"""Draws of the whole ensemble that do not know one another: what they differ by is the sampling error."""
-MEMBERS = 128
-"""Of each replica; a power of two, as Sobol's sequence wants it."""
-STRETCH = 2.0
-"""Members are drawn so many times as far out along the direction in which they get worse, and count for less: 7 % of
-them are then beyond three standard deviations, not 0.1 %."""
-STRETCH_ACROSS = 0.5
-"""Beyond 1, shared by all other directions: of two equal biases across one another the worst are on a circle."""
+from mechid.budgets.settings import LEVEL
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +62,8 @@ class Ensemble:
         drawn further out than it is likely has the ratio of the densities as its weight, so that no choice of the
         direction makes a result wrong; a good one makes it precise.
         """
-        across = 1.0 + STRETCH_ACROSS / max(direction.size - 1, 1)
-        stretch = np.array([STRETCH, *[across] * (direction.size - 1)])
+        across = 1.0 + LEVEL.stretch_across / max(direction.size - 1, 1)
+        stretch = np.array([LEVEL.stretch, *[across] * (direction.size - 1)])
         white = self._white()
         far = white * stretch
         weights = np.exp(0.5 * np.sum(white**2 - far**2, axis=2))
@@ -80,8 +71,8 @@ class Ensemble:
 
     def _white(self) -> FloatArray:
         """Return quasi-random normal draws, (r, n, d)."""
-        seeds = np.random.SeedSequence(self.seed).spawn(REPLICAS)
-        uniform = [qmc.Sobol(len(self.variables), seed=np.random.default_rng(s)).random(MEMBERS) for s in seeds]
+        seeds = np.random.SeedSequence(self.seed).spawn(LEVEL.replicas)
+        uniform = [qmc.Sobol(len(self.variables), seed=np.random.default_rng(s)).random(LEVEL.members) for s in seeds]
         return np.asarray(ndtri(np.clip(uniform, 1e-12, 1.0 - 1e-12)), dtype=np.float64)
 
 

@@ -9,13 +9,10 @@ import numpy as np
 from scipy.special import stdtrit
 
 from mechid.arrays import FloatArray
-from mechid.budgets.ensemble import MEMBERS, Members
+from mechid.budgets.ensemble import Members
 from mechid.budgets.indices import Index
 from mechid.budgets.levels import Mixture, gaussians, member_level, quantile, share_below, worst_share
-from mechid.budgets.pointing_error import QUICK_POINTS
-
-KEPT = 128
-"""Instants of each member where all times of all members count; divides `QUICK_POINTS`."""
+from mechid.budgets.settings import LEVEL
 
 
 @dataclass(frozen=True)
@@ -34,7 +31,7 @@ def ensemble_level(
     axis: int | None,
     interpretation: str,
 ) -> FromDraws:
-    """Return the level in rad by a statistical interpretation, at `QUICK_POINTS` instants of each member.
+    """Return the level in rad by a statistical interpretation, at `LEVEL.quick_points` instants of each member.
 
     Parameters
     ----------
@@ -49,7 +46,7 @@ def ensemble_level(
         return _from_draws(*_all_times(member, members, index, axis), confidence)
     ranks = np.array(
         [
-            [[member_level(member(draw), index, confidence, axis, interpretation, QUICK_POINTS)] for draw in of]
+            [[member_level(member(draw), index, confidence, axis, interpretation, LEVEL.quick_points)] for draw in of]
             for of in members.draws
         ]
     )
@@ -61,7 +58,7 @@ def _all_times(
     member: Callable[[FloatArray], Mixture], members: Members, index: Index, axis: int | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return all times of all members as Gaussians: centres, sigmas and weights, (r, n, q) each."""
-    places = np.arange(MEMBERS) / MEMBERS + np.arange(len(members.draws))[:, None] / len(members.draws)
+    places = np.arange(LEVEL.members) / LEVEL.members + np.arange(len(members.draws))[:, None] / len(members.draws)
     parts = [
         [_few_instants(member(draw), index, axis, place % 1.0) for draw, place in zip(*row, strict=True)]
         for row in zip(members.draws, places, strict=True)
@@ -79,11 +76,11 @@ def _few_instants(
     from member to member, so that these and the members' first coordinate fill their square evenly (Hammersley's
     points), and another one from replica to replica.
     """
-    parts = [(w, *gaussians(e, index, axis, QUICK_POINTS)) for w, e in member if w > 0.0]
-    kept = [slice(int(place * (c.size // KEPT)), None, c.size // KEPT) for _, c, _ in parts]
+    parts = [(w, *gaussians(e, index, axis, LEVEL.quick_points)) for w, e in member if w > 0.0]
+    kept = [slice(int(place * (c.size // LEVEL.members)), None, c.size // LEVEL.members) for _, c, _ in parts]
     centres = np.concatenate([c[few] for (_, c, _), few in zip(parts, kept, strict=True)])
     sigmas = np.concatenate([s[few] for (_, _, s), few in zip(parts, kept, strict=True)])
-    return centres, sigmas, np.repeat([w / KEPT for w, _, _ in parts], KEPT)
+    return centres, sigmas, np.repeat([w / LEVEL.members for w, _, _ in parts], LEVEL.members)
 
 
 def _from_draws(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, share: float) -> FromDraws:

@@ -6,16 +6,14 @@ from collections.abc import Iterator, Sequence
 
 from mechid.analysis.residual_file import FILE_NAME as RESIDUAL_NAME
 from mechid.budgets.budget_file import BudgetFile
-from mechid.budgets.coupling import SUFFICES
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.settings import RESIDUALS
 from mechid.budgets.side_source import SideSource
 from mechid.budgets.steadiness import steadiness_words
 from mechid.plant.flight import moving_base_objection
 from mechid.structure import Modes
-
-TOLD_UNCOVERED, TOLD_UNSTEADY = 0.05, 0.05
 
 
 def findings(
@@ -43,7 +41,7 @@ def findings(
             yield from _lacking(estimate, made)
             yield from steadiness_words(made)
         joined = bool(made.two_way) or made.two_way_course is not None
-        if not joined and made.loop_gain > SUFFICES:
+        if not joined and made.loop_gain > RESIDUALS.suffices:
             yield (
                 f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}, so that '
                 "one-way is not enough: give the structure's modes for a two-way result"
@@ -136,12 +134,12 @@ def _lacking(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
 
 def _steady(file: BudgetFile, made: ModeBudget) -> Iterator[str]:
     name, at = made.mode.name, made.responses[made.worst]
-    if at.uncovered > TOLD_UNCOVERED:
+    if at.uncovered > RESIDUALS.uncovered:
         low, high = file.structure.coverage_hz
         share = 100.0 * at.uncovered
         yield f'mode "{name}": {share:.2g} % of its torque is outside {low:.4g} to {high:.4g} Hz, not counted'
     unsteady = max(made.responses, key=lambda r: r.state.unsteady).state
-    if unsteady.unsteady > TOLD_UNSTEADY:
+    if unsteady.unsteady > RESIDUALS.unsteady:
         yield (
             f'mode "{name}": at {unsteady.rate:.6g} steps/s {100.0 * unsteady.unsteady:.2g} % of the torque does not '
             "repeat with the steps; it counts as random"

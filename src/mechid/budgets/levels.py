@@ -27,13 +27,12 @@ from scipy.stats import qmc
 
 from mechid.arrays import FloatArray
 from mechid.budgets.indices import Index
-from mechid.budgets.pointing_error import POINTS, PointingError
+from mechid.budgets.pointing_error import PointingError
+from mechid.budgets.settings import LEVEL
 from mechid.errors import UsageError, did_you_mean
 
 INTERPRETATIONS = ("temporal", "ensemble", "mixed")
 CONE = "cone"
-CONE_DRAWS = 16
-"""Draws of the random part for each instant of the periodic one."""
 
 
 Mixture: TypeAlias = Sequence[tuple[float, PointingError]]
@@ -61,7 +60,7 @@ def level(error: PointingError, index: Index, confidence: float, axis: int | Non
 
 
 def mixed_level(
-    members: Sequence[Mixture], index: Index, confidence: float, axis: int | None, points: int = POINTS
+    members: Sequence[Mixture], index: Index, confidence: float, axis: int | None, points: int = LEVEL.points
 ) -> float:
     """Return the level in rad for a share of all times of all members."""
     weighted = [(w, e) for member in members for w, e in member if w > 0.0]
@@ -83,7 +82,7 @@ def worst_share(confidence: float) -> float:
 
 
 def member_level(
-    member: Mixture, index: Index, confidence: float, axis: int | None, interpretation: str, points: int = POINTS
+    member: Mixture, index: Index, confidence: float, axis: int | None, interpretation: str, points: int = LEVEL.points
 ) -> float:
     """Return what one member is ranked by, rad: its level over time, or its error at its worst time.
 
@@ -100,7 +99,9 @@ def member_level(
     raise UsageError(f'interpretation: unknown "{interpretation}"{known}')
 
 
-def worst_time(error: PointingError, index: Index, confidence: float, axis: int | None, points: int = POINTS) -> float:
+def worst_time(
+    error: PointingError, index: Index, confidence: float, axis: int | None, points: int = LEVEL.points
+) -> float:
     """Return the error in rad at its worst time.
 
     The periodic part has a largest value. The random part has none; it counts with the level that it stays below
@@ -125,7 +126,7 @@ def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, 
     """Return the half angle as centres; the random part is drawn, quasi-randomly, since it is no sum here."""
     sigma, total = error.sigma(index), error.waveforms(index, points) + error.kept_bias(index)
     if np.any(sigma > 0.0):
-        total = np.repeat(total, CONE_DRAWS, axis=0) + _gaussian(points * CONE_DRAWS, sigma.size) * sigma
+        total = np.repeat(total, LEVEL.cone_draws, axis=0) + _gaussian(points * LEVEL.cone_draws, sigma.size) * sigma
     angle = np.sqrt(np.sum(total**2, axis=1))
     return angle, np.zeros(angle.size)
 

@@ -13,21 +13,14 @@ from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.indices import Index
 from mechid.budgets.pointing_error import Incoherent, PointingError, Random, Source
 from mechid.budgets.residual_source import EDGES_HZ, ResidualHere
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.side_response import SideResponse
 from mechid.budgets.steady_state import SteadyState
 from mechid.signal.power import cumulative_rms, power_density
 from mechid.structure import Structure
 
-QUIET = 1e-4
-"""A line below this share of the largest is left out of levels; together they are far below the bands."""
-LINE_SPACING = 0.5
-"""Of the model's lines, as a multiple of the step rate: what of a density falls to each."""
-SLICES = 6000
-"""Of a density over the frequency, in equal ratios: a resonance of 0.5 % damping is a dozen of them wide."""
 ABSOLUTE = Index("APE")
 """All of an error counts: its mean square is the whole."""
-NOT_STEADY = 1e-3
-"""Share of the RMS that does not repeat from which on it counts as a random part."""
 
 Moved: TypeAlias = Callable[[FloatArray], PointingError]
 """From deviations of the parameters, those of the state's gradient or none of them, to the pointing error."""
@@ -133,7 +126,7 @@ class Response:
         """Return the error as a function of the parameters' deviations, (p,)."""
         del index  # the lines' weights are its own
         size = np.asarray(np.abs(self.phasors).max(axis=1))
-        loud = np.asarray(size > QUIET * size.max(initial=0.0))
+        loud = np.asarray(size > LEVEL.quiet * size.max(initial=0.0))
         phasors, slopes, orders = self.phasors[loud], self.slopes[:, loud], self.state.orders[loud]
 
         def moved(by: FloatArray) -> PointingError:
@@ -176,7 +169,7 @@ class Response:
         here = self.residual
         if here is None:
             return np.zeros(self.state.lines.size)
-        return here.at_orders(self.state.step_orders, LINE_SPACING, here.limit)
+        return here.at_orders(self.state.step_orders, LEVEL.line_spacing, here.limit)
 
     def rms(self) -> FloatArray:
         """Return the RMS of the lines along each line of sight, (m,) rad."""
@@ -238,7 +231,7 @@ def _lacking(residual: ResidualHere, structure: Structure, highest_hz: float) ->
     """Return what the model lacks as the line of sight has it: its lines, and its density in narrow slices."""
     kept = (residual.amplitude > 0.0) & (residual.frequency_hz <= highest_hz)
     lines_hz, square = residual.frequency_hz[kept], 0.5 * residual.amplitude[kept] ** 2
-    edges = np.geomspace(EDGES_HZ[0], min(highest_hz, EDGES_HZ[-1]), SLICES)
+    edges = np.geomspace(EDGES_HZ[0], min(highest_hz, EDGES_HZ[-1]), LEVEL.slices)
     between_hz = np.sqrt(edges[1:] * edges[:-1])
     density = residual.density[np.digitize(between_hz, EDGES_HZ[1:-1])]
     heard = density > 0.0
@@ -249,7 +242,7 @@ def _lacking(residual: ResidualHere, structure: Structure, highest_hz: float) ->
 
 
 def _random_part(state: SteadyState, structure: Structure) -> Random | None:
-    if state.unsteady < NOT_STEADY:
+    if state.unsteady < LEVEL.not_steady:
         return None
     frequency, torque = power_density(state.residual, state.sample_rate_hz)
     transfer = np.nan_to_num(np.abs(structure.to_line_of_sight(frequency)) ** 2)

@@ -6,7 +6,7 @@ across steps and switches as the plant's other linear parts, before it is sample
 cut-off what folds back to a line has passed 1/9^8 of it. The lines are then divided by the filter's response.
 
 What sampling and integration leave is not assumed but worked out: the same motion at twice as many samples and steps.
-Where the lines differ by more than `PROMISED` of the largest, samples and steps are doubled again.
+Where the lines differ by more than `MOTION.promised` of the largest, samples and steps are doubled again.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.orbit import Orbit
 from mechid.budgets.period_map import PeriodMap, Stretch
+from mechid.budgets.settings import MOTION
 from mechid.errors import FitError
 from mechid.plant.flight import CUT_OFF
 from mechid.plant.mechanism import Mechanism
@@ -26,26 +27,6 @@ from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
 from mechid.signal.power import periodic_power
 from mechid.simulation.block import State
-
-PROMISED = 1e-8
-"""Of the largest line: what lines may be off by before samples and steps are doubled."""
-POWER = 2e-4
-"""Of the mean square: by what it may change before they are doubled; jumps between samples leave it."""
-RELATIVE = 1e-4
-"""What a line above the floor is right to."""
-VERIFIED = 1e-5
-"""Of the largest line: down to here that has been held against long simulations (docs/budget.md)."""
-MOST_DOUBLINGS = 3
-DECAYED = 25.0
-"""Time constants after which what the filter began with is gone: 1e-11 of it."""
-ENDLESS = 1e-11
-"""Of a filter's fastest root: one that decays more slowly is not told from one that never does, by rounding."""
-SAFETY, NEIGHBOURS = 2.0, 4
-"""The error is so many times the RMS difference over so many lines to both sides: of a single one it may be 0."""
-KEPT = 1e-5
-"""Of the largest line: smaller ones are left out between the multiples of half the step rate."""
-PIECES = 8
-"""Of the stretch of a motion that does not repeat, whose scatter says how sure its lines are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +74,14 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
     found = _lines(period, coarse, 1, m, orders)
     values, plain, finer = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1
     rough = power = periodic_power(coarse.torque)
-    for _ in range(MOST_DOUBLINGS):
+    for _ in range(MOTION.most_doublings):
         finer *= 2
         fine = period.stretch(plain, skipped, m, slopes=False, finer=finer)
         before, values = values, _lines(period, fine, 1, m, orders)[:, 0]
         error = _smooth(np.abs(values - before))
         rough, power = power, periodic_power(fine.torque)
-        is_fine = error.max(initial=0.0) <= PROMISED * np.abs(values).max(initial=0.0)
-        if is_fine and abs(power - rough) <= POWER * power:
+        is_fine = error.max(initial=0.0) <= MOTION.promised * np.abs(values).max(initial=0.0)
+        if is_fine and abs(power - rough) <= MOTION.power * power:
             break
     kept = _kept(values, orders, period.steps * m)
     power = 2.0 * power - rough  # half the sample leaves half of what jumps leave
@@ -120,22 +101,22 @@ def lines_with_scatter(
         The mechanism diverged.
     """
     skipped += math.ceil(_settling_s(period) / period.duration_s)
-    periods = PIECES * math.ceil(periods / PIECES)
+    periods = MOTION.pieces * math.ceil(periods / MOTION.pieces)
     stretch, orders = period.stretch(start, skipped, periods), _orders(period, 1)
     found = _lines(period, stretch, periods, 1, orders)
-    pieces = np.split(stretch.below[:, :1], PIECES)
-    each = np.array([_transformed(period, piece, periods // PIECES, 1, orders)[:, 0] for piece in pieces])
-    scatter = np.sqrt(np.mean(np.abs(each - each.mean(axis=0)) ** 2, axis=0) / (PIECES - 1))
-    power = np.array([np.var(piece) for piece in np.split(stretch.torque, PIECES)])
+    pieces = np.split(stretch.below[:, :1], MOTION.pieces)
+    each = np.array([_transformed(period, piece, periods // MOTION.pieces, 1, orders)[:, 0] for piece in pieces])
+    scatter = np.sqrt(np.mean(np.abs(each - each.mean(axis=0)) ** 2, axis=0) / (MOTION.pieces - 1))
+    power = np.array([np.var(piece) for piece in np.split(stretch.torque, MOTION.pieces)])
     rms = float(np.std(stretch.torque))
-    error = float(np.std(power, ddof=1)) / math.sqrt(PIECES) / (2.0 * rms) if rms > 0.0 else 0.0
+    error = float(np.std(power, ddof=1)) / math.sqrt(MOTION.pieces) / (2.0 * rms) if rms > 0.0 else 0.0
     lines = Lines(orders, found[:, 0], found[:, 1:], _smooth(scatter), rms**2, stretch.torque, period.sample_rate_hz)
     return lines, _residual(stretch.torque, periods), error
 
 
 def _settling_s(period: PeriodMap) -> float:
     """Return how long the filters' slowest root keeps what it began with."""
-    return DECAYED * filter_decay_s(period.mechanism)
+    return MOTION.decayed * filter_decay_s(period.mechanism)
 
 
 def filter_decay_s(mechanism: Mechanism) -> float:
@@ -153,7 +134,7 @@ def filter_decay_s(mechanism: Mechanism) -> float:
     A = np.array(plant.filter.A.subs(values).tolist(), dtype=np.float64)
     roots = np.linalg.eigvals(A)
     slowest = float(-roots.real.max())
-    if not slowest > ENDLESS * float(np.abs(roots).max()):
+    if not slowest > MOTION.endless * float(np.abs(roots).max()):
         raise FitError(
             "a filter of the test stand never settles, so that there are no lines behind it: give housing and "
             "transducer a damping above 0, or hand the mechanism on as it flies"
@@ -190,12 +171,14 @@ def _smooth(differences: FloatArray) -> FloatArray:
     """Return errors, (n,), from differences of single lines: their RMS over neighbours, with a margin."""
     if not differences.size:
         return differences
-    width = 2 * NEIGHBOURS + 1
-    squares = np.convolve(np.pad(differences**2, NEIGHBOURS, mode="edge"), np.full(width, 1.0 / width), mode="valid")
-    return np.asarray(SAFETY * np.sqrt(squares), dtype=np.float64)
+    width = 2 * MOTION.neighbours + 1
+    squares = np.convolve(
+        np.pad(differences**2, MOTION.neighbours, mode="edge"), np.full(width, 1.0 / width), mode="valid"
+    )
+    return np.asarray(MOTION.safety * np.sqrt(squares), dtype=np.float64)
 
 
 def _kept(values: ComplexArray, orders: IntArray, steps: int) -> BoolArray:
     """Return which lines are kept, (n,): all at multiples of half the step rate, and what is not small between."""
-    loud = np.abs(values) > KEPT * np.abs(values).max(initial=0.0)
+    loud = np.abs(values) > MOTION.kept_line * np.abs(values).max(initial=0.0)
     return np.asarray((2 * orders % steps == 0) | loud, dtype=np.bool_)

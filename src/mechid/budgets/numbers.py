@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.budgets.budget import BY_DUTY, CAMPBELL_ORDERS, Budget, named_modes
-from mechid.budgets.coupling import SUFFICES, loop_gain
+from mechid.budgets.budget import BY_DUTY, Budget, named_modes
+from mechid.budgets.coupling import loop_gain
 from mechid.budgets.course_numbers import course_of
-from mechid.budgets.emission import BOUND
 from mechid.budgets.hdf5 import line_of_sight_series
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.over_rate import torque_bands
 from mechid.budgets.requirement import Standing
+from mechid.budgets.settings import LEVEL, RESIDUALS
 from mechid.budgets.side_numbers import side_of_bench, side_of_mode
 from mechid.budgets.steadiness import steadiness
 from mechid.signal.power import cumulative_rms
@@ -68,7 +68,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
             for e in file.errors
         ],
         "named_modes": [{"name": n, "frequency_hz": f} for n, f in named_modes(file.structure, budget.estimate)],
-        "campbell_orders": list(CAMPBELL_ORDERS),
+        "campbell_orders": list(LEVEL.campbell_orders),
         "crossings": [vars(c) for c in budget.crossings],
         "coupling": _coupling(budget),
         "notes": _notes(budget),
@@ -89,7 +89,7 @@ def _coupling(budget: Budget) -> dict[str, Any]:
     gains = loop_gain(file.structure, budget.estimate.mechanism, frequency)
     at_lines = [made.loop_gain for made in budget.modes if not math.isnan(made.loop_gain)]
     return {
-        "suffices_below": SUFFICES,
+        "suffices_below": RESIDUALS.suffices,
         "frequency_hz": frequency.tolist(),
         "loop_gain": gains.tolist(),
         "largest_at_lines": max(at_lines, default=math.nan),
@@ -192,7 +192,7 @@ def _emission(made: ModeBudget) -> dict[str, Any]:
                     "bound_rms_Nm": float(exerted.band_bound[k]),
                 }
             )
-    return {"bound_share": BOUND, "bands": rows}
+    return {"bound_share": LEVEL.bound, "bands": rows}
 
 
 def _over_rate(made: ModeBudget) -> dict[str, Any]:

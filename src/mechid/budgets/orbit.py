@@ -14,24 +14,7 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.period_map import Image, PeriodMap
-
-MOST_PERIODS = 4
-"""A motion that repeats only after more periods is one that does not repeat."""
-ITERATIONS = 8
-CLOSED = 1e-9
-"""A step of Newton's method, in the states' own sizes, after which there is no other."""
-SHRINKS = 0.7
-"""A step of it that is no smaller than this, of the one before, leads nowhere."""
-REACH = 0.2
-"""What the linear map may miss of where the simulated state goes, for the fixed point to be the one it goes to."""
-INTEGRATED = 1e-7
-"""In the states' own sizes: what integration leaves between a period begun anew, in finer steps at first, and one
-passed on the way."""
-LITTLE = 0.1
-"""What is left of a distance when the simulated state has been followed far enough."""
-MOST_FOLLOWED = 10
-"""It is followed over at most so many times round."""
-NEUTRAL = 1e-9
+from mechid.budgets.settings import MOTION
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +45,7 @@ class Orbit:
     turns: int
 
 
-def find_orbit(period: PeriodMap, x: FloatArray, most_periods: int = MOST_PERIODS) -> Orbit | None:
+def find_orbit(period: PeriodMap, x: FloatArray, most_periods: int = MOTION.most_periods) -> Orbit | None:
     """Return the stable motion that a simulated state tends to, None where none repeats in so many periods at most.
 
     Raises
@@ -79,14 +62,14 @@ def find_orbit(period: PeriodMap, x: FloatArray, most_periods: int = MOST_PERIOD
 
 def _newton(period: PeriodMap, x: FloatArray, periods: int) -> Orbit | None:
     start, moved = x, np.inf
-    for _ in range(ITERATIONS):
+    for _ in range(MOTION.iterations):
         image = period(x, periods)
         turns = period.turns_off(image.x - x)
         step = _solved(image, period.modulo(image.x - x)[:, None])[:, 0]
         before, moved = moved, float(np.max(np.abs(step) / image.size))
-        if not moved < SHRINKS * before:
+        if not moved < MOTION.shrinks * before:
             return None
-        if moved < CLOSED:
+        if moved < MOTION.closed:
             if not _tends(period, start, x, image, periods):
                 return None
             by_parameter = _solved(image, image.by_parameter)
@@ -98,7 +81,7 @@ def _newton(period: PeriodMap, x: FloatArray, periods: int) -> Orbit | None:
 def _solved(image: Image, right: FloatArray) -> FloatArray:
     """Return (I - M)^-1 right, (n, k); of coordinates on which nothing depends the smallest change."""
     scaled = image.by_state * image.size / image.size[:, None]
-    moved = np.linalg.lstsq(np.eye(len(right)) - scaled, right / image.size[:, None], rcond=NEUTRAL)[0]
+    moved = np.linalg.lstsq(np.eye(len(right)) - scaled, right / image.size[:, None], rcond=MOTION.neutral)[0]
     return np.asarray(moved * image.size[:, None], dtype=np.float64)
 
 
@@ -108,13 +91,13 @@ def _tends(period: PeriodMap, start: FloatArray, x: FloatArray, image: Image, pe
     It is followed until the linear map leaves little of its distance: Newton's method may have found a motion that is
     stable too, but is another.
     """
-    slowest = float(abs(multipliers(image.by_state)).max(initial=LITTLE))
-    times = min(math.ceil(math.log(LITTLE) / math.log(slowest)), MOST_FOLLOWED) if slowest < 1.0 else 1
+    slowest = float(abs(multipliers(image.by_state)).max(initial=MOTION.little))
+    times = min(math.ceil(math.log(MOTION.little) / math.log(slowest)), MOTION.most_followed) if slowest < 1.0 else 1
     off = period.modulo(start - x)
     end = period.modulo(period.settled(start, times * periods) - x)
     missed = end - np.linalg.matrix_power(image.by_state, times) @ off
     size = float(np.max(np.abs(off) / image.size))
-    return float(np.max(np.abs(missed) / image.size)) <= REACH * size + INTEGRATED
+    return float(np.max(np.abs(missed) / image.size)) <= MOTION.reach * size + MOTION.integrated
 
 
 def multipliers(by_state: FloatArray) -> ComplexArray:
@@ -128,7 +111,7 @@ def multipliers(by_state: FloatArray) -> ComplexArray:
     array([0.5+0.j])
     """
     while True:
-        neutral = np.max(np.abs(by_state - np.eye(len(by_state))), axis=0, initial=0.0) < NEUTRAL
+        neutral = np.max(np.abs(by_state - np.eye(len(by_state))), axis=0, initial=0.0) < MOTION.neutral
         if not neutral.any():
             break
         by_state = by_state[~neutral][:, ~neutral]

@@ -14,12 +14,9 @@ from mechid.budgets.line_of_sight import ABSOLUTE, Response
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.residual_source import ResidualHere
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.shares import deviations
 from mechid.budgets.standing import axis_of, nominal_level, others_square
-
-SAMPLES = 200
-"""Parameter samples at each rate."""
-LIMITS95 = (0.025, 0.975)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +54,13 @@ def sampled_phasors(
         model's lines alone.
     """
     rng, alone = np.random.default_rng(seed), response.of_drive()
-    by = deviations(estimate.covariance, SAMPLES, rng)
+    by = deviations(estimate.covariance, LEVEL.samples, rng)
     moved = alone.phasors + np.tensordot(by, alone.slopes[: len(estimate.names)], axes=1)
     share = estimate.discrepancy.of_lines(response.state.step_orders)
-    amplitude, phase = rng.normal(size=(2, SAMPLES, share.size)) * share
+    amplitude, phase = rng.normal(size=(2, LEVEL.samples, share.size)) * share
     drive = np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None], dtype=np.complex128)
     if lacking is not None and response.residual is not None:
-        drive = drive + response.residual.draws(lacking, SAMPLES, rng)[:, :, None] * response.transfer
+        drive = drive + response.residual.draws(lacking, LEVEL.samples, rng)[:, :, None] * response.transfer
     if response.side is None:
         return drive
     turned = phase + response.state.turned(by @ response.state.gradient[:, : len(estimate.names)].T)
@@ -75,7 +72,7 @@ def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> F
     out = []
     for response in responses:
         square = 0.5 * np.sum(np.abs(sampled_phasors(response, estimate, seed)) ** 2, axis=1)
-        out.append(np.quantile(np.sqrt(square), LIMITS95, axis=0).T)
+        out.append(np.quantile(np.sqrt(square), LEVEL.limits95, axis=0).T)
     return np.array(out)
 
 
@@ -105,7 +102,7 @@ def _total_limits(
         From mean squares along each line of sight, (k, m), to what is wanted of them, (k, ...).
     """
     ends = []
-    for hidden, limit in zip((False, True), LIMITS95, strict=True):
+    for hidden, limit in zip((False, True), LEVEL.limits95, strict=True):
         squares = of_axes(_total_squares(response, estimate, index, seed, hidden=hidden))
         ends.append(np.quantile(squares, limit, axis=0))
     return np.array(ends)
@@ -127,7 +124,7 @@ def _total_squares(response: Response, estimate: Estimate, index: Index, seed: i
     if here is None or response.lacking is None:
         return np.asarray(drawn + beside)
     rest = np.maximum(response.lacking.variance(index) - at_lines, 0.0)
-    scale = here.rates / np.random.default_rng((seed, 1)).gamma(here.rates, size=(SAMPLES, 1))
+    scale = here.rates / np.random.default_rng((seed, 1)).gamma(here.rates, size=(LEVEL.samples, 1))
     return np.asarray(drawn + scale * rest + beside)
 
 
@@ -148,7 +145,7 @@ def torque_samples(
 
 def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> list[FloatArray]:
     """Return the 95 % interval of each of the model's torque lines at each rate, amplitudes, (n, 2) N m each."""
-    return [np.quantile(np.abs(torque_samples(r, estimate, seed)), LIMITS95, axis=0).T for r in responses]
+    return [np.quantile(np.abs(torque_samples(r, estimate, seed)), LEVEL.limits95, axis=0).T for r in responses]
 
 
 def level_curve(

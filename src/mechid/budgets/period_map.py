@@ -17,6 +17,7 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.settings import MOTION
 from mechid.command import RateProfile
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
@@ -24,15 +25,6 @@ from mechid.simulation.block import State
 from mechid.simulation.repetition import MIRRORED, Repetition, repetition
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
-
-SAMPLE_RATE_HZ = 10_000.0
-ABOVE_CUT_OFF = 10.0
-"""Least samples a second over the highest frequency of a line: what folds back to a line lies nine times higher, where
-the filter before the lines lets 1/9^8 of it through."""
-LOOKS = 16
-"""States looked at in a period, for their size."""
-LONGEST_S = 120.0
-"""A motion that repeats only after a longer time is taken as one that does not repeat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +97,7 @@ class PeriodMap:
     @cached_property
     def repetition(self) -> Repetition:
         """How the motion may repeat within a time that is worth a look."""
-        return repetition(self.mechanism, LONGEST_S * self.rate)
+        return repetition(self.mechanism, MOTION.longest_s * self.rate)
 
     @property
     def repeats(self) -> bool:
@@ -126,7 +118,7 @@ class PeriodMap:
     def samples(self) -> int:
         """Of a period: a whole number for each step, so that lines are bins and all step edges fall on samples."""
         each = self.steps * self.mode.command.steps_per_full_step
-        wanted = max(SAMPLE_RATE_HZ, ABOVE_CUT_OFF * self.mode.highest_hz) * self.duration_s
+        wanted = max(MOTION.sample_rate_hz, MOTION.above_cut_off * self.mode.highest_hz) * self.duration_s
         return each * math.ceil(wanted / each)
 
     @property
@@ -242,7 +234,7 @@ class PeriodMap:
         simulator = self.simulator(periods * self.samples + 1, self.lanes)
         own = directions(self.mechanism, names)
         lanes = np.hstack([own, np.zeros((len(own), state_lanes))])
-        block = math.ceil(self.samples / LOOKS) if state_lanes else None
+        block = math.ceil(self.samples / MOTION.looks) if state_lanes else None
         run = simulator.run(self.mechanism.kernel_values(), substeps=self.substeps, directions=lanes, block=block)
         if start is not None:
             run.restart(start)

@@ -10,13 +10,7 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.budgets.indices import Index
-
-POINTS = 8192
-"""Instants at which the sum of the sources is looked at; a level is good to some 1e-4 with one source."""
-QUICK_POINTS = 1024
-"""Instants of a level where many are compared; all have the same, so that what they differ by is good."""
-LEAST_POINTS, POINTS_A_LOBE = 2001, 40
-"""Of a flat density over frequency: so many at least, and so many between the zeros of an index's weight."""
+from mechid.budgets.settings import LEVEL
 
 
 @dataclass(frozen=True)
@@ -73,7 +67,7 @@ class Source:
 
     def waveform(self, index: Index, at: Instants) -> FloatArray:
         """Return what it is under an index, (p, m) rad."""
-        turned = _turned if at.points > QUICK_POINTS else _kept_turned
+        turned = _turned if at.points > LEVEL.quick_points else _kept_turned
         lines = turned(tuple(self.orders.tolist()), self.fundamental_hz, index, at)
         return np.asarray((lines @ self.phasors).real, dtype=np.float64)
 
@@ -183,7 +177,7 @@ class FlatRandom:
 @lru_cache(maxsize=64)
 def flat_share(index: Index, bandwidth_hz: float) -> float:
     """Return the share of the variance of noise, flat up to a frequency, that an index keeps."""
-    points = max(LEAST_POINTS, int(POINTS_A_LOBE * bandwidth_hz * index.longest_s))
+    points = max(LEVEL.least_points, int(LEVEL.points_a_lobe * bandwidth_hz * index.longest_s))
     return float(np.mean(index.weight(np.linspace(0.0, bandwidth_hz, points))))
 
 
@@ -222,7 +216,7 @@ class PointingError:
             square = square + part.square(index)
         return np.asarray(np.sqrt(square), dtype=np.float64)
 
-    def waveforms(self, index: Index, points: int = POINTS) -> FloatArray:
+    def waveforms(self, index: Index, points: int = LEVEL.points) -> FloatArray:
         """Return what the parts are together under an index, (points, m) rad, without bias and random part.
 
         The instants are equidistributed over all parts' phases and over the index's window.

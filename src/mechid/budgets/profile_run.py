@@ -12,8 +12,8 @@ from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import Moved
 from mechid.budgets.operating_mode import OperatingMode
-from mechid.budgets.period_map import SAMPLE_RATE_HZ
-from mechid.budgets.pointing_error import POINTS, PointingError, Sampled, phases
+from mechid.budgets.pointing_error import PointingError, Sampled, phases
+from mechid.budgets.settings import LEVEL, MOTION
 from mechid.budgets.steady_state import simulated
 from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
@@ -21,11 +21,6 @@ from mechid.signal.power import windowed_rms
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.structure import Structure
 from mechid.structure.in_time import line_of_sight_over_time
-
-SAMPLES_A_PERIOD = 8.0
-"""Of the highest frequency that counts: so many samples of the line of sight are kept."""
-WINDOWS = 400
-"""Windows over a profile in which the RMS is taken, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +64,7 @@ class ProfileResponse:
     def starts(self) -> IntArray:
         """First sample of the line of sight in each window, (w,)."""
         last = len(self.series) - self._window_samples
-        return np.unique(np.linspace(0, last, min(WINDOWS, last + 1)).astype(np.int64))
+        return np.unique(np.linspace(0, last, min(LEVEL.windows, last + 1)).astype(np.int64))
 
     @property
     def window_times_s(self) -> FloatArray:
@@ -154,18 +149,21 @@ def run_profile(
     FitError
         The mechanism diverged.
     """
-    base = TimeBase(SAMPLE_RATE_HZ, round(mode.duration_s * SAMPLE_RATE_HZ) + 1)
+    base = TimeBase(MOTION.sample_rate_hz, round(mode.duration_s * MOTION.sample_rate_hz) + 1)
     simulator = Simulator(mechanism.plant, mode.command, base, capacity=len(names) + len(mechanism.plant.states))
     y, J = simulated(simulator, mechanism, names, substeps)
-    thinning = max(1, int(SAMPLE_RATE_HZ / (SAMPLES_A_PERIOD * mode.highest_hz)))
+    thinning = max(1, int(MOTION.sample_rate_hz / (LEVEL.samples_a_period * mode.highest_hz)))
     columns = np.hstack([y, J])
     moved = np.array(
-        [axis[::thinning].T for axis in line_of_sight_over_time(structure, columns, SAMPLE_RATE_HZ, mode.highest_hz)]
+        [
+            axis[::thinning].T
+            for axis in line_of_sight_over_time(structure, columns, MOTION.sample_rate_hz, mode.highest_hz)
+        ]
     )
     return ProfileResponse(
         structure.line_of_sight,
         y[:, 0],
-        SAMPLE_RATE_HZ,
+        MOTION.sample_rate_hz,
         np.ascontiguousarray(moved[:, 0].T),
         np.ascontiguousarray(np.moveaxis(moved[:, 1:], 0, -1)),
         thinning,
@@ -174,10 +172,10 @@ def run_profile(
 
 
 def _picked(index: Index, series: FloatArray, sample_rate_hz: float) -> FloatArray:
-    """Return an index of a series (M, m) at `POINTS` instants spread evenly over it and over the window, (n, m)."""
+    """Return an index of a series (M, m) at `LEVEL.points` instants, evenly over it and over the window, (n, m)."""
     last = len(series) - index.samples(sample_rate_hz)
     if last < 0:
         took, needs = len(series) / sample_rate_hz, index.longest_s
         raise UsageError(f"{index.kind} needs {needs:.6g} s, the profile takes {took:.6g} s; lengthen the profile")
-    place, position = phases(2, POINTS)
+    place, position = phases(2, LEVEL.points)
     return index.in_time(series, sample_rate_hz, (place * (last + 1)).astype(np.int64), position)

@@ -22,20 +22,13 @@ from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRat
 from mechid.analysis.residual_file import ResidualRecord
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.carried import Carried, carried
+from mechid.budgets.settings import RESIDUALS
 from mechid.command import Command
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.density import THIRD
 from mechid.signal.noise import FLOOR_ERROR
 
 EDGES_HZ = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
-FALSE_ALARM = 0.01
-"""By chance a complete model's noise makes a source at one rate that flies, at any order or band, at most so often."""
-SIGMAS = 4.0
-"""Standard errors of the noise floor that a density has to be above it, beside its own scatter."""
-NEAR = 0.12
-"""Relative difference up to which a rate of the bench is near."""
-FEWEST = 4
-"""Rates whose residual counts, the nearest, where fewer are near."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,12 +116,12 @@ class ResidualSource:
         near = _nearest([at for _, at in seen], rate)
         cells = [seen[k] for k in near]
         tests = len(TRACKED) + CENTRES_HZ.size
-        amplitude, hidden = _lines([at for _, at in cells], FALSE_ALARM / tests)
-        density = _density(cells, FALSE_ALARM / tests)
+        amplitude, hidden = _lines([at for _, at in cells], RESIDUALS.false_alarm / tests)
+        density = _density(cells, RESIDUALS.false_alarm / tests)
         limit = np.where(amplitude > 0.0, amplitude, hidden if amplitude.any() or density.any() else 0.0)
         orders = np.array(TRACKED)
         rates = [at.rate for _, at in seen]
-        outside = not rates or not min(rates) / (1.0 + NEAR) <= rate <= max(rates) * (1.0 + NEAR)
+        outside = not rates or not min(rates) / (1.0 + RESIDUALS.near) <= rate <= max(rates) * (1.0 + RESIDUALS.near)
         grown = max(rate / max(rates), 1.0) ** 2 if rates else 1.0
         frequency = rate * orders
         factor = self.carried.ratio(frequency) * grown
@@ -157,11 +150,11 @@ def residual_source(residuals: FitResiduals, bench: Mechanism, flying: Mechanism
 
 
 def _nearest(cells: Sequence[ResidualAtRate], rate: float) -> list[int]:
-    """Return which rates of the bench are near, at least `FEWEST` where there are as many."""
+    """Return which rates of the bench are near, at least `RESIDUALS.fewest` where there are as many."""
     off = np.array([abs(np.log(at.rate / rate)) for at in cells])
     ranked = np.argsort(off, kind="stable")
-    near = int(np.sum(off <= np.log1p(NEAR)))
-    return [int(k) for k in ranked[: max(near, FEWEST)]]
+    near = int(np.sum(off <= np.log1p(RESIDUALS.near)))
+    return [int(k) for k in ranked[: max(near, RESIDUALS.fewest)]]
 
 
 def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> tuple[FloatArray, FloatArray]:
@@ -207,6 +200,6 @@ def _density(cells: Sequence[tuple[ResidualRecord, ResidualAtRate]], alarm: floa
     hann = 1.5  # bins of a Hann window are worth fewer
     worth = np.maximum(total / hann, 1.0)
     samples = sum(record.sample_rate_hz * at.duration_s for record, at in cells)
-    unsure = 1.0 + 2.0 * SIGMAS * FLOOR_ERROR / np.sqrt(samples)
+    unsure = 1.0 + 2.0 * RESIDUALS.sigmas * FLOOR_ERROR / np.sqrt(samples)
     least = noise * unsure * chi2.ppf(1.0 - alarm, worth) / worth
     return np.where((total > 0.0) & (mean > least), mean - noise, 0.0)

@@ -10,10 +10,9 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from mechid.arrays import FloatArray
+from mechid.budgets.settings import LEVEL
 
 TWO_SIDED_95 = 1.959964
-DRAWS = 512
-"""A power of two, as Sobol's sequence wants it."""
 CURVATURE = "curvature"
 """The share of a drawn variance that no straight line in the parameters explains."""
 
@@ -62,9 +61,9 @@ def drawn(value: float, function: Callable[[FloatArray], float], covariance: Flo
     if not keep.any():
         return Band(value, 0.0, dict.fromkeys(names, 0.0))
     root = axes[:, keep] * np.sqrt(sizes[keep])
-    white = ndtri(qmc.Sobol(root.shape[1], seed=0).random(DRAWS))
+    white = ndtri(qmc.Sobol(root.shape[1], seed=0).random(LEVEL.share_draws))
     results = np.array([function(root @ row) for row in white])
-    columns = np.column_stack([white, np.ones(DRAWS)])
+    columns = np.column_stack([white, np.ones(LEVEL.share_draws)])
     fitted = np.linalg.lstsq(columns, results, rcond=None)[0]
     line, rest = fitted[:-1], float(np.var(results - columns @ fitted))
     variance = float(line @ line) + rest

@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mechid.analysis.order_tracking import RESOLVED
-from mechid.analysis.residual_emission import RATE_STEP
+from mechid.analysis.settings import ORDER
 from mechid.analysis.side_components import SideAtRate, SideLines, pooled, side_lines
 from mechid.arrays import ComplexArray, FloatArray
-from mechid.budgets.residual_source import NEAR
+from mechid.budgets.settings import RESIDUALS
 
 COHERENT, MAGNITUDE, WITHIN = "coherent", "magnitude", "within noise"
 """How a line counts: with its phase to the drive torque; by its amplitude alone; not, since noise explains it."""
@@ -83,7 +82,7 @@ def by_rate(cells: Sequence[SideAtRate]) -> list[SideAtRate]:
     """Return measurements of several records as one at each rate, ascending."""
     found: dict[int, list[SideAtRate]] = {}
     for cell in cells:
-        found.setdefault(round(np.log(cell.rate) / np.log1p(RATE_STEP)), []).append(cell)
+        found.setdefault(round(np.log(cell.rate) / np.log1p(ORDER.rate_step)), []).append(cell)
     return sorted((pooled(each) for each in found.values()), key=lambda cell: cell.rate)
 
 
@@ -93,12 +92,12 @@ def at_rate(cells: Sequence[SideAtRate], components: tuple[str, ...], rate: floa
     off = np.abs(np.log(rates / rate))
     above = int(np.searchsorted(rates, rate))
     beside = [k for k in (above - 1, above) if 0 <= k < rates.size]
-    outside = not rates[0] / (1.0 + RATE_STEP) <= rate <= rates[-1] * (1.0 + RATE_STEP)
-    if len(beside) == 2 and max(off[beside]) <= np.log1p(NEAR):
+    outside = not rates[0] / (1.0 + ORDER.rate_step) <= rate <= rates[-1] * (1.0 + ORDER.rate_step)
+    if len(beside) == 2 and max(off[beside]) <= np.log1p(RESIDUALS.near):
         low, high = (side_lines(cells[k]) for k in beside)
         return _between(components, low, high, float((rate - rates[beside[0]]) / np.ptp(rates[beside])))
     nearest = side_lines(cells[int(np.argmin(off))])
-    if off.min() <= np.log1p(RATE_STEP):
+    if off.min() <= np.log1p(ORDER.rate_step):
         return _between(components, nearest, nearest, 0.0)
     sides = [side_lines(cells[k]) for k in beside]
     here = _between(components, sides[0], sides[-1], 0.5).without_phases()
@@ -119,7 +118,7 @@ def _between(components: tuple[str, ...], low: SideLines, high: SideLines, share
     turn = np.hypot((1.0 - share) * _finite(low.turn), share * _finite(high.turn))
     sigma = np.sqrt(0.5 * np.diagonal(covariance, axis1=1, axis2=2).real)
     size = np.abs(lines)
-    known &= np.hypot(sigma, turn[:, None] * size) * RESOLVED < size
+    known &= np.hypot(sigma, turn[:, None] * size) * ORDER.resolved < size
     largest = np.max([end.amplitude for end in ends], axis=0)
     return SideHere(
         components=components,

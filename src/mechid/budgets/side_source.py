@@ -9,16 +9,13 @@ import numpy as np
 
 from mechid.analysis.components_file import SideRecord, SideRecords
 from mechid.arrays import ComplexArray, FloatArray
+from mechid.budgets.settings import RESIDUALS
 from mechid.budgets.side_here import SideHere, at_rate, by_rate
 from mechid.command import Command
 from mechid.errors import InputFileError
 from mechid.records.components import AXES, COMPONENTS, FORCES
 from mechid.structure import Structure
 
-ALONG = 1e-3
-"""By so much, in each cosine, the bench's drive axis may miss the structure's axis."""
-ROUNDING = 1e-6
-"""A cosine below it is none."""
 FRAME = "frame = { x = [1, 0, 0], y = [0, 1, 0], z = [0, 0, 1] }"
 
 
@@ -48,7 +45,7 @@ class SideSource:
         if not self.structure.directions:
             return
         found = self._drive
-        if np.abs(np.abs(found) - np.eye(3)[AXES.index(axis[-1])]).max() > ALONG:
+        if np.abs(np.abs(found) - np.eye(3)[AXES.index(axis[-1])]).max() > RESIDUALS.along:
             where = ", ".join(f"{cosine:.4g}" for cosine in found)
             raise InputFileError(
                 f"the bench's drive axis {mounting.drive_axis} points along [{where}] of the "
@@ -110,7 +107,7 @@ class SideSource:
     def _directions(self, component: str) -> list[tuple[str, float]]:
         """Return the structure's directions that a component acts along, each with its cosine."""
         kind, cosines = "t" if component in FORCES else "r", self.frame[:, COMPONENTS.index(component) % 3]
-        return [(kind + axis, float(c)) for axis, c in zip(AXES, cosines, strict=True) if abs(c) > ROUNDING]
+        return [(kind + axis, float(c)) for axis, c in zip(AXES, cosines, strict=True) if abs(c) > RESIDUALS.rounding]
 
     def _alike(self, command: Command) -> tuple[tuple[SideRecord, ...], bool]:
         wanted = (command.stepping, command.microsteps)

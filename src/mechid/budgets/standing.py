@@ -14,13 +14,12 @@ from mechid.budgets.levels import CONE, Mixture, member_level, mixed_level
 from mechid.budgets.line_of_sight import LineOfSight, Moved, Response
 from mechid.budgets.main_effects import MainEffects, main_effects
 from mechid.budgets.other_errors import OtherError
-from mechid.budgets.pointing_error import POINTS, QUICK_POINTS, PointingError
+from mechid.budgets.pointing_error import PointingError
 from mechid.budgets.requirement import Requirement, Standing
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.shares import Band, drawn
 from mechid.budgets.summation import Contribution, total
 
-MISSED_DRAWS = 128
-"""Of what the model misses."""
 DISCREPANCY = "model discrepancy"
 RESIDUAL = "lines that the model lacks"
 SIDE = "forces and moments beside the torque"
@@ -115,16 +114,16 @@ class _View:
         axes = len(self.parts[0][1].axes)
         return _together(own, axes, self.ensemble.errors, draw)
 
-    def level(self, member: Mixture, points: int = POINTS) -> float:
+    def level(self, member: Mixture, points: int = LEVEL.points) -> float:
         """Return the level over time of one member."""
         r = self.requirement
         return mixed_level([member], r.index, r.confidence, self.axis, points)
 
     def quick(self, member: Mixture) -> float:
         """Return the same at fewer instants."""
-        return self.level(member, QUICK_POINTS)
+        return self.level(member, LEVEL.quick_points)
 
-    def rank(self, member: Mixture, points: int = QUICK_POINTS) -> float:
+    def rank(self, member: Mixture, points: int = LEVEL.quick_points) -> float:
         """Return what members are ranked by under the requirement's interpretation."""
         r = self.requirement
         return member_level(member, r.index, r.confidence, self.axis, r.interpretation, points)
@@ -134,7 +133,7 @@ class _View:
 
         Members that are ranked are looked at at few instants; what that leaves out of the nominal one is added.
         """
-        whole, few = self.rank(self.member(), POINTS), effects.centre
+        whole, few = self.rank(self.member(), LEVEL.points), effects.centre
         if not self.ensemble.variables:
             return FromDraws(whole, 0.0)
         r, members = self.requirement, self.ensemble.along(effects.direction)
@@ -150,7 +149,7 @@ class _View:
         if not missed.overall and not missed.orders:
             return 0.0
         rng = np.random.default_rng(0)
-        drawn = ([(share, part.missed(missed, rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
+        drawn = ([(share, part.missed(missed, rng)) for share, part in self.parts] for _ in range(LEVEL.missed_draws))
         return float(np.std([self._drawn_level(parts) for parts in drawn]))
 
     @property
@@ -167,13 +166,13 @@ class _View:
         if not self.lacks:
             return 0.0
         rng = np.random.default_rng(0)
-        drawn = ([(share, part.with_residual(rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
+        drawn = ([(share, part.with_residual(rng)) for share, part in self.parts] for _ in range(LEVEL.missed_draws))
         return float(np.std([self._drawn_level(parts) for parts in drawn]))
 
     def side_sigma(self) -> float:
         """Return the scatter of the nominal level by the errors of what was measured beside the torque."""
         rng = np.random.default_rng(0)
-        drawn = ([(share, part.with_side(rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
+        drawn = ([(share, part.with_side(rng)) for share, part in self.parts] for _ in range(LEVEL.missed_draws))
         return float(np.std([self._drawn_level(parts) for parts in drawn]))
 
     @property
@@ -223,7 +222,7 @@ class _View:
         return [(share, moved(off)) for share, moved in self.moved if share > 0.0]
 
     def _peak(self, errors: Sequence[tuple[float, PointingError]], axis: int) -> float:
-        waveforms = (e.waveforms(self.requirement.index, QUICK_POINTS)[:, axis] for _, e in errors)
+        waveforms = (e.waveforms(self.requirement.index, LEVEL.quick_points)[:, axis] for _, e in errors)
         return max((float(np.abs(w).max()) for w in waveforms), default=0.0)
 
 

@@ -8,9 +8,8 @@ from typing import Any
 
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.settings import MOTION
 
-SLOW = 0.25
-"""Of the settling time: a transient that decays no faster has been there when it counts as steady."""
 TOLD_RATES = 6
 """Rates named in a line; all are in the table and in the files."""
 
@@ -69,7 +68,7 @@ def steadiness_words(made: ModeBudget) -> Iterator[str]:
     lost = sorted({rate for rate, s in every if not s.follows})
     if lost:
         yield f'mode "{name}": at {_named(lost)} the rotor does not follow the command, or not from each start'
-    slow = sorted({rate for rate, s in every if s.decay_s > SLOW * made.mode.settle_s})
+    slow = sorted({rate for rate, s in every if s.decay_s > MOTION.slow * made.mode.settle_s})
     if slow:
         longest = max(s.decay_s for _, s in every if not math.isnan(s.decay_s))
         yield (

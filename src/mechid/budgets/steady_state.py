@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray, IntArray
-from mechid.budgets.lines import RELATIVE, VERIFIED, Lines, lines_of_repeating, lines_with_scatter
+from mechid.budgets.lines import Lines, lines_of_repeating, lines_with_scatter
 from mechid.budgets.operating_mode import OperatingMode
-from mechid.budgets.orbit import MOST_PERIODS, Orbit, find_orbit
-from mechid.budgets.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
+from mechid.budgets.orbit import Orbit, find_orbit
+from mechid.budgets.period_map import PeriodMap, directions
+from mechid.budgets.settings import MOTION
 from mechid.errors import FitError
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
@@ -21,13 +22,6 @@ from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.block import State
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.trajectory import SimulationOutcome
-
-LEAST_S = 0.5
-"""Of the stretch of a motion that repeats which is shown."""
-ENDLESS_S = 4.0
-"""Of the stretch of one that does not: its lines and its power have a sampling error."""
-ROUNDS = 3
-"""So often a motion is simulated for `settle_s` until it repeats, or is taken as one that does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +120,9 @@ class SteadyState:
 
     @property
     def floor(self) -> FloatArray:
-        """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m, verified down to `VERIFIED`."""
-        least = VERIFIED * float(np.abs(self.lines).max(initial=0.0))
-        return np.maximum(self.error / RELATIVE, least)
+        """Amplitude above which each line is right to `MOTION.relative`, (n,) N m, down to `MOTION.verified`."""
+        least = MOTION.verified * float(np.abs(self.lines).max(initial=0.0))
+        return np.maximum(self.error / MOTION.relative, least)
 
     @property
     def unsteady(self) -> float:
@@ -173,12 +167,12 @@ def steady_state(
     if not period.repeats:
         return _not_repeating(period, start, settle)
     x = start
-    for k in range(ROUNDS):
+    for k in range(MOTION.rounds):
         x = period.settled(x, settle)
-        orbit = find_orbit(period, x, MOST_PERIODS if k + 1 == ROUNDS else 1)
+        orbit = find_orbit(period, x, MOTION.most_periods if k + 1 == MOTION.rounds else 1)
         if orbit is not None:
             return _repeating(period, orbit)
-    return _not_repeating(period, start, ROUNDS * settle)
+    return _not_repeating(period, start, MOTION.rounds * settle)
 
 
 def cut_off(mode: OperatingMode) -> float:
@@ -194,7 +188,7 @@ def periods_to_settle(mode: OperatingMode, duration_s: float) -> int:
 def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
     """Return the steady state of a motion that repeats, worked out over one time round."""
     found = lines_of_repeating(period, orbit)
-    times = math.ceil(LEAST_S / (period.duration_s * orbit.periods))
+    times = math.ceil(MOTION.least_s / (period.duration_s * orbit.periods))
     torque = np.tile(found.torque, max(times, 1))
     return SteadyState(
         **_of_lines(period, found),
@@ -211,7 +205,7 @@ def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
 
 def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
     """Return what a motion that does not repeat is over a stretch behind so many periods."""
-    periods = math.ceil(ENDLESS_S / period.duration_s)
+    periods = math.ceil(MOTION.endless_s / period.duration_s)
     at_rest = None if start is None else State(start, np.zeros((start.size, len(period.names))))
     found, residual, rms_error = lines_with_scatter(period, at_rest, skipped, periods)
     x = period.settled(start, skipped)
@@ -249,7 +243,7 @@ def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[s
     With the `names` of the derivatives that are wanted later the same kernel serves.
     """
     period = PeriodMap(below(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
-    simulator = period.simulator(round(0.2 * SAMPLE_RATE_HZ), period.lanes)
+    simulator = period.simulator(round(0.2 * MOTION.sample_rate_hz), period.lanes)
     return simulate_accurately(simulator, period.mechanism.kernel_values()).substeps
 
 

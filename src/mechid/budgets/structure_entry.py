@@ -11,7 +11,8 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.budgets.damping_entry import required_damping
-from mechid.budgets.side_source import ALONG, FRAME
+from mechid.budgets.settings import RESIDUALS
+from mechid.budgets.side_source import FRAME
 from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required, tables, text
 from mechid.command.entry import is_table, is_whole
 from mechid.errors import InputFileError
@@ -121,7 +122,7 @@ def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
         raise at.error(f"{found(entry)}; write {FRAME}")
     refuse_unknown_keys(entry, AXES, at)
     frame = np.column_stack([_cosines(required(entry, axis, at, f"write {FRAME}"), at.key(axis)) for axis in AXES])
-    if np.abs(frame.T @ frame - np.eye(3)).max() > ALONG:
+    if np.abs(frame.T @ frame - np.eye(3)).max() > RESIDUALS.along:
         raise at.error("the axes are not of length 1 and at right angles to one another; write their cosines")
     if np.linalg.det(frame) < 0.0:
         raise at.error("the axes are left-handed: z is not x turned into y; check their signs")

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 from mechid.campaign.place import Place, above_zero, flag, found, one_of, refuse_unknown_keys
 from mechid.command.entry import is_table, quoted
-from mechid.signal.mains import MAINS_HZ
+from mechid.signal.settings import HUM
 
 Priors: TypeAlias = Literal["fit", "search", "none"]
 Colour: TypeAlias = Literal["auto", "prefilter", "none"]
@@ -100,7 +100,7 @@ def _disturbances(entry: Any, place: Place) -> Disturbances:
 
 def _mains(entry: Any, place: Place) -> float:
     hz = above_zero(entry, place, "Hz")
-    if min(abs(hz / grid - 1.0) for grid in MAINS_HZ) > WANDER:
-        grids = " or ".join(f"{grid:g}" for grid in MAINS_HZ)
+    if min(abs(hz / grid - 1.0) for grid in HUM.mains_hz) > WANDER:
+        grids = " or ".join(f"{grid:g}" for grid in HUM.mains_hz)
         raise place.error(f"found {hz:.9g}; write {grids}, or the mains' own frequency within 1 % of it, in Hz")
     return hz

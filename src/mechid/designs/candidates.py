@@ -10,13 +10,10 @@ import numpy as np
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS, Stepping
 from mechid.designs.planned import PlannedRecord
+from mechid.designs.settings import DESIGN
 from mechid.plant.load import LOAD_ON_GEAR
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
-
-RATES, BEYOND, LEAST_SHARE, HIGHEST = 12, 2.2, 1.0 / 16.0, 120.0
-"""Of the rates made where none are given: how many, and up to how many times the load's resonance on the gear; without
-such a resonance up to 120 steps/s."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +54,8 @@ def candidates(choice: CandidateChoice, mechanism: Mechanism, like: PlannedRecor
 def usual_rates(mechanism: Mechanism) -> tuple[float, ...]:
     """Return rates in full steps/s, evenly spaced on a logarithmic scale, to beyond twice the load's resonance."""
     found = [r.frequency_hz for r in resonances(mechanism) if r.name == LOAD_ON_GEAR]
-    highest = BEYOND * found[0] if found else HIGHEST
-    return tuple(float(f"{rate:.2g}") for rate in np.geomspace(LEAST_SHARE * highest, highest, RATES))
+    highest = DESIGN.above_resonance * found[0] if found else DESIGN.highest_rate
+    return tuple(float(f"{rate:.2g}") for rate in np.geomspace(DESIGN.lowest_share * highest, highest, DESIGN.rates))
 
 
 def _combined(choice: CandidateChoice, rates: Sequence[float]) -> Iterator[tuple[str, Command, float]]:

@@ -13,14 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.designs.settings import DESIGN
 from mechid.errors import UsageError, did_you_mean
 from mechid.identification.output_error.space import SearchSpace
 
 KINDS = ("D", "A", "E")
 OVER = ("mean", "low")
-GUIDE = 1e-3
-LOW_SHARE = 0.8
-"""Quantile over the mechanisms that `low` judges by: four of five fare better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +65,7 @@ class Criterion:
         each = self.at_points(information)
         if self.over == "mean":
             return np.asarray(each.mean(axis=0))
-        return np.asarray(np.quantile(each, LOW_SHARE, axis=0))
+        return np.asarray(np.quantile(each, DESIGN.low_quantile, axis=0))
 
     def guided(self, information: FloatArray) -> FloatArray:
         """Return the criterion with a little of D, (...), which shows the way where the criterion alone is flat.
@@ -75,7 +73,7 @@ class Criterion:
         The largest error in any direction does not fall until the last direction is seen.
         """
         found = self.of(information)
-        return found if self.kind == "D" else found + GUIDE * replace(self, kind="D").of(information)
+        return found if self.kind == "D" else found + DESIGN.guide * replace(self, kind="D").of(information)
 
 
 def criterion_at(space: SearchSpace, points: FloatArray, kind: str, over: str) -> Criterion:

@@ -25,6 +25,7 @@ from mechid.designs.rivals import Group
 from mechid.designs.screening import Screening, screening
 from mechid.designs.selection import Choice, Pool, select
 from mechid.designs.separating import Separation, separation
+from mechid.designs.settings import DESIGN
 from mechid.designs.standpoint import Standpoint, after_fit, before_test
 from mechid.designs.step_loss import Margins, is_stepper, margins
 from mechid.designs.trust import departing_share
@@ -34,11 +35,6 @@ from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.optimum import Optimum
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
-
-NEXT_S = 120.0
-"""Test time after a fit, where none is given."""
-RATE_MARGIN = 1.2
-"""The amplitude is shown to so much beyond the highest candidate rate."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,7 +87,9 @@ class Design(Shown):
     @property
     def total_s(self) -> float:
         """Test time that there is, s."""
-        return self.options.limits.total_s or (NEXT_S if self.standpoint.known is not None else self.planned.seconds)
+        return self.options.limits.total_s or (
+            DESIGN.next_s if self.standpoint.known is not None else self.planned.seconds
+        )
 
     @property
     def mechanism(self) -> Mechanism:
@@ -227,7 +225,7 @@ class _Making:
         return np.array([r.duration_s + self.options.limits.between_s for r in pool])
 
     def _total_s(self, seconds: FloatArray) -> float:
-        usual = NEXT_S if self.here.known is not None else float(seconds[: len(self.own)].sum())
+        usual = DESIGN.next_s if self.here.known is not None else float(seconds[: len(self.own)].sum())
         return self.options.limits.total_s or usual
 
     def _separation(
@@ -300,7 +298,7 @@ class _Making:
 
     def _maps(self) -> tuple[RateMap, ...]:
         rates = self.options.candidates.rates or usual_rates(self.mechanisms[0])
-        highest = RATE_MARGIN * max(rates)
+        highest = DESIGN.rate_margin * max(rates)
         one = partial(_rate_map, self.mechanisms, highest)
         return tuple(mapped(one, self._commands(), self.workers))
 

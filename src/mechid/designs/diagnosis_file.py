@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechid.campaign.mechanism_file import read_mechanism
-from mechid.identification.disturbance.disturbance import MAINS_PREFIX
+from mechid.identification.effects.disturbance import MAINS_PREFIX
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME, read_diagnosis
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism

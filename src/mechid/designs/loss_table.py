@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from mechid.command import Command
 from mechid.designs.rate_limit import RateLimit
+from mechid.designs.settings import RATE
 from mechid.designs.step_loss import heavier, pull_in, pull_out, rubbing, weaker
 from mechid.identification.computation.parallel import mapped
 from mechid.parameter import Role
@@ -15,10 +16,6 @@ from mechid.plant.stepper import HOLDING
 
 WORDS = {"V": "voltage", "A": "current", "kg m2": "load inertia"}
 """What is changed, by its unit."""
-INERTIA_FACTORS = (0.25, 0.5, 2.0, 4.0, 8.0)
-VOLTAGE_FACTORS = (0.6, 0.8, 1.2)
-TORQUE_SHARES = (0.1, 0.2, 0.4)
-"""Of the holding torque k_m U / R, added as dry friction at the rotor."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +55,13 @@ def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
     yield "", 1.0, mechanism
     has = mechanism.plant.having
     kinds: list[tuple[Role, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
-        (Role.LOAD_INERTIA, INERTIA_FACTORS, heavier),
-        (Role.SUPPLY, VOLTAGE_FACTORS, weaker),
+        (Role.LOAD_INERTIA, RATE.inertia_factors, heavier),
+        (Role.SUPPLY, RATE.voltage_factors, weaker),
     ]
     for role, factors, change in kinds:
         word = WORDS.get(mechanism.plant.declarations[has(role)[0]].unit, "") if has(role) else ""
         yield from ((word, factor, change(mechanism, factor)) for factor in factors if word)
     torque = mechanism.scale(HOLDING)
     if has(Role.DRY_FRICTION) and torque:
-        added = [share * torque for share in TORQUE_SHARES]
+        added = [share * torque for share in RATE.torque_shares]
         yield from (("friction torque", T, rubbing(mechanism, T)) for T in added)

@@ -10,13 +10,14 @@ from mechid.designs.criterion import KINDS
 from mechid.designs.design import Design
 from mechid.designs.loss_table import LossRow
 from mechid.designs.planned import PlannedRecord
-from mechid.designs.rate_limit import FAR, LEAST, NEAR, RESOLUTION, RateLimit
+from mechid.designs.rate_limit import RateLimit
 from mechid.designs.rate_map import RateMap
 from mechid.designs.record_set import RecordSet
 from mechid.designs.rivals import Group
 from mechid.designs.separating import GroupSeparation
 from mechid.designs.separation import CLEAR
-from mechid.designs.step_loss import SLOW_RATIO, Margins
+from mechid.designs.settings import RATE
+from mechid.designs.step_loss import Margins
 
 FORMAT = "mechid-design/1"
 TOLD_DEG = 90.0
@@ -63,11 +64,11 @@ def design_data(design: Design) -> dict[str, Any]:
         "torque_over_rate": [_map(m) for m in design.maps],
         "step_loss": [_loss(row) for row in design.losses],
         "step_loss_search": {
-            "far_ratio": FAR,
-            "near_ratio": NEAR,
-            "least_steps_per_s": LEAST,
-            "slow_ratio": SLOW_RATIO,
-            "end_share": RESOLUTION,
+            "far_ratio": RATE.far,
+            "near_ratio": RATE.near,
+            "least_steps_per_s": RATE.least,
+            "slow_ratio": RATE.slow_ratio,
+            "end_share": RATE.resolution,
         },
         "margins": {name: _margins(m) for name, m in design.margins.items()},
         "warnings": list(design.warnings),

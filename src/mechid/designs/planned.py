@@ -11,6 +11,7 @@ import numpy as np
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.planned_record import DURATION_S, SAMPLE_RATE_HZ, planned_duration_s, planned_rate_hz
 from mechid.command import Command, MeasuredCommand
+from mechid.designs.settings import DESIGN
 from mechid.errors import UsageError
 from mechid.identification.output_error.noise_level import known_noise
 from mechid.identification.output_error.target import Target, TargetChannel, latest_of, time_offset_of
@@ -19,8 +20,6 @@ from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 TORQUE = "torque"
-NOISE_NM = 0.002
-"""What is assumed where neither a file nor the user says it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +45,7 @@ class PlannedRecord:
     command: Command
     duration_s: float
     sample_rate_hz: float = SAMPLE_RATE_HZ
-    sigma: float = NOISE_NM
+    sigma: float = DESIGN.noise_nm
     linear: int = 2
     time_offset: tuple[float, float, float] | None = None
 
@@ -105,11 +104,11 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
         raise UsageError(f'{campaign.path}: no record has use = "estimate"; write down what is planned')
     seen = {r.name: _measured(r) for r in campaign.estimated}
     sigmas = [sigma for _, _, sigma in filter(None, seen.values())]
-    noise = recording.noise_Nm or (float(np.median(sigmas)) if sigmas else NOISE_NM)
+    noise = recording.noise_Nm or (float(np.median(sigmas)) if sigmas else DESIGN.noise_nm)
     said = (
         ()
         if recording.noise_Nm or sigmas
-        else (f"the noise is assumed, {NOISE_NM:g} N m a sample; write noise_Nm in the design file",)
+        else (f"the noise is assumed, {DESIGN.noise_nm:g} N m a sample; write noise_Nm in the design file",)
     )
     rates = [s[0] for s in seen.values() if s]
     found = tuple(_planned(r, seen[r.name], recording, rates, noise) for r in campaign.estimated)

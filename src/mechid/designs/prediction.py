@@ -12,7 +12,7 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.designs.planned import PlannedRecord
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduction import Triangle, combined, of_rows
+from mechid.identification.output_error.reduction import Triangle, combine_triangles, triangle_of_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.search.solve import covariance
 
@@ -89,8 +89,8 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
         values, vectors = np.linalg.eigh(before)
         rows = np.zeros((before.shape[0], problem.size))
         rows[:, : before.shape[0]] = (vectors * np.sqrt(np.maximum(values, 0.0))).T
-        parts.append(of_rows(np.zeros(before.shape[0]), rows))
-    triangle = combined(parts or [of_rows(np.zeros(1), np.zeros((1, problem.size)))])
+        parts.append(triangle_of_rows(np.zeros(before.shape[0]), rows))
+    triangle = combine_triangles(parts or [triangle_of_rows(np.zeros(1), np.zeros((1, problem.size)))])
     if not np.all(np.isfinite(triangle.jacobian)):
         raise ArithmeticError("a record cannot be simulated at the values of the mechanism file")
     on, seen = problem.coordinates.on_bound(q), seen_coordinates(problem, triangle)

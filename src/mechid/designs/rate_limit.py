@@ -12,26 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from mechid.command import Command
+from mechid.designs.settings import RATE
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import free_resonances
-
-LOWEST, HIGHEST = 4.0, 4000.0
-"""Full steps/s that are looked at."""
-RESOLUTION = 0.005
-"""To which the ends of a range are known."""
-FAR, NEAR, LEAST = 1.05, 1.01, 1.0
-"""Ratio of neighbours that are tried far from resonances and near them, and the least distance, full steps/s.
-
-Half a second at a rate (`STARTED_S`) does not tell rates apart that differ by less than half a period of what is left
-of them over that time: one full step/s.
-"""
-AROUND = (0.25, 1.2)
-"""A resonance is met from a quarter of its frequency, by every fourth swing, to a little above it.
-
-The torque is softer than a spring far from its middle, so a large swing is slower than the small one of the resonance.
-"""
-SWINGING = 0.5
-"""What is damped more does not build up from step to step."""
 
 Range = tuple[float, float]
 
@@ -93,17 +76,17 @@ def rates_tried(mechanism: Mechanism, command: Command) -> list[float]:
     Resonances are those of its own equations about the angle that the command begins at, nothing held by friction.
     """
     met = [
-        (AROUND[0] * r.frequency_hz, AROUND[1] * r.frequency_hz)
+        (RATE.around[0] * r.frequency_hz, RATE.around[1] * r.frequency_hz)
         for r in free_resonances(mechanism, command)
-        if r.damping < SWINGING
+        if r.damping < RATE.swinging
     ]
-    rates = [LOWEST]
-    while rates[-1] < HIGHEST:
+    rates = [RATE.lowest]
+    while rates[-1] < RATE.highest:
         rate = rates[-1]
         near = any(low <= rate <= high for low, high in met)
-        following = max((NEAR if near else FAR) * rate, rate + LEAST)
+        following = max((RATE.near if near else RATE.far) * rate, rate + RATE.least)
         begins = min((low for low, _ in met if rate < low < following), default=following)
-        rates.append(min(begins, HIGHEST))
+        rates.append(min(begins, RATE.highest))
     return rates
 
 
@@ -124,7 +107,7 @@ def rate_limit(holds: Callable[[float], bool], rates: Sequence[float], brought_f
 
 def _end(holds: Callable[[float], bool], good: float, bad: float) -> float:
     """Return the last rate that holds on the way from a good one to a bad one."""
-    while abs(math.log(bad / good)) > RESOLUTION:
+    while abs(math.log(bad / good)) > RATE.resolution:
         middle = math.sqrt(good * bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good

@@ -14,22 +14,10 @@ from scipy.signal import find_peaks
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, RateProfile
+from mechid.designs.settings import RATE
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.repetition import ELECTRICAL, repetition
 from mechid.simulation.simulator import Simulator, TimeBase
-
-SAMPLE_RATE_HZ = 10_000.0
-BINS, LEAST_BINS = 120, 10
-NARROWEST = 0.05
-"""Width of a bin in full steps/s: a narrower one would take minutes of motion and show nothing else."""
-SETTLED_S = 1.0
-"""Before the sweep, at rest: what the start leaves swinging is no torque of any rate."""
-SHORTEST_S = 1.0
-"""In each bin, for resonances to build up."""
-LONGEST_S = 20.0
-"""For a motion that repeats only after many electrical periods, as over a rotor's turn; one of them is always held."""
-PROMINENCE = 0.15
-"""A peak rises so much of the largest amplitude above what surrounds it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +48,7 @@ class RateMap:
     def peaks(self) -> list[tuple[float, float]]:
         """Rate and amplitude of the peaks, the largest first."""
         curve = np.nan_to_num(self.amplitude)
-        at, _ = find_peaks(curve, prominence=PROMINENCE * float(curve.max(initial=0.0)))
+        at, _ = find_peaks(curve, prominence=RATE.prominence * float(curve.max(initial=0.0)))
         found = [(float(self.rates[k]), float(curve[k])) for k in at]
         return sorted(found, key=lambda pair: -pair[1])
 
@@ -88,11 +76,11 @@ class _Sweep:
     @property
     def base(self) -> TimeBase:
         """The samples of the sweep."""
-        return TimeBase(SAMPLE_RATE_HZ, round(float(self.times_s[-1]) * SAMPLE_RATE_HZ))
+        return TimeBase(RATE.sample_rate_hz, round(float(self.times_s[-1]) * RATE.sample_rate_hz))
 
     def bins(self, start: int, stop: int) -> IntArray:
         """Return in which bin samples fall, (stop - start,); -1 before the sweep begins."""
-        passed = np.searchsorted(self.times_s, np.arange(start, stop) / SAMPLE_RATE_HZ, side="right")
+        passed = np.searchsorted(self.times_s, np.arange(start, stop) / RATE.sample_rate_hz, side="right")
         return np.asarray(np.minimum(passed - 1, self.edges.size - 2), dtype=np.int64)
 
 
@@ -116,12 +104,12 @@ def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command
 
 
 def _sweep(highest: float, steps: int) -> _Sweep:
-    """Return a sweep to a rate whose bins each hold so many full steps where that takes no longer than `LONGEST_S`."""
-    bins = min(max(round(highest / NARROWEST), LEAST_BINS), BINS)
+    """Return a sweep to a rate whose bins each hold so many full steps where `RATE.longest_s` suffices for that."""
+    bins = min(max(round(highest / RATE.narrowest), RATE.least_bins), RATE.bins)
     edges = np.linspace(0.0, highest, bins + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    each_s = np.maximum(np.minimum(steps / middle, LONGEST_S), np.maximum(ELECTRICAL / middle, SHORTEST_S))
-    return _Sweep(edges, SETTLED_S + np.concatenate([[0.0], np.cumsum(each_s)]))
+    each_s = np.maximum(np.minimum(steps / middle, RATE.longest_s), np.maximum(ELECTRICAL / middle, RATE.shortest_s))
+    return _Sweep(edges, RATE.settled_s + np.concatenate([[0.0], np.cumsum(each_s)]))
 
 
 def _ends(each: FloatArray) -> FloatArray:

@@ -6,19 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.designs.diagnosis_file import Diagnosed
+from mechid.designs.settings import DESIGN
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.steps import LEAST
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.refit.rebuild import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.identification.result.fit import Fit
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, superset_of
-
-LIKE = 0.02
-"""Of the ratio to the noise: a diagnosis of these records leaves what it says, to such a share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +38,11 @@ class Group:
     def open(self) -> Group:
         """Those that the records leave open: none of the others explains them better by what a diagnosis asks for."""
         best = min(model.cost for model in self.models)
-        kept = [pair for pair in zip(self.names, self.models, strict=True) if pair[1].cost - best < LEAST]
+        kept = [
+            pair
+            for pair in zip(self.names, self.models, strict=True)
+            if pair[1].cost - best < IN_DIAGNOSIS.least_chi_square
+        ]
         return Group(tuple(name for name, _ in kept), tuple(model for _, model in kept))
 
 
@@ -85,7 +87,7 @@ def _fitted_groups(
     say("the mechanism with what the diagnosis names")
     plain, _ = initial_models(fit, workers=workers)
     named = _named(plain, diagnosis)
-    if abs(named.over_noise / diagnosis.over_noise - 1.0) > LIKE:
+    if abs(named.over_noise / diagnosis.over_noise - 1.0) > DESIGN.same_ratio:
         raise _of_another(
             diagnosis,
             f"its mechanism leaves {named.over_noise:.4g} times the noise of these records, "

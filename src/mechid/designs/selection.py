@@ -14,11 +14,7 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray, IntArray
 from mechid.designs.criterion import Criterion
-
-LEAST_GAIN = 1e-6
-MOST_ROUNDS = 8
-TRIED = 3
-"""Records that are tried in place of one taken out, by each of two orders."""
+from mechid.designs.settings import DESIGN
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +63,7 @@ def select(pool: Pool, criterion: Criterion, kept: Sequence[int] = ()) -> Choice
     best: list[int] | None = None
     for per_second in (True, False):
         found = _filled(pool, criterion, list(kept), per_second=per_second)
-        for _ in range(MOST_ROUNDS):
+        for _ in range(DESIGN.most_rounds):
             better = _exchanged(pool, criterion, found, len(kept))
             if better is found:
                 break
@@ -87,7 +83,7 @@ def _exchanged(pool: Pool, criterion: Criterion, chosen: list[int], fixed: int) 
         for first in _promising(pool, criterion, rest, chosen[at]):
             tried = _filled(pool, criterion, [*rest, first])
             found = _value(pool, criterion, tried)
-            if found < value - LEAST_GAIN:
+            if found < value - DESIGN.least_gain:
                 best, value = tried, found
     return best
 
@@ -100,7 +96,7 @@ def _promising(pool: Pool, criterion: Criterion, rest: Sequence[int], out: int) 
         return []
     gains = _gains(pool, criterion, _sum(pool, rest), fits)
     ranked = (np.argsort(-gains / pool.seconds[fits], kind="stable"), np.argsort(-gains, kind="stable"))
-    return list(dict.fromkeys(int(fits[k]) for order in ranked for k in order[:TRIED]))
+    return list(dict.fromkeys(int(fits[k]) for order in ranked for k in order[: DESIGN.tried]))
 
 
 def _filled(pool: Pool, criterion: Criterion, chosen: list[int], *, per_second: bool = True) -> list[int]:
@@ -110,7 +106,7 @@ def _filled(pool: Pool, criterion: Criterion, chosen: list[int], *, per_second: 
     while (fits := _fitting(pool, chosen)).size:
         gains = _gains(pool, criterion, information, fits)
         at = int(np.argmax(gains / pool.seconds[fits] if per_second else gains))
-        if gains[at] < LEAST_GAIN:
+        if gains[at] < DESIGN.least_gain:
             break
         chosen.append(int(fits[at]))
         information = information + pool.information[:, fits[at]]

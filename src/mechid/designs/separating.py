@@ -12,9 +12,7 @@ from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
 from mechid.designs.separation import CLEAR, Pair, pairs_of, predicted_torque, refitted
-
-LEAST_GAIN = 1.0
-"""Chi-square that a further record of a set has to add."""
+from mechid.designs.settings import DESIGN
 
 
 @dataclass(frozen=True)
@@ -179,7 +177,7 @@ def choice(pairs: Sequence[Pair], allowed: BoolArray, seconds: FloatArray, total
         here = _capped(pairs, chosen)
         gains = {k: _capped(pairs, [*chosen, k]) - here for k in fits if k not in chosen and seconds[k] <= left}
         best = max(gains, key=lambda k: gains[k] / seconds[k], default=None)
-        if best is None or gains[best] < LEAST_GAIN:
+        if best is None or gains[best] < DESIGN.least_chi_square:
             break
         chosen.append(best)
     enough = min(_least(pairs, chosen), CLEAR)

@@ -20,21 +20,20 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
-from mechid.identification.beside.beside import lifted
+from mechid.designs.settings import DESIGN
 from mechid.identification.computation.parallel import mapped
-from mechid.identification.diagnosis.candidate import STEPS, TOLERANCE, Model
-from mechid.identification.diagnosis.steps import LEAST
-from mechid.identification.disturbance.disturbance import with_disturbances
-from mechid.identification.disturbance.possible import possible
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import with_disturbances
+from mechid.identification.effects.effect import lifted
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.solve import solve
 
-CHANCE = 2.0
-"""Standard deviations by which chance may lower what is expected."""
-CLEAR = (CHANCE + math.sqrt(CHANCE**2 + LEAST)) ** 2
-"""Expected chi-square from which a record tells rivals apart: noise makes it scatter by twice its root, and `CHANCE`
-standard deviations below there is still what a diagnosis asks for."""
+CLEAR = (DESIGN.chance + math.sqrt(DESIGN.chance**2 + IN_DIAGNOSIS.least_chi_square)) ** 2
+"""Expected chi-square from which a record separates rivals: noise makes it scatter by twice its root;
+`DESIGN.chance` standard deviations below, it is still what a diagnosis asks for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +183,13 @@ def refitted(
     new = [measuring(t, torque) for t, torque in zip(problem.targets[there:], torques, strict=True)]
     problem = replace(problem, targets=(*problem.targets[:there], *new))
     windows = problem.whole() | dict(model.setting.windows)
-    q = solve(problem, lifted(model.problem, model.q, problem), windows, steps=STEPS, tolerance=TOLERANCE).q
+    q = solve(
+        problem,
+        lifted(model.problem, model.q, problem),
+        windows,
+        steps=IN_DIAGNOSIS.steps,
+        tolerance=IN_DIAGNOSIS.tolerance,
+    ).q
     left = [t.leading.measured[:] - problem.model.predict(t, q, t.samples)[0] for t in new]
     return problem.total_norm(q, windows) ** 2, [np.asarray(detrend(e), dtype=np.float64) for e in left]
 

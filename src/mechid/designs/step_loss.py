@@ -22,21 +22,14 @@ import numpy as np
 
 from mechid.command import Command, RateProfile
 from mechid.command.edges import step_edges
-from mechid.designs.rate_limit import HIGHEST, LOWEST, RESOLUTION, RateLimit, rate_limit, rates_tried
+from mechid.designs.rate_limit import RateLimit, rate_limit, rates_tried
+from mechid.designs.settings import RATE
 from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.plant.stepper import HOLDING
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import SimulationOutcome
-
-SAMPLE_RATE_HZ = 10_000.0
-HOLD_S, AT_REST_SHARE = 0.4, 0.25
-"""Held after the command, and the last part of it over which the rotor's angle is averaged."""
-STARTED_S, RAMP_S = 0.5, 1.0
-"""Time at the rate, and from zero to it where that is slow."""
-SLOW_RATIO = 1.1
-"""Ratio of neighbouring rates to which the motor is brought slowly: it has passed all that are lower."""
 
 
 @dataclass(frozen=True)
@@ -75,16 +68,16 @@ def driven(mechanism: Mechanism, command: Command, seconds: float, *, torque: bo
     measured = ("rotor_angle", "torque") if torque else ("rotor_angle",)
     watched = replace(mechanism, plant=_watched(mechanism.plant, measured))
     held = stopped(command, seconds)
-    base = TimeBase(SAMPLE_RATE_HZ, round((seconds + HOLD_S) * SAMPLE_RATE_HZ) + 1)
+    base = TimeBase(RATE.sample_rate_hz, round((seconds + RATE.hold_s) * RATE.sample_rate_hz) + 1)
     simulator = Simulator(watched.plant, held, base)
     trajectory = simulate_run(simulator.run(watched.kernel_values()))
     if trajectory.outcome is not SimulationOutcome.COMPLETE:
         return Driven(None, math.inf)
-    resting = round(AT_REST_SHARE * HOLD_S * SAMPLE_RATE_HZ)
+    resting = round(RATE.at_rest_share * RATE.hold_s * RATE.sample_rate_hz)
     angle = (mechanism.electrical_periods or 1.0) * float(np.mean(trajectory.values["rotor_angle"][-resting:]))
-    _, index = step_edges(held.rate, held.steps_per_full_step, seconds + HOLD_S)
+    _, index = step_edges(held.rate, held.steps_per_full_step, seconds + RATE.hold_s)
     wanted = held.start_angle_rad + (index[-1] if index.size else 0) * 0.5 * math.pi / held.steps_per_full_step
-    during = trajectory.values["torque"][: round(seconds * SAMPLE_RATE_HZ) + 1] if torque else np.zeros(1)
+    during = trajectory.values["torque"][: round(seconds * RATE.sample_rate_hz) + 1] if torque else np.zeros(1)
     return Driven(round((angle - wanted) / (2.0 * math.pi)), float(np.max(np.abs(during))))
 
 
@@ -112,7 +105,7 @@ def pull_in(mechanism: Mechanism, command: Command) -> RateLimit:
     """Return the rates at which the motor starts and stops at once without loss."""
 
     def holds(rate: float) -> bool:
-        return not driven(mechanism, _at(command, rate), STARTED_S, torque=False).lost
+        return not driven(mechanism, _at(command, rate), RATE.started_s, torque=False).lost
 
     return rate_limit(holds, rates_tried(mechanism, command))
 
@@ -132,18 +125,18 @@ def pull_out(mechanism: Mechanism, command: Command, started: RateLimit | None =
         Where it starts at once, as `pull_in` found it; None finds it anew.
     """
     started = started or pull_in(mechanism, command)
-    first, last = started.widest or (LOWEST, LOWEST)
-    begin = math.sqrt(first * last) if first > LOWEST else 0.0
-    up, down = RAMP_S + STARTED_S, 2.0 * RAMP_S + STARTED_S
+    first, last = started.widest or (RATE.lowest, RATE.lowest)
+    begin = math.sqrt(first * last) if first > RATE.lowest else 0.0
+    up, down = RATE.ramp_s + RATE.started_s, 2.0 * RATE.ramp_s + RATE.started_s
 
     def holds(rate: float) -> bool:
         if begin <= rate < last:
             return True
-        slow = RateProfile.through([(0.0, begin), (RAMP_S, rate), (up, rate), (down, begin)])
+        slow = RateProfile.through([(0.0, begin), (RATE.ramp_s, rate), (up, rate), (down, begin)])
         return not driven(mechanism, replace(command, rate=slow), down, torque=False).lost
 
-    steps = math.ceil(math.log(HIGHEST / last) / math.log(SLOW_RATIO))
-    rates = [begin or LOWEST, *np.geomspace(last, HIGHEST, steps + 1).tolist()]
+    steps = math.ceil(math.log(RATE.highest / last) / math.log(RATE.slow_ratio))
+    rates = [begin or RATE.lowest, *np.geomspace(last, RATE.highest, steps + 1).tolist()]
     return rate_limit(holds, sorted(set(rates)), begin)
 
 
@@ -225,7 +218,7 @@ def _largest(holds: Callable[[float], bool], most: float) -> float | None:
         good = float(x)
     else:
         return None
-    while bad - good > RESOLUTION * most:
+    while bad - good > RATE.resolution * most:
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good

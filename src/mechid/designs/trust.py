@@ -15,14 +15,11 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.designs.criterion import sizes
 from mechid.designs.planned import PlannedRecord
+from mechid.designs.settings import DESIGN
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.uncertainty.draws import DEPARTURE
-
-MECHANISMS, DRAWS = 8, 3
-FARTHEST = 0.01
-"""Of a coordinate's size."""
+from mechid.identification.uncertainty.settings import ERRORS
 
 
 def departing_share(
@@ -52,10 +49,12 @@ def departing_share(
     workers : int
         Threads.
     """
-    looked = points[:MECHANISMS]
+    looked = points[: DESIGN.mechanisms]
     rng = np.random.default_rng((seed, 3))
     size = sizes(space, points)
-    steps = np.array([_root(m, size) @ rng.standard_normal((space.size, DRAWS)) for m in reference[: len(looked)]])
+    steps = np.array(
+        [_root(m, size) @ rng.standard_normal((space.size, DESIGN.draws)) for m in reference[: len(looked)]]
+    )
     drawn = np.clip(looked[:, None] + steps.transpose(0, 2, 1), space.lower, space.upper)
     tasks = [(record, information[: len(looked), k]) for k, record in enumerate(records)]
     return np.array(mapped(partial(_share, space, looked, drawn), tasks, workers))
@@ -69,9 +68,9 @@ def _share(space: SearchSpace, points: FloatArray, drawn: FloatArray, task: tupl
 
 
 def _root(information: FloatArray, size: FloatArray) -> FloatArray:
-    """Return a root of the inverse; no axis of it is longer than `FARTHEST`, what is not known stays near by."""
+    """Return a root of the inverse; no axis of it is longer than `DESIGN.farthest`, what is not known stays near by."""
     values, vectors = np.linalg.eigh(information * np.outer(size, size))
-    lengths = np.minimum(1.0 / np.sqrt(np.maximum(values, 1e-300)), FARTHEST)
+    lengths = np.minimum(1.0 / np.sqrt(np.maximum(values, 1e-300)), DESIGN.farthest)
     return np.asarray(size[:, None] * vectors * lengths, dtype=np.float64)
 
 
@@ -82,4 +81,4 @@ def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: 
     there = replace(target, channels=(replace(target.leading, measured=torque),))
     costs = np.square(problem.norms_at(there, list(draws), (0, target.samples)))
     promised = np.einsum("di,ij,dj->d", draws - q, information, draws - q)
-    return float(np.mean(~(np.abs(costs - promised) <= DEPARTURE)))
+    return float(np.mean(~(np.abs(costs - promised) <= ERRORS.cost_departure)))

@@ -11,9 +11,9 @@ from scipy.special import chdtrc
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import appendix_text
-from mechid.identification.beside.beside import Beside
-from mechid.identification.beside.groups import groups_of, rises
-from mechid.identification.disturbance.scores import by_own_residuals
+from mechid.identification.effects.effect import Beside
+from mechid.identification.effects.pruning import groups_of, rises
+from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.as_written import AsWritten

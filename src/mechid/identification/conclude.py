@@ -13,29 +13,28 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
 from mechid.identification.added_terms import incomplete, with_added_terms
-from mechid.identification.contradiction.departure import departure
-from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_by_record, with_lines
-from mechid.identification.disturbance.mains import grid_shown
+from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
+from mechid.identification.effects.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
-from mechid.identification.identifiability.ambiguity import ambiguity_notes
-from mechid.identification.identifiability.ignorance import not_known
-from mechid.identification.identifiability.verdict import Verdict, judge
-from mechid.identification.output_error.coordinates import ON_BOUND
+from mechid.identification.identifiability.verdict import Verdict, describe_unknown, judge
+from mechid.identification.identifiability.visibility import ambiguity_notes
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
-from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.doubts import refused_gain
-from mechid.identification.uncertainty.clock_error import clock_warnings
+from mechid.identification.search.solve import promised_fall
+from mechid.identification.stages.departure import departure
 from mechid.identification.uncertainty.draws import LowerPoint
-from mechid.identification.uncertainty.raised_noise import raised_warnings
+from mechid.identification.uncertainty.further_errors import clock_warnings
+from mechid.identification.uncertainty.noise_levels import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -138,7 +137,7 @@ def _evidence(
         campaign=str(campaign.path),
         used=windows,
         used_to_s=used_to_s,
-        promised_fall=math.nan if lost else max(refused_gain(triangle, verdict.counted), lower.gain if lower else 0.0),
+        promised_fall=math.nan if lost else max(promised_fall(triangle, verdict.counted), lower.gain if lower else 0.0),
         cost=triangle.cost,
         lost=lost,
         contradicted=state.contradicted,
@@ -157,7 +156,7 @@ def _without_unknown(
     for name in errors.names:
         parameter = campaign.mechanism.parameters.get(name) or own[name]
         sigma = errors.of(name).held
-        reason = not_known(parameter, values[name], sigma) if sigma is not None else ""
+        reason = describe_unknown(parameter, values[name], sigma) if sigma is not None else ""
         if reason:
             found[name] = Status.FROZEN, reason
     return errors.without(found), replace(verdict, reasons={**verdict.reasons, **found})
@@ -238,7 +237,7 @@ def _as_added(p: ParameterEstimate, state: SearchState) -> ParameterEstimate:
 
 def _is_limit_of_physics(p: Parameter, value: float) -> bool:
     """Tell whether a parameter on its bound is where nothing of its kind can go on, as a damping or a friction at 0."""
-    reach = ON_BOUND * (p.max - p.min) if math.isfinite(p.max - p.min) else 0.0
+    reach = PROBLEM.on_bound * (p.max - p.min) if math.isfinite(p.max - p.min) else 0.0
     lowest = p.min == p.declaration.lower and value - p.min <= reach
     highest = p.max == p.declaration.upper and p.max - value <= reach
     return lowest or highest

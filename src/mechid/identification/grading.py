@@ -14,24 +14,11 @@ from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
-from mechid.identification.search.doubts import WORTH_SAYING
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.result.settings import GRADE
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.plant.tables import table_of
 
-NEAR_OPTIMUM = 0.1
-"""Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in
-the errors; beyond it there is no optimum near; a choice, not measured."""
-NEAR_BOUND = 1e-3
-"""Share of its range within which a parameter of a fit that stopped short may be held by a bound not quite reached."""
-LEAST_OF_NOISE = 0.5
-"""Residual over noise below which what is declared as noise is none: a residual holds all of it; a choice, not
-measured."""
-HELD_OUT_WORSE = 2.0
-"""Times the noise, and times what the fitted records leave of theirs, from which a held-out record is predicted badly.
-Complete models leave 0.95 to 1.06 times the noise of held-out records (docs/identification.md)."""
-HELD_OUT_LOST = 0.5
-"""Share of the measured RMS above which the residual of a badly predicted record means that it is not followed: half,
-as in each window of a fitted record (`signal.following`)."""
 DIAGNOSE = "mechid diagnose FIT --out DIR, FIT being the result folder"
 """What to do where the model lacks something: `mechid check` looks at declarations before a fit, and knows none."""
 LIKE_LESS: Mapping[str, str] = {
@@ -150,10 +137,10 @@ def _held_out_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         for quantity, channel in record.channels.items():
             level = max(channel.known, channel.noise_sigma)
             left = max((c[quantity].residual_over_noise for c in fitted if quantity in c), default=1.0)
-            if channel.residual_rms <= HELD_OUT_WORSE * level * max(left, 1.0):
+            if channel.residual_rms <= GRADE.held_out_worse * level * max(left, 1.0):
                 continue
             of = "" if len(record.channels) == 1 else f" ({quantity})"
-            is_lost = not channel.fit_percent >= 100.0 * (1.0 - HELD_OUT_LOST)
+            is_lost = not channel.fit_percent >= 100.0 * (1.0 - GRADE.held_out_lost)
             text = (
                 f"Record {record.name}{of} was held out: the model leaves {channel.residual_over_noise:.3g} times its "
                 f"noise, and of fitted records at most {left:.3g} times theirs"
@@ -211,10 +198,10 @@ def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     fall = evidence.promised_fall
     if fit.outcome is FitOutcome.EVENT_MISSED:
         yield Reason(cause=Cause.EVENT_MISSED, text=fit.outcome.value, next_command=again)
-    if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= NEAR_OPTIMUM * evidence.cost:
+    if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= GRADE.near_optimum * evidence.cost:
         text = f"{fit.outcome.value} The sum of squares could still fall by {_percent(fall, evidence.cost)}."
         yield Reason(cause=Cause.NOT_CONVERGED, text=text, next_command=again)
-    elif fit.outcome.stopped_short and fall > WORTH_SAYING:
+    elif fit.outcome.stopped_short and fall > SEARCH.notable_fall:
         text = (
             f"{fit.outcome.value} The step that was promised and not reached (a fall of the cost by {fall:.3g}) "
             f"counts in the error bars.{_near_bounds(fit)}"
@@ -230,7 +217,7 @@ def _near_bounds(fit: Fit) -> str:
         limits = [limit for limit in (p.min, p.max) if limit is not None and math.isfinite(limit)]
         if p.std_error is None or len(limits) < 2:
             continue
-        reach = NEAR_BOUND * (limits[1] - limits[0])
+        reach = GRADE.near_bound * (limits[1] - limits[0])
         near = [limit for limit in limits if limit != 0.0 and abs(p.value - limit) < reach]
         said += [f"{p.name} = {p.value:.6g} stands at its bound {limit:g}" for limit in near]
     return f" {'; '.join(said)}: the records may want it beyond, and give it a wider range then." if said else ""
@@ -242,10 +229,10 @@ def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         for quantity, channel in record.channels.items():
             fitted = record.name in evidence.used and channel.use == "estimate"
             ratio = channel.residual_rms / channel.known if channel.known > 0.0 else math.inf
-            if not fitted or LEAST_OF_NOISE <= ratio <= MISFIT:
+            if not fitted or GRADE.least_of_noise <= ratio <= NOISE.misfit:
                 continue
             size = f"{ratio:.3g} times the noise"
-            if ratio < LEAST_OF_NOISE:
+            if ratio < GRADE.least_of_noise:
                 size = f"{size} declared, which therefore is no noise"
             text = (
                 f"Record {record.name} ({quantity}): the residual is {size}. Without steps and without a second record "
@@ -253,7 +240,7 @@ def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
                 "noise."
             )
             level = f"mechid identify {evidence.campaign} --out DIR, with the right noise_sigma of record {record.name}"
-            then = level if ratio < LEAST_OF_NOISE else DIAGNOSE
+            then = level if ratio < GRADE.least_of_noise else DIAGNOSE
             yield Reason(cause=Cause.UNEXPLAINED, record=record.name, text=text, next_command=then)
 
 

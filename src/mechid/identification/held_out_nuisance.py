@@ -20,31 +20,20 @@ from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_time_offset, target_of
-from mechid.identification.result.channel_noise import channel_noises
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
-from mechid.identification.result.record_fit import record_fit
+from mechid.identification.result.record_fit import channel_noises, record_fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.result.settings import HELD_OUT
 from mechid.identification.search.run_up import run_up
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.noise import without_spikes
 from mechid.signal.moments import norm
 from mechid.signal.series import blocks
-
-FIRST_SHARE, LARGEST_SHARE = 0.1, 0.5
-"""Of the record from where its motion begins, that the first part is at least; of the whole record, at most."""
-FIRST_STEPS = 16.0
-"""Full steps that the first part holds, four electrical turns; a choice, not measured."""
-MOVES = 0.1
-"""Share of the largest swing of a record under a measured input, from which on it moves; a choice, not measured."""
-LOOKED_AT = 20_000
-"""Instants at which the travel of a command is looked at."""
-MOST_OFFSETS, FINE_OFFSETS, BRANCHES = 256, 33, 3
-"""Time offsets that are tried over the declared range, and about each of the best, before those are refined."""
 
 
 def with_nuisance(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
@@ -87,17 +76,17 @@ def first_part(record: CampaignRecord, target: Target) -> int:
     """
     n = target.samples
     begins, enough = _measured_motion(target) if isinstance(record.command, MeasuredCommand) else _steps(target)
-    stop = max(begins + math.ceil(FIRST_SHARE * (n - begins)), enough, target.burn_in + 1)
-    return max(min(stop, math.floor(LARGEST_SHARE * n)), 1)
+    stop = max(begins + math.ceil(HELD_OUT.first_share * (n - begins)), enough, target.burn_in + 1)
+    return max(min(stop, math.floor(HELD_OUT.largest_share * n)), 1)
 
 
 def _steps(target: Target) -> tuple[int, int]:
     """Return the samples at which a command begins to step and has made enough steps, at its latest time offset."""
     offset, base = target.time_offset, target.base
-    times = base.start_s + np.linspace(0.0, base.duration_s, min(LOOKED_AT, base.samples))
+    times = base.start_s + np.linspace(0.0, base.duration_s, min(HELD_OUT.instants, base.samples))
     travelled = steps_travelled(target.command.rate, times - (offset.max if offset.is_free else offset.value))
     travelled -= travelled[0]
-    places = np.searchsorted(travelled, [1e-9, FIRST_STEPS]) / max(times.size - 1, 1) * (base.samples - 1)
+    places = np.searchsorted(travelled, [1e-9, HELD_OUT.first_steps]) / max(times.size - 1, 1) * (base.samples - 1)
     begins, enough = np.ceil(places).astype(int).tolist()
     return min(begins, base.samples), min(enough, base.samples)
 
@@ -108,7 +97,7 @@ def _measured_motion(target: Target) -> tuple[int, int]:
     first = float(y[0:1][0])
     largest = max(float(np.max(np.abs(y[part] - first))) for part in blocks(y.size))
     for part in blocks(y.size):
-        moving = np.flatnonzero(np.abs(y[part] - first) >= MOVES * largest)
+        moving = np.flatnonzero(np.abs(y[part] - first) >= HELD_OUT.moves * largest)
         if moving.size:
             return (begins := part.start + int(moving[0])), begins
     return 0, 0
@@ -159,11 +148,11 @@ def _starts(problem: Problem, target: Target, window: tuple[int, int]) -> list[F
     if place is None:
         return [start]
     low, high = float(problem.coordinates.lower[place]), float(problem.coordinates.upper[place])
-    count = int(np.clip(math.ceil((high - low) / (2.0 * target.base.interval_s)) + 1, 5, MOST_OFFSETS))
+    count = int(np.clip(math.ceil((high - low) / (2.0 * target.base.interval_s)) + 1, 5, HELD_OUT.most_offsets))
     apart = (high - low) / (count - 1)
     found = [start]
-    for offset in _best(problem, target, window, start, place, np.linspace(low, high, count))[:BRANCHES]:
-        about = np.clip(np.linspace(offset - apart, offset + apart, FINE_OFFSETS), low, high)
+    for offset in _best(problem, target, window, start, place, np.linspace(low, high, count))[: HELD_OUT.branches]:
+        about = np.clip(np.linspace(offset - apart, offset + apart, HELD_OUT.fine_offsets), low, high)
         fine = _best(problem, target, window, start, place, about)[:1]
         found += [_with_offset(start, place, x) for x in fine]
     return found

@@ -13,37 +13,29 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.conclude import GoOn, conclude
-from mechid.identification.disturbance.disturbance import lines_of, with_disturbances
-from mechid.identification.disturbance.mains import mains, read_anew
-from mechid.identification.identifiability.ambiguity import refuse_free_supply
+from mechid.identification.effects.disturbance import lines_of, with_disturbances
+from mechid.identification.effects.mains import mains, read_anew
 from mechid.identification.identifiability.predictability import chaos_warnings
-from mechid.identification.output_error.accuracy import enough_substeps
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.identifiability.visibility import refuse_free_supply
+from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
+from mechid.identification.readings.detectors import read_as_found
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.stages.confirmation import confirmed
-from mechid.identification.stages.disturbances import fit_with_disturbances
-from mechid.identification.stages.first_seen import first_seen
+from mechid.identification.stages.disturbances import fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
-from mechid.identification.stages.imitated import without_imitations
-from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
+from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
-ROUGH = 1e-6
-"""Relative fall of the cost at which the fit before the release of the noise may stop; a choice, not measured."""
 RELEASED = "noise re-estimated"
 """The stage by which the last fit is named where it stops at a threshold."""
-MOST_FROM_DRAWS = 3
-"""Times that a search goes on from a draw that is lower than its optimum; a choice, not measured."""
-LONGEST_STEP_S = 2e-4
-"""Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
 
 def identify(
@@ -97,7 +89,7 @@ def identify(
     state = SearchState(problem, problem.start, problem.whole())
     with one_core_algebra():
         if near is None:
-            campaign, state = first_seen(campaign, state, seed)
+            campaign, state = read_as_found(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
 
         def keep_so_far(at: SearchState) -> None:
@@ -156,7 +148,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     if not targets:
         raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
     longest = max(t.base.interval_s for t in targets)
-    substeps = max(1, math.ceil(longest / LONGEST_STEP_S - 1e-6))
+    substeps = max(1, math.ceil(longest / STAGES.longest_step_s - 1e-6))
     priors = {} if campaign.options.priors == "none" else _priors(campaign)
     problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
     hum = mains(problem, declared_hz=campaign.options.mains) if campaign.options.mains else None
@@ -186,14 +178,14 @@ def _follow_plan(
     state = watch.note(state.saying(*horizon_warnings(state.problem, growth)))
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
-    state = joint_fit(watch, state, "joint fit", names, tolerance=ROUGH)
+    state = joint_fit(watch, state, "joint fit", names, tolerance=STAGES.rough_tolerance)
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
     state = fit_with_disturbances(watch, state, campaign, names)
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
-        state = confirmed(watch, state, names, seed)
+        state = confirm_optimum(watch, state, names, seed)
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))
 
 
@@ -215,7 +207,7 @@ def _names(state: SearchState) -> tuple[str, ...]:
 
 def _from_draws(watch: Watch) -> GoOn:
     """Return what continues a search from a draw of lower cost than its optimum, a few times."""
-    left = MOST_FROM_DRAWS
+    left = STAGES.most_from_draws
 
     def go_on(state: SearchState, lower: LowerPoint) -> SearchState | None:
         nonlocal left

@@ -14,7 +14,7 @@ from mechid.identification.computation.progress import Listener, Progress, silen
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import grow
+from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.watch import Watch
 
@@ -63,7 +63,7 @@ def identify_from(
         tell(f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
 
     tell("begins")
-    grown = state.at(grow(problem, state.q, np.random.default_rng(seed), on_growth).q)
+    grown = state.at(grow_horizons(problem, state.q, np.random.default_rng(seed), on_growth).q)
     spent = watch.seconds
 
     def told_of_the_rest(progress: Progress) -> None:

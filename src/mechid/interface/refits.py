@@ -17,7 +17,7 @@ from mechid.identification.computation.journal import Journal, digest
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.refit.bootstrap import Bootstrap, Draw
 from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
 from mechid.identification.refit.profile import Point, Profile, profiles

@@ -80,6 +80,15 @@ class Law:
         held = self.mechanism.with_values(values).with_parameters({self.null: none})
         return held.with_free((*(p.name for p in held.free if p.name not in self.own), self.null))
 
+    def at(self, mechanism: Mechanism, amplitude: float) -> Mechanism:
+        """Return its mechanism with the other values of a point and an amplitude, as far as its bounds let it."""
+        if not self.null:
+            return mechanism
+        known = self.mechanism.parameters
+        others = {name: mechanism.value(name) for name in self.own if name != self.null}
+        within = min(max(amplitude, known[self.null].min), known[self.null].max)
+        return self.mechanism.with_values({**others, self.null: within})
+
 
 @dataclass(frozen=True)
 class Superset:

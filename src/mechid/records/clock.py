@@ -7,27 +7,18 @@ from collections.abc import Callable
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
+from mechid.records.settings import STAMPS
 from mechid.records.table import Clock, Table
 from mechid.signal.series import Series
 
-JITTER = 1e-3
-"""How far a time stamp may be off the regular clock, in sample intervals."""
-JITTER_OF_ROUNDED = 0.25
-"""The same where the stamps were printed with too few digits for `JITTER`."""
-MOST_ROUNDED = 0.2
-"""Part of a digit that floating point may take before the digit cannot be told."""
-WHOLE_RATE = 1e-6
-"""Relative distance at which a rate is taken for a whole number of hertz."""
-SHORTEST_S, LONGEST_S = 1e-12, 1e12
-"""Sample intervals of recorders lie between, far from both."""
 BLOCK = 65536
-MOST_STAMPS = 2**21
-"""First stamps that the usual step is told from, where a message says it."""
 
 
 def refuse_no_clock(table: Table, clock: Clock) -> None:
     """Raise RecordError where a clock, wherever it is from, is none that a recorder has."""
-    if not (1.0 / LONGEST_S <= clock.rate_hz <= 1.0 / SHORTEST_S and abs(clock.start_s) <= LONGEST_S):
+    if not (
+        1.0 / STAMPS.longest_s <= clock.rate_hz <= 1.0 / STAMPS.shortest_s and abs(clock.start_s) <= STAMPS.longest_s
+    ):
         raise table.error(
             f"{clock.rate_hz:.9g} Hz from {clock.start_s:.9g} s is no recorder's clock; check the stamps' unit, or "
             "sample_rate_hz"
@@ -66,10 +57,10 @@ def read_clock(
         return Clock(sample_at(time, 0), rate_hz)
     _refuse_repeated(table, time, first)
     interval = _span(time) / (time.size - 1)
-    if not SHORTEST_S <= interval <= LONGEST_S:
+    if not STAMPS.shortest_s <= interval <= STAMPS.longest_s:
         raise table.error(f"its time stamps lie {interval:.3g} s apart on the average; is their unit right?")
     unresolved = max(_printed_rounding(time, interval), _binary_rounding(time), rounding_s)
-    allowed = max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
+    allowed = max(STAMPS.jitter * interval, min(unresolved, STAMPS.jitter_of_rounded * interval))
     _refuse_jitter(table, time, interval, allowed, first)
     return Clock(sample_at(time, 0), _mean_rate(time, allowed, rounding_s))
 
@@ -103,11 +94,11 @@ def refuse_not_increasing(table: Table, time: Series, first: int = 0) -> None:
 def _mean_rate(time: Series, allowed: float, rounding_s: float) -> float:
     """Return the mean rate, or the whole number of hertz that is all but the same."""
     span = _span(time)
-    near = max(min(WHOLE_RATE, allowed / span), _binary_rounding(time) / span, 2.0 * rounding_s / span)
+    near = max(min(STAMPS.whole_rate, allowed / span), _binary_rounding(time) / span, 2.0 * rounding_s / span)
     return whole_rate((time.size - 1) / span, near)
 
 
-def whole_rate(rate_hz: float, near: float = WHOLE_RATE) -> float:
+def whole_rate(rate_hz: float, near: float = STAMPS.whole_rate) -> float:
     """Return the whole number of hertz that a rate is all but the same as, else the rate."""
     whole = round(rate_hz)
     return float(whole) if whole > 0 and abs(rate_hz / whole - 1.0) <= near else rate_hz
@@ -137,7 +128,7 @@ def _refuse_jitter(table: Table, time: Series, interval: float, allowed: float, 
     """Name the oddest step: with a gap the mean interval is wrong, so every stamp is off."""
     if _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed) is None:
         return
-    usual = float(np.median(np.diff(time[:MOST_STAMPS])))
+    usual = float(np.median(np.diff(time[: STAMPS.most_stamps])))
 
     def odd(start: int, stop: int) -> FloatArray:
         return np.abs(np.diff(time[start : stop + 1]) - usual)
@@ -193,7 +184,7 @@ def last_digit(numbers: Series, most: int = 9) -> float:
     for digits in range(most + 1):
         scaled = (some - some[0]) * 10.0**digits
         near = max(1e-3, spacing * 10.0**digits)  # a date leaves few digits of a floating-point number to its time
-        if near > MOST_ROUNDED:
+        if near > STAMPS.most_rounded:
             break
         if np.all(np.abs(scaled - np.rint(scaled)) < near):
             return float(10.0**-digits)

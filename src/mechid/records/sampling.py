@@ -9,11 +9,12 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.reading.memory import GIB, memory_bytes
-from mechid.records.clock import MOST_STAMPS, read_clock, refuse_no_clock, refuse_not_increasing, refuse_row_numbers
+from mechid.records.clock import read_clock, refuse_no_clock, refuse_not_increasing, refuse_row_numbers
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
 from mechid.records.memory import refuse_no_room
+from mechid.records.settings import STAMPS
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, Table, column_label
@@ -141,7 +142,7 @@ def _stamped(table: Table, time: ChosenColumn) -> Sampling:
 
 
 def _median_rate(stamps: Series) -> float | None:
-    interval = float(np.median(np.diff(stamps[:MOST_STAMPS]))) if stamps.size > 1 else 0.0
+    interval = float(np.median(np.diff(stamps[: STAMPS.most_stamps]))) if stamps.size > 1 else 0.0
     return 1.0 / interval if interval > 0.0 else None
 
 

@@ -9,23 +9,12 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.records.clock import sample_at, whole_rate
+from mechid.records.settings import STAMPS
 from mechid.records.table import Clock, Table
 from mechid.signal.moments import mean
 from mechid.signal.series import Series, stretch_of
 from mechid.signal.stored import Room, pieces_of, room_for
 
-MOST_JITTER = 0.5
-"""Sample intervals that a stamp may be off a regular clock: beyond, its sample cannot be told."""
-FIRST_STAMPS = 512
-"""So many stamps the search for the interval begins with; it grows from there."""
-REFITS = 3
-"""Lines fitted before it grows, each to places told by the line before."""
-RANGE, TRIALS = 0.1, 1001
-"""Relative distance from the median interval, and trials in it, where the interval is looked for."""
-GAP = 2.5
-"""Median intervals between two stamps beyond which samples are missing between them."""
-MOST_MISSING, ALWAYS_PLACED = 100, 2**20
-"""A clock may have so many instants for each sample of the file, where it has more than so many at all."""
 MEND = "window_s cuts a part out"
 
 
@@ -104,10 +93,10 @@ def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) ->
     RecordError
         A stamp is off by half an interval or more, so that its place cannot be told.
     """
-    comb = _comb(time[:FIRST_STAMPS], rate_hz)
-    used = min(FIRST_STAMPS, time.size)
+    comb = _comb(time[: STAMPS.first_stamps], rate_hz)
+    used = min(STAMPS.first_stamps, time.size)
     while True:  # each line tells the places of some more stamps
-        for _ in range(REFITS):
+        for _ in range(STAMPS.refits):
             comb = _line(comb, stretch_of(time, 0, used), held=rate_hz is not None)
         if used == time.size:
             break
@@ -115,7 +104,7 @@ def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) ->
     rms, row = _jitter(comb, time)
     interval = comb.interval_s
     off = float(_off(comb, time, slice(row, row + 1))[0])
-    if off >= MOST_JITTER * interval or _is_repeated(comb, time, row):
+    if off >= STAMPS.most_jitter * interval or _is_repeated(comb, time, row):
         raise table.error(
             f"the stamp {sample_at(time, row):.9g} s is off the nearest regular clock, {1.0 / interval:.9g} Hz, by "
             f"{off:.3g} s, too far to place its sample; if samples were recorded at irregular times, "
@@ -130,7 +119,7 @@ def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) ->
 
 def refuse_mostly_missing(table: Table, time: Series, instants: float) -> None:
     """Raise RecordError where a clock's instants are far more than the stamps: one of these is wrong."""
-    if instants > max(MOST_MISSING * time.size, ALWAYS_PLACED):
+    if instants > max(STAMPS.most_missing * time.size, STAMPS.always_placed):
         raise table.error(
             f"{time.size} time stamps from {sample_at(time, 0):.9g} s to {sample_at(time, time.size - 1):.9g} s are "
             f"{instants:.3g} samples on a regular clock; is a stamp wrong? {MEND}"
@@ -199,7 +188,7 @@ def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) ->
     out = np.asarray(make_interp_spline(time[good], data[good])(instants), dtype=np.float64)
     kept = time[good]
     after = np.clip(np.searchsorted(kept, instants), 1, kept.size - 1)
-    wide = kept[after] - kept[after - 1] > GAP * float(np.median(np.diff(time)))
+    wide = kept[after] - kept[after - 1] > STAMPS.gap * float(np.median(np.diff(time)))
     between = (instants > kept[after - 1]) & (instants < kept[after])
     out[wide & between] = np.nan
     return out
@@ -208,7 +197,11 @@ def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) ->
 def _comb(time: FloatArray, rate_hz: float | None) -> Comb:
     """Return the comb that the stamps fit best: the largest |sum exp(2 pi i t / h)|."""
     median = float(np.median(np.diff(time)))
-    trials = np.array([1.0 / rate_hz]) if rate_hz else median * np.linspace(1.0 - RANGE, 1.0 + RANGE, TRIALS)
+    trials = (
+        np.array([1.0 / rate_hz])
+        if rate_hz
+        else median * np.linspace(1.0 - STAMPS.interval_range, 1.0 + STAMPS.interval_range, STAMPS.interval_trials)
+    )
     resultants = np.exp(2j * np.pi * (time - time[0])[:, None] / trials).sum(axis=0)
     best = int(np.argmax(np.abs(resultants)))
     interval = float(trials[best])

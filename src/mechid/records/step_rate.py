@@ -16,6 +16,7 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.command import RateProfile
+from mechid.records.settings import STEP_RATE
 from mechid.signal.lines import Line, Prominence
 from mechid.signal.mains import mains_lines
 from mechid.signal.moments import mean
@@ -24,41 +25,9 @@ from mechid.signal.series import Series
 from mechid.signal.spectrogram import spectrogram
 from mechid.signal.trend import Line as Constant
 
-STRONGEST, LOWEST, PARTS = 12, 4, 8
-"""Lines whose whole parts are tried as repetition frequency, the strongest and the lowest, and into how many."""
-NEAR_BINS, STEADY = 0.35, 2e-4
-"""A line this near to a multiple, in bins or relative, is one."""
-LEAST_BINS = 3.0
-"""Of a repetition frequency; below, anything would be a multiple."""
-EXPLAINED = 0.95
-"""Share of the lines, by the logarithm of their ratio, that are multiples."""
-WANDERING, MOST_POWER, MOSTLY_EXPLAINED = 3e-3, 0.9, 0.6
-"""Of a rate that wanders: how near a multiple is, the share of the lines' power and of the lines."""
-FEWEST = 3
-BY_CHANCE = 5.0
-"""Decades by which it is unlikely that so many lines are that near to multiples by chance."""
-CONTRAST = 2.0
-"""Times the others' amplitude, in the median, that lines of the step rate have."""
-REPEATS = 4
-"""Full steps after which a motor repeats itself, at most: its coils carry the same currents again."""
 FULL_ORDERS, MOST_OF_THEM = range(5, 13), 6
 """Of a full step so many of these are lines, of microsteps hardly any."""
 MICROSTEPS = (2, 4, 8, 16, 32, 64, 128, 256)
-SETTLES = 1e-3
-"""Of a step: by how much a motor moves against its command while a record's motion settles."""
-FREQUENCY_ERROR, LEAST_ERROR = 0.7, 2e-2
-"""Standard error of a line's frequency in bins, times its relative error in amplitude; and that of a motor's start."""
-READABLE, OFF = (0.25, 0.5, 1.0, 2.0, 4.0), 0.01
-"""Full steps after which a record may repeat itself at the rate declared, and how far that may be off."""
-WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 120, 16
-FASTEST_HZ, TRIALS = 400.0, 101
-"""Of a ridge, and its ends that are tried."""
-LOWEST_BINS = 4
-"""Of a window, in which no line is told from drift."""
-STANDS_OUT, MOSTLY = 1.0, 0.6
-"""Decades of power over the window's median, in this share of the windows, that make a ridge."""
-SWEPT = 0.2
-"""Of its largest rate: a ridge that rises or falls by less is a constant rate's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,8 +91,8 @@ def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | No
         Full steps/s, above 0.
     """
     repeats = declared / suggested.repetition_hz
-    nearest = min(READABLE, key=lambda whole: abs(repeats / whole - 1.0))
-    if abs(repeats / nearest - 1.0) > OFF:
+    nearest = min(STEP_RATE.readable, key=lambda whole: abs(repeats / whole - 1.0))
+    if abs(repeats / nearest - 1.0) > STEP_RATE.off:
         return None
     rate = nearest * suggested.repetition_hz
     sigma = rate * suggested.sigma / suggested.profile.rates[0]
@@ -178,7 +147,7 @@ def _constant(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     others = () if repeats > 1 else tuple(m * frequency for m in (1, 2, 4) if m != strong)
     return SuggestedRate(
         profile=RateProfile.constant(strong * frequency),
-        sigma=math.hypot(strong * sigma, SETTLES * found.bin_hz),
+        sigma=math.hypot(strong * sigma, STEP_RATE.settles * found.bin_hz),
         repetition_hz=frequency,
         stepping=stepping,
         microsteps=microsteps,
@@ -196,36 +165,44 @@ def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, f
     >>> round(repetition_frequency(lines, 0.1)[0], 6)
     23.0
     """
-    steady = _largest_of_which(lines, bin_hz, STEADY, least=(EXPLAINED, 0.0))
-    return steady or _largest_of_which(lines, bin_hz, WANDERING, least=(MOSTLY_EXPLAINED, MOST_POWER))
+    steady = _largest_of_which(lines, bin_hz, STEP_RATE.steady, least=(STEP_RATE.explained, 0.0))
+    return steady or _largest_of_which(
+        lines, bin_hz, STEP_RATE.wandering, least=(STEP_RATE.mostly_explained, STEP_RATE.most_power)
+    )
 
 
 def _largest_of_which(
     lines: Sequence[Line], bin_hz: float, near: float, least: tuple[float, float]
 ) -> tuple[float, float, float] | None:
     """Return the largest frequency of which a least share of the lines and of their power are multiples."""
-    if len(lines) < FEWEST:
+    if len(lines) < STEP_RATE.fewest:
         return None
     frequencies, power = (np.array([getattr(line, key) for line in lines]) for key in ("frequency_hz", "amplitude"))
     weights = np.stack((np.log10([line.ratio for line in lines]), power**2))
     weights /= weights.sum(axis=1, keepdims=True)
-    strongest = sorted(lines, key=lambda line: -line.amplitude)[:STRONGEST]
-    trials = {line.frequency_hz / part for line in (*strongest, *lines[:LOWEST]) for part in range(1, PARTS + 1)}
-    for trial in sorted((t for t in trials if t >= LEAST_BINS * bin_hz), reverse=True):
+    strongest = sorted(lines, key=lambda line: -line.amplitude)[: STEP_RATE.strongest]
+    trials = {
+        line.frequency_hz / part
+        for line in (*strongest, *lines[: STEP_RATE.lowest])
+        for part in range(1, STEP_RATE.parts + 1)
+    }
+    for trial in sorted((t for t in trials if t >= STEP_RATE.least_bins * bin_hz), reverse=True):
         best, sigma = _fitted(lines, trial, bin_hz, near)
         own = _multiples(frequencies, best, bin_hz, near)
         shares = weights[:, own].sum(axis=1)
-        chance = 2.0 * np.maximum(NEAR_BINS * bin_hz, near * frequencies[own]) / best
+        chance = 2.0 * np.maximum(STEP_RATE.near_bins * bin_hz, near * frequencies[own]) / best
         unlikely = -float(np.sort(np.log10(np.minimum(chance, 1.0)))[1:].sum())  # one line has told the trial
-        if np.count_nonzero(own) >= FEWEST and np.all(shares >= least) and unlikely >= BY_CHANCE:
+        if np.count_nonzero(own) >= STEP_RATE.fewest and np.all(shares >= least) and unlikely >= STEP_RATE.by_chance:
             return best, sigma, float(shares[0])
     return None
 
 
-def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEADY) -> BoolArray:
+def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEP_RATE.steady) -> BoolArray:
     """Tell which frequencies are multiples."""
     off = np.abs(frequencies - np.rint(frequencies / fundamental) * fundamental)
-    return np.asarray((off <= np.maximum(NEAR_BINS * bin_hz, near * frequencies)) & (frequencies > 0.5 * fundamental))
+    return np.asarray(
+        (off <= np.maximum(STEP_RATE.near_bins * bin_hz, near * frequencies)) & (frequencies > 0.5 * fundamental)
+    )
 
 
 def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> tuple[float, float]:
@@ -235,7 +212,7 @@ def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> 
     """
     frequencies = np.array([line.frequency_hz for line in lines])
     relative = np.array([line.sigma / line.amplitude for line in lines])
-    error = bin_hz * np.hypot(FREQUENCY_ERROR * np.minimum(relative, 1.0), LEAST_ERROR)
+    error = bin_hz * np.hypot(STEP_RATE.frequency_error * np.minimum(relative, 1.0), STEP_RATE.least_error)
     best, sigma = trial, math.inf
     for upto in (4.0, 16.0, math.inf):
         own = _multiples(frequencies, best, bin_hz, near) & (frequencies <= upto * trial)
@@ -259,9 +236,9 @@ def _at_multiples(found: Prominence, frequency: float, top_hz: float) -> FloatAr
 def _repeats(amplitude: FloatArray) -> int:
     """Return after how many steps a motor repeats itself: its even multiples stand out, and perhaps again of these."""
     repeats = 1
-    while repeats < REPEATS and amplitude.size >= 2 * FEWEST:
+    while repeats < STEP_RATE.repeats and amplitude.size >= 2 * STEP_RATE.fewest:
         odd, even = amplitude[0::2], amplitude[1::2]
-        if not np.median(even) > CONTRAST * np.median(odd[: even.size]):
+        if not np.median(even) > STEP_RATE.contrast * np.median(odd[: even.size]):
             break
         repeats, amplitude = 2 * repeats, even
     return repeats
@@ -286,19 +263,19 @@ def _stepping(lines: Sequence[Line], rate: float, bin_hz: float) -> tuple[str, i
 
 def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
     """Return the straight ridge that stands out most over time, where there is one that is no constant rate."""
-    window_s = min(WINDOW_S, y.size / sample_rate_hz / FEWEST_WINDOWS)
-    time, frequency, amplitude = spectrogram(y, sample_rate_hz, window_s, WINDOWS)
-    if frequency.size < 2 * FEWEST_WINDOWS or time.size < FEWEST_WINDOWS:
+    window_s = min(STEP_RATE.window_s, y.size / sample_rate_hz / STEP_RATE.fewest_windows)
+    time, frequency, amplitude = spectrogram(y, sample_rate_hz, window_s, STEP_RATE.windows)
+    if frequency.size < 2 * STEP_RATE.fewest_windows or time.size < STEP_RATE.fewest_windows:
         return None
     power = amplitude**2 + np.finfo(float).tiny
     height = np.clip(np.log10(power / np.median(power, axis=0)), 0.0, 6.0)
-    height[:LOWEST_BINS] = 0.0
+    height[: STEP_RATE.lowest_bins] = 0.0
     lapse = time / (y.size / sample_rate_hz)
-    top = min(FASTEST_HZ, float(frequency[-1]) / 2.0)
+    top = min(STEP_RATE.fastest_hz, float(frequency[-1]) / 2.0)
     ends = _best_ends(height, lapse, float(frequency[1]), top)
     along = _along(height, lapse, float(frequency[1]), *(np.array([end]) for end in ends))[0]
-    share = float(np.mean(along > STANDS_OUT))
-    if share < MOSTLY or abs(ends[1] - ends[0]) < SWEPT * max(ends):
+    share = float(np.mean(along > STEP_RATE.stands_out))
+    if share < STEP_RATE.mostly or abs(ends[1] - ends[0]) < STEP_RATE.swept * max(ends):
         return None
     profile = RateProfile.through([(0.0, ends[0]), (y.size / sample_rate_hz, ends[1])])
     return SuggestedRate(
@@ -309,7 +286,7 @@ def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
 def _best_ends(height: FloatArray, lapse: FloatArray, bin_hz: float, top: float) -> tuple[float, float]:
     """Return the rates at both ends of the ridge that stands out most, in ever finer steps."""
     reach, middle = 0.5 * top, (0.5 * top, 0.5 * top)
-    for trials in (TRIALS, 21, 21, 21):
+    for trials in (STEP_RATE.trials, 21, 21, 21):
         first, last = (np.clip(np.linspace(m - reach, m + reach, trials), 0.0, top) for m in middle)
         starts, stops = (grid.ravel() for grid in np.meshgrid(first, last, indexing="ij"))
         score = np.zeros(starts.size)

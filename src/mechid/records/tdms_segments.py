@@ -19,16 +19,13 @@ import numpy as np
 from mechid.errors import RecordError
 from mechid.records.foreign import library
 from mechid.records.scaling import is_scaling_name
+from mechid.records.settings import STAMPS
 from mechid.units import SI_UNIT, to_si_factor
 
 ROOT = "/"
 UNIT, INCREMENT, START, OFFSET = "unit_string", "wf_increment", "wf_start_time", "wf_start_offset"
 SCALING = re.compile(r"NI_(Scal|Number_Of_Scales)")
 """Begins the properties that say how npTDMS is to scale raw numbers."""
-SAME_INCREMENT = 1e-9
-"""Relative difference of two intervals that is rounding."""
-STAMP_S = 2e-6
-"""Rounding of two stamps, which are read in microseconds."""
 SPLIT = "save each part as a file of its own"
 
 Properties = Mapping[str, Any]
@@ -130,7 +127,7 @@ def _start_fault(before: Part, after: Part) -> str | None:
     if one[0] is not None and other[0] is not None:
         elapsed += float((other[0] - one[0]) / np.timedelta64(1, "us")) * 1e-6
     expected = (after.first - before.first) * interval
-    if abs(elapsed - expected) <= interval + STAMP_S:
+    if abs(elapsed - expected) <= interval + STAMPS.stamp_s:
         return None
     return (
         f"its segments do not follow each other: from sample {before.first} to sample {after.first} it is "
@@ -157,7 +154,7 @@ def _is_same(key: str, one: Any, other: Any) -> bool:
     if one is None or other is None:
         return one is other
     if key == INCREMENT:
-        return bool(abs(float(other) - float(one)) <= SAME_INCREMENT * abs(float(one)))
+        return bool(abs(float(other) - float(one)) <= STAMPS.same_increment * abs(float(one)))
     return bool(one == other) or (key == UNIT and _factors(str(one)) == _factors(str(other)) != {})
 
 

@@ -14,22 +14,14 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.records.clock import MOST_STAMPS, last_digit, sample_at
+from mechid.records.clock import last_digit, sample_at
 from mechid.records.columns import ChosenColumn
+from mechid.records.settings import STAMPS
 from mechid.records.spec import RecordSpec
 from mechid.records.table import Table, column_label
 from mechid.signal.series import Series
 
 DAY_S = 86400.0
-FASTEST_HZ = 1e6
-"""Rate above which numbers without a unit are not taken for seconds: torque is recorded at kilohertz."""
-FASTEST_FROM_DATE_HZ = 1e5
-"""The same where the first number may be a date in days."""
-ROUND = 1e-4
-"""Relative distance from a whole rate in Hz, or a whole interval in s, at which a clock is one that people set."""
-MOST_DIGITS = 12
-FAST_FOR_DAYS_HZ = 1e3
-"""Rate in seconds above which days are looked for: 1 kHz would be one stamp in 86 s."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +41,9 @@ class Calendar:
         """
         if self.unit_s < 1.0:
             return True
-        return mean * FAST_FOR_DAYS_HZ < 1.0 and (_is_round(usual * self.unit_s) or _is_round(mean * self.unit_s))
+        return mean * STAMPS.fast_for_days_hz < 1.0 and (
+            _is_round(usual * self.unit_s) or _is_round(mean * self.unit_s)
+        )
 
 
 CALENDARS = (
@@ -104,7 +98,7 @@ def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series
     if stamps.size < 2 or time.scale != 1.0 or (spec.time is not None and spec.time.unit):
         return as_stated  # by a unit other than seconds, or by the campaign
     start = sample_at(stamps, 0)
-    usual = float(np.median(np.diff(stamps[:MOST_STAMPS])))
+    usual = float(np.median(np.diff(stamps[: STAMPS.most_stamps])))
     mean = (sample_at(stamps, stamps.size - 1) - start) / (stamps.size - 1)
     if not (mean > 0.0 and np.isfinite(start)):
         return as_stated  # reading the clock tells what is wrong with it
@@ -133,13 +127,13 @@ def _rounding(stamps: Series, unit_s: float) -> float:
         return 0.0
     spacing = float(np.spacing(np.abs([sample_at(stamps, 0), sample_at(stamps, stamps.size - 1)]).max()))
     power = float(np.log10(unit_s))
-    digit = 0.0 if abs(power - round(power)) < 1e-9 else last_digit(stamps, MOST_DIGITS)
+    digit = 0.0 if abs(power - round(power)) < 1e-9 else last_digit(stamps, STAMPS.most_digits)
     return unit_s * max(digit, 2.0 * spacing)
 
 
 def _refuse_fast(table: Table, label: str, interval_s: float, calendar: Calendar | None) -> None:
     """Refuse numbers without a unit that are too fast for seconds; those that begin as a date earlier than others."""
-    if interval_s * (FASTEST_FROM_DATE_HZ if calendar else FASTEST_HZ) >= 1.0 - ROUND:
+    if interval_s * (STAMPS.fastest_from_date_hz if calendar else STAMPS.fastest_hz) >= 1.0 - STAMPS.round_rate:
         return
     example = "d" if calendar else "ms"
     perhaps = f"; are they {calendar.unit} ({calendar.name})?" if calendar else ";"
@@ -154,4 +148,4 @@ def _is_round(interval_s: float) -> bool:
     if interval_s <= 0.0:
         return False
     number = max(interval_s, 1.0 / interval_s)
-    return abs(number / round(number) - 1.0) < ROUND
+    return abs(number / round(number) - 1.0) < STAMPS.round_rate

@@ -15,7 +15,7 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.errors import UnwritableError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
-from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME, StageLines

@@ -10,13 +10,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import Series
-
-WINDOW_S = 0.05
-OF_WINDOW, OF_RECORD, MOST_OF_RECORD = 0.5, 0.125, 0.5
-"""Shares of the measured RMS, in the window and over the record, up to which a residual's RMS counts as followed."""
-THROUGHOUT = 2.0
-"""Times the median of all windows that a residual may reach in one: what is there throughout is no loss."""
-BLOCK_WINDOWS = 128
+from mechid.signal.settings import SERIES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,14 +71,14 @@ def following(
     >>> following(y, 0.4 * y, 1000.0).whole, following(y, np.where(t < 0.6, 0.0, y), 1000.0).lost
     (True, 600)
     """
-    starts = _starts(residual.size, max(round(WINDOW_S * sample_rate_hz), 4))
+    starts = _starts(residual.size, max(round(SERIES.follow_window_s * sample_rate_hz), 4))
     ends = np.append(starts[1:], residual.size)
     there, left = _mean_squares(measured, residual, starts, ends)
     sizes = ends - starts
     whole = float(there @ sizes) / residual.size
-    throughout = min(THROUGHOUT**2 * float(np.median(left)), MOST_OF_RECORD**2 * whole)
-    least = max(OF_RECORD**2 * whole, throughout if math.isfinite(throughout) else 0.0)
-    allowed = np.maximum(OF_WINDOW**2 * there, least) + chance * noise**2
+    throughout = min(SERIES.throughout**2 * float(np.median(left)), SERIES.most_of_record**2 * whole)
+    least = max(SERIES.of_record**2 * whole, throughout if math.isfinite(throughout) else 0.0)
+    allowed = np.maximum(SERIES.of_window**2 * there, least) + chance * noise**2
     ratio = np.sqrt(left / np.maximum(allowed, np.finfo(float).tiny))
     ratio[~np.isfinite(ratio)] = math.inf
     lost = np.flatnonzero(ratio > 1.0)
@@ -111,7 +105,7 @@ def out_of_step(residual: Series, sample_rate_hz: float, full_step: float) -> in
     full_step : float
         In rad at the same shaft.
     """
-    starts = _starts(residual.size, max(round(WINDOW_S * sample_rate_hz), 4))
+    starts = _starts(residual.size, max(round(SERIES.follow_window_s * sample_rate_hz), 4))
     ends = np.append(starts[1:], residual.size)
     sums = np.concatenate([np.add.reduceat(residual[part], inside) for part, _, inside in _some(starts, ends)])
     means = sums / (ends - starts)
@@ -126,8 +120,8 @@ def _starts(samples: int, window: int) -> IntArray:
 
 def _some(starts: IntArray, ends: IntArray) -> Iterator[tuple[slice, slice, IntArray]]:
     """Yield the samples of some windows, which windows these are, and where they begin within the samples."""
-    for k in range(0, starts.size, BLOCK_WINDOWS):
-        some = slice(k, min(k + BLOCK_WINDOWS, starts.size))
+    for k in range(0, starts.size, SERIES.block_windows):
+        some = slice(k, min(k + SERIES.block_windows, starts.size))
         first = int(starts[k])
         yield slice(first, int(ends[some][-1])), some, starts[some] - first
 

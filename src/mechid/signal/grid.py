@@ -17,27 +17,9 @@ from scipy.special import gammainccinv
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.signal import stored
-from mechid.signal.mains import HIGHEST_HZ
 from mechid.signal.series import Series, blocks
+from mechid.signal.settings import HUM
 from mechid.signal.window import hann
-
-OFF_HZ = 0.2
-"""Distance from its nominal frequency within which a grid is looked for."""
-LOOKED_AT = (1, 2, 3)
-"""Multiples that tell the frequency."""
-BY_CHANCE = 1e-8
-"""How often noise alone explains as much as hum that counts as evident."""
-OF_ITS_OWN = 9.0
-"""By how much more a series has to explain by a frequency of its own: three standard errors."""
-AROUND_HZ, AROUND_BINS = 2.0, 20.0
-"""Reach of the surroundings of a line, whichever is more: in Hz, and in inverse durations."""
-FINE = 8
-"""Frequencies looked at in an inverse duration."""
-APART = 0.5
-"""Distance of the sines that follow a drift, in inverse durations; with three on each side 20 mHz in 60 s leave 0.3 %
-of the third multiple."""
-MOST_BESIDE, SHORTEST_S, ENVELOPE_HZ = 10, 8.0, 4.0
-"""Most sines on each side; duration from which a drift can be seen; samples of the slow envelope in a second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +45,10 @@ class Hummed:
 
     def reaches(self, hz: float) -> bool:
         """Whether its samples are close enough for a frequency, and many enough for its surroundings."""
-        return hz + AROUND_HZ < min(HIGHEST_HZ, 0.45 * self.sample_rate_hz) and self.series.size > 4 * AROUND_BINS
+        return (
+            hz + HUM.around_hz < min(HUM.highest_hz, 0.45 * self.sample_rate_hz)
+            and self.series.size > 4 * HUM.around_bins
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +86,7 @@ class Evidence:
     @property
     def is_evident(self) -> bool:
         """Whether the largest gain is more than noise makes: of noise each part is exponentially distributed."""
-        return self.summed > 0 and self.at(self.best_hz) > float(gammainccinv(self.summed, BY_CHANCE))
+        return self.summed > 0 and self.at(self.best_hz) > float(gammainccinv(self.summed, HUM.by_chance))
 
 
 @dataclass(frozen=True)
@@ -135,35 +120,35 @@ def evident_grid(some: Sequence[Hummed], nominal_hz: float) -> Grid | None:
     longest = max((one.duration_s for one in some), default=0.0)
     if longest == 0.0:
         return None
-    count = int(2.0 * OFF_HZ * FINE * max(LOOKED_AT) * longest) + 3
-    frequency = nominal_hz + np.linspace(-OFF_HZ, OFF_HZ, count)
+    count = int(2.0 * HUM.off_hz * HUM.fine * max(HUM.multiples) * longest) + 3
+    frequency = nominal_hz + np.linspace(-HUM.off_hz, HUM.off_hz, count)
     each = [_evidence(one, frequency, nominal_hz) for one in some]
     together = Evidence(frequency, np.sum([e.gain for e in each], axis=0), sum(e.summed for e in each))
     if not together.is_evident:
         return None
     hz = together.best_hz
-    return Grid(hz, tuple(_own(e, hz) for e in each), tuple(e.at(hz) > OF_ITS_OWN for e in each))
+    return Grid(hz, tuple(_own(e, hz) for e in each), tuple(e.at(hz) > HUM.of_its_own for e in each))
 
 
 def _own(evidence: Evidence, common_hz: float) -> float:
     best = evidence.best_hz
-    is_own = evidence.is_evident and evidence.at(best) > evidence.at(common_hz) + OF_ITS_OWN
+    is_own = evidence.is_evident and evidence.at(best) > evidence.at(common_hz) + HUM.of_its_own
     return best if is_own else common_hz
 
 
 def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence:
     """Return power over noise at frequencies, (F,), summed over the multiples that are clear."""
     total = np.zeros(frequency.size)
-    multiples = [k for k in LOOKED_AT if one.reaches(k * nominal_hz)]
-    clear = [k for k in multiples if one.is_clear(k * nominal_hz, k * OFF_HZ + 2.0 / one.duration_s)]
+    multiples = [k for k in HUM.multiples if one.reaches(k * nominal_hz)]
+    clear = [k for k in multiples if one.is_clear(k * nominal_hz, k * HUM.off_hz + 2.0 / one.duration_s)]
     if not clear:
         return Evidence(frequency, total, 0)
     y = np.asarray(one.series[: stored.IN_MEMORY])
     y = (y - y.mean()) * hann(y.size)
     for k in clear:
-        reach = min(max(AROUND_HZ, AROUND_BINS / one.duration_s), k * nominal_hz)
+        reach = min(max(HUM.around_hz, HUM.around_bins / one.duration_s), k * nominal_hz)
         surroundings = k * nominal_hz + np.arange(-reach, reach, 1.0 / one.duration_s)
-        outside = np.abs(surroundings - k * nominal_hz) > k * OFF_HZ + 2.0 / one.duration_s
+        outside = np.abs(surroundings - k * nominal_hz) > k * HUM.off_hz + 2.0 / one.duration_s
         if not outside.any():
             continue
         level = float(np.median(_power(y, one.sample_rate_hz, surroundings)[outside])) / math.log(2.0)
@@ -197,12 +182,12 @@ def drifting_lines(one: Hummed, hz: float) -> tuple[float, ...]:
     """
     n = one.series.size
     duration_s = n / one.sample_rate_hz
-    if duration_s < SHORTEST_S:
+    if duration_s < HUM.shortest_s:
         return (hz,)
     slow = _envelope(one, hz)
-    t = np.arange(1, slow.size + 1) / ENVELOPE_HZ
+    t = np.arange(1, slow.size + 1) / HUM.envelope_hz
     best, least = 0, np.inf
-    for beside in range(MOST_BESIDE + 1):
+    for beside in range(HUM.most_beside + 1):
         columns = np.exp(2j * np.pi * np.outer(t, _beside(beside, duration_s)))
         left = slow - columns @ np.linalg.lstsq(columns, slow, rcond=1e-6)[0]
         power = max(float(np.mean(np.abs(left) ** 2)), 1e-300)
@@ -223,14 +208,14 @@ def together(lines: Sequence[tuple[float, float, float]]) -> float:
     hz, size, phase = np.array(lines).T
     if hz.size == 1:
         return float(size[0])
-    duration_s = APART / float(np.min(np.diff(np.sort(hz))))
+    duration_s = HUM.apart / float(np.min(np.diff(np.sort(hz))))
     t = np.linspace(0.0, duration_s, 64 * hz.size)
     envelope = np.exp(2j * np.pi * np.outer(t, hz - hz.mean())) @ (size * np.exp(1j * phase))
     return float(np.sqrt(np.mean(np.abs(envelope) ** 2)))
 
 
 def _beside(count: int, duration_s: float) -> FloatArray:
-    return np.asarray(np.arange(-count, count + 1) * APART / duration_s, dtype=np.float64)
+    return np.asarray(np.arange(-count, count + 1) * HUM.apart / duration_s, dtype=np.float64)
 
 
 def _envelope(one: Hummed, hz: float) -> ComplexArray:
@@ -238,7 +223,7 @@ def _envelope(one: Hummed, hz: float) -> ComplexArray:
 
     The windows keep lines farther away, as other multiples are, from appearing as slow changes of this one.
     """
-    each = max(int(one.sample_rate_hz / ENVELOPE_HZ), 1)
+    each = max(int(one.sample_rate_hz / HUM.envelope_hz), 1)
     windows, weights = max(one.series.size // each - 1, 1), hann(2 * each) / each
     found = np.zeros(windows + 2, dtype=np.complex128)
     for part in blocks(min((windows + 1) * each, one.series.size)):

@@ -6,16 +6,9 @@ import numpy as np
 from scipy.fft import prev_fast_len
 
 from mechid.arrays import FloatArray
+from mechid.signal.settings import SERIES
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
-
-SMOOTHED = 3
-"""Bins that are summed, so that a line between two of them is no difference."""
-LOWEST_BIN = 3
-"""What is below is drift."""
-ABOVE_NOISE = 10.0
-FEWEST = 4
-"""Bins above the noise from which spectra can be compared."""
 
 
 def power_over_time(y: FloatArray, pieces: int) -> FloatArray:
@@ -35,12 +28,12 @@ def power_over_time(y: FloatArray, pieces: int) -> FloatArray:
 def _power(y: FloatArray) -> FloatArray:
     fit_line(y, 2).take_from(y)
     _, amplitude = amplitude_spectrum(y, 1.0, "hann")
-    return np.convolve(0.5 * amplitude**2, np.ones(SMOOTHED), "same")[LOWEST_BIN:]
+    return np.convolve(0.5 * amplitude**2, np.ones(SERIES.smoothed), "same")[SERIES.lowest_bin :]
 
 
 def noise_power(sigma: float, samples: int) -> float:
     """Return what white noise gives in each entry of `power_over_time` in the mean, for pieces of so many samples."""
-    return SMOOTHED * 3.0 * sigma**2 / samples
+    return SERIES.smoothed * 3.0 * sigma**2 / samples
 
 
 def spectral_distance(measured: FloatArray, modelled: FloatArray, noise: float) -> float:
@@ -59,7 +52,7 @@ def spectral_distance(measured: FloatArray, modelled: FloatArray, noise: float) 
     >>> round(spectral_distance(power, 100.0 * power, 1e-9), 6)
     4.0
     """
-    either = np.maximum(measured, modelled) > ABOVE_NOISE * noise
-    if np.count_nonzero(either) < FEWEST:
+    either = np.maximum(measured, modelled) > SERIES.above_noise * noise
+    if np.count_nonzero(either) < SERIES.fewest_bins:
         return 0.0
     return float(np.mean(np.log10((measured[either] + noise) / (modelled[either] + noise)) ** 2))

@@ -16,14 +16,13 @@ from scipy.ndimage import median_filter
 from mechid.arrays import FloatArray
 from mechid.signal import stored
 from mechid.signal.series import Series
+from mechid.signal.settings import SERIES
 from mechid.signal.spectrum import amplitude_spectrum
 
 NEIGHBOURS = 401
 """Bins whose median is the level that a line stands above."""
 LEAST_RATIO = 30.0
 """From which a peak is a line: of a million bins of noise one in a thousand records has one."""
-LOWEST_BIN = 3
-"""What is below is drift."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +111,7 @@ def prominence(y: Series, sample_rate: float) -> Prominence:
 def spectral_lines(found: Prominence, least_ratio: float = LEAST_RATIO, most: int = 200) -> tuple[Line, ...]:
     """Return the lines of a series by frequency: peaks above `least_ratio`, the `most` largest of them."""
     power, ratio = found.amplitude, found.ratio
-    inside = np.arange(LOWEST_BIN, power.size - 1)
+    inside = np.arange(SERIES.lowest_bin, power.size - 1)
     peaks = inside[(power[inside] >= power[inside - 1]) & (power[inside] > power[inside + 1])]
     peaks = peaks[ratio[peaks] >= least_ratio]
     peaks = np.sort(peaks[np.argsort(-power[peaks], kind="stable")[:most]])

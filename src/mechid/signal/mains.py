@@ -7,17 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.signal.lines import Line, Prominence
-
-MAINS_HZ = (50.0, 60.0)
-LOWEST_HZ, HIGHEST_HZ = 20.0, 1000.0
-LEAST_RATIO = 20.0
-"""From which a multiple is a line: hum gave 29 and more, benches without at most 9.4."""
-WANDER = 0.002
-"""Relative distance from its nominal frequency at which a grid is looked for."""
-LOW_MULTIPLES, ALIKE = 3, 5e-4
-"""A grid shows its own frequency, or two of its lowest multiples; all are off nominal by the same share."""
-BINS, INTERPOLATED = 1.5, 0.35
-"""And bins, of a peak and of the frequency interpolated between them, where a short record resolves no better."""
+from mechid.signal.settings import HUM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +19,7 @@ class MainsLine:
     line: Line
 
 
-def mains_lines(found: Prominence, least_ratio: float = LEAST_RATIO) -> tuple[MainsLine, ...]:
+def mains_lines(found: Prominence, least_ratio: float = HUM.least_ratio) -> tuple[MainsLine, ...]:
     """Return the lines of mains from 20 to 1000 Hz, by frequency; a multiple of both grids goes to the stronger one.
 
     Parameters
@@ -37,8 +27,8 @@ def mains_lines(found: Prominence, least_ratio: float = LEAST_RATIO) -> tuple[Ma
     found : Prominence
         As `mechid.signal.lines.prominence` makes it.
     """
-    lines = [line for mains in MAINS_HZ for line in _of_one_grid(_near(found, mains, least_ratio), found.bin_hz)]
-    strength = {mains: sum(line.line.ratio for line in lines if line.mains_hz == mains) for mains in MAINS_HZ}
+    lines = [line for mains in HUM.mains_hz for line in _of_one_grid(_near(found, mains, least_ratio), found.bin_hz)]
+    strength = {mains: sum(line.line.ratio for line in lines if line.mains_hz == mains) for mains in HUM.mains_hz}
     own: dict[int, MainsLine] = {}
     for line in sorted(lines, key=lambda line: strength[line.mains_hz]):
         own[round(line.line.frequency_hz / found.bin_hz)] = line
@@ -47,29 +37,29 @@ def mains_lines(found: Prominence, least_ratio: float = LEAST_RATIO) -> tuple[Ma
 
 def _of_one_grid(lines: list[MainsLine], bin_hz: float) -> list[MainsLine]:
     """Return the lines that one grid makes: none where there are but multiples, which anything may be near."""
-    low = [one for one in lines if one.multiple <= LOW_MULTIPLES]
+    low = [one for one in lines if one.multiple <= HUM.low_multiples]
     if len(low) < 2 and not any(one.multiple == 1 for one in low):
         return []
     strongest = max(low, key=lambda one: one.line.ratio)
     grid = strongest.line.frequency_hz / strongest.multiple
     apart = (abs(one.line.frequency_hz - one.multiple * grid) / one.multiple for one in lines)
-    near = max(ALIKE * grid, INTERPOLATED * bin_hz / strongest.multiple)
+    near = max(HUM.alike * grid, HUM.interpolated * bin_hz / strongest.multiple)
     return [one for one, off in zip(lines, apart, strict=True) if off <= near]
 
 
 def _near(found: Prominence, mains: float, least_ratio: float) -> list[MainsLine]:
-    top = min(HIGHEST_HZ, 0.5 * found.sample_rate_hz - 2.0 * found.bin_hz)
+    top = min(HUM.highest_hz, 0.5 * found.sample_rate_hz - 2.0 * found.bin_hz)
     ratio, lines = found.ratio, []
     for multiple in range(1, int(top / mains) + 1):
-        reach = max(WANDER * multiple * mains, BINS * found.bin_hz)
+        reach = max(HUM.wander * multiple * mains, HUM.bins * found.bin_hz)
         ends = (np.array([-reach, reach]) + multiple * mains) / found.bin_hz
         first, stop = max(int(np.ceil(ends[0])), 1), min(int(ends[1]) + 1, ratio.size - 1)
-        if multiple * mains < LOWEST_HZ or stop <= first:
+        if multiple * mains < HUM.lowest_hz or stop <= first:
             continue
         at = first + int(np.argmax(ratio[first:stop]))
         peaked = found.amplitude[at] >= max(found.amplitude[at - 1], found.amplitude[at + 1])
         line = found.line_at(at)
-        nearest = max(WANDER * multiple * mains, INTERPOLATED * found.bin_hz)
+        nearest = max(HUM.wander * multiple * mains, HUM.interpolated * found.bin_hz)
         if ratio[at] >= least_ratio and peaked and abs(line.frequency_hz - multiple * mains) <= nearest:
             lines.append(MainsLine(mains_hz=mains, multiple=multiple, line=line))
     return lines

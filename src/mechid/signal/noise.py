@@ -21,37 +21,14 @@ from mechid.arrays import BoolArray, FloatArray, IntArray
 from mechid.errors import RecordError
 from mechid.signal import stored
 from mechid.signal.series import Series
+from mechid.signal.settings import FLOOR
 
-MINIMUM_SAMPLES = 16
-LOWEST = 0.6
-"""Lower end of the band, as a share of the Nyquist frequency: above most of what mechanisms do."""
-HIGHEST = 0.98
-"""Upper end of the band: clear of the Nyquist frequency, where bins are real and not complex."""
-SEGMENTS = (512, 128, 2048)
-"""Lengths of the spectra in samples; the first is taken unless another is significantly lower."""
-BETWEEN_GAPS = (64, 32)
-ENOUGH = 8
-"""Whole segments of a length, where there are gaps, from which it is used."""
-PARTS = (1, 2, 4)
-"""Into how many parts the band is cut, in search of a quieter one."""
-SIGNIFICANT = 3.0
-"""Standard errors by which another floor must be lower; otherwise the lowest is so by chance."""
 FLOOR_ERROR = 1.7
 """Relative standard error of a floor times the root of the number of samples, white Gaussian noise."""
-QUIET = 8
-"""Samples of a window between two impacts: 0.8 ms at 10 kHz."""
-DIFFERENCES = 4
-"""Of neighbours: they keep the upper half of the band, and 2e-6 of a signal at a hundredth of the sample rate."""
 QUARTER, TENTH = 0.454, 0.259
 """Of the mean power of such differences of white noise: what a quarter, and a tenth, of the windows have at most."""
 QUARTER_ERROR = 3.5
 """Relative standard error of that quarter times the root of the number of samples."""
-ALIKE = 0.1
-"""Share by which the power in a tenth and in a quarter of the windows may differ beyond chance if both are noise."""
-PIECE = 16384
-"""Samples of which differences are made at once."""
-BLOCK = 256
-"""Segments transformed at once: the spectra of a long record are never all in memory."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +41,7 @@ class Floor:
     @property
     def ceiling(self) -> float:
         """The power that it significantly stays below."""
-        return self.power * math.exp(SIGNIFICANT * self.error)
+        return self.power * math.exp(FLOOR.significant * self.error)
 
 
 def noise_floor(
@@ -98,8 +75,8 @@ def noise_floor(
     RecordError
         Fewer than 16 samples, or no band is left above `above`.
     """
-    lowest = LOWEST if above is None else 2.0 * above / sample_rate
-    if y.size < MINIMUM_SAMPLES or lowest > HIGHEST - 0.25:
+    lowest = FLOOR.lowest if above is None else 2.0 * above / sample_rate
+    if y.size < FLOOR.minimum_samples or lowest > FLOOR.highest - 0.25:
         raise RecordError(f"no noise floor from {y.size} samples above {lowest:.2f} of the Nyquist frequency")
     floors = [*_floors(y, lowest, rejected), *(_between_impacts(y, rejected) if above is None else ())]
     lower = [floor for floor in floors[1:] if floor.ceiling < floors[0].power]
@@ -108,17 +85,17 @@ def noise_floor(
 
 def _floors(y: Series, lowest: float, rejected: IntArray | None) -> Iterator[Floor]:
     """Yield the floors of all segment lengths and parts of the band, the one to start from first."""
-    lengths = [length for length in SEGMENTS if 4 * length <= y.size] or [min(y.size, SEGMENTS[1])]
+    lengths = [length for length in FLOOR.segments if 4 * length <= y.size] or [min(y.size, FLOOR.segments[1])]
     for length in _with_enough_whole(lengths, y.size, rejected):
         share = np.arange(length // 2 + 1) * 2.0 / length
-        band = (share >= lowest) & (share < HIGHEST)
+        band = (share >= lowest) & (share < FLOOR.highest)
         hop = max(length // 2, 1)
         segments = (y.size - length) // hop + 1
         kept = _thinned(_whole(segments, length, rejected), hop)
         power = _power(y, kept * hop, length, band)
         worth = y.size * len(kept) / segments
-        for parts in PARTS:
-            width = (HIGHEST - lowest) / parts
+        for parts in FLOOR.parts:
+            width = (FLOOR.highest - lowest) / parts
             for columns in np.array_split(power, parts, axis=1):
                 if parts == 1 or columns.shape[1] >= 4:
                     yield _floor(columns, 0.5 * worth * width)
@@ -131,18 +108,18 @@ def _between_impacts(y: Series, rejected: IntArray | None) -> Iterator[Floor]:
     stands still for more than a tenth of the time the quietest windows hold no noise at all.
     """
     power = np.concatenate([_window_power(y, first, rejected) for first in _piece_starts(y.size)])
-    if power.size < ENOUGH:
+    if power.size < FLOOR.enough:
         return
     tenth, quarter = np.quantile(power, (0.1, 0.25)) / (TENTH, QUARTER)
-    error = QUARTER_ERROR / math.sqrt(QUIET * power.size)
-    if tenth > 0.0 and abs(tenth - quarter) <= (ALIKE + SIGNIFICANT * error) * quarter:
+    error = QUARTER_ERROR / math.sqrt(FLOOR.quiet * power.size)
+    if tenth > 0.0 and abs(tenth - quarter) <= (FLOOR.alike + FLOOR.significant * error) * quarter:
         yield Floor(float(quarter), error)
 
 
 def _piece_starts(samples: int) -> list[int]:
     """Return where pieces of a series begin: all, or of a long one as many as fit in memory, evenly."""
-    starts = np.arange(0, samples - DIFFERENCES, PIECE)
-    return [int(first) for first in _thinned(starts, PIECE)]
+    starts = np.arange(0, samples - FLOOR.differences, FLOOR.piece)
+    return [int(first) for first in _thinned(starts, FLOOR.piece)]
 
 
 def _window_power(y: Series, first: int, rejected: IntArray | None) -> FloatArray:
@@ -150,13 +127,15 @@ def _window_power(y: Series, first: int, rejected: IntArray | None) -> FloatArra
 
     They are scaled so that white noise keeps its power.
     """
-    differences = np.diff(y[first : first + PIECE + DIFFERENCES], DIFFERENCES)
-    windows = differences.size // QUIET
-    power = np.mean(differences[: windows * QUIET].reshape(windows, QUIET) ** 2, axis=1)
-    power /= math.comb(2 * DIFFERENCES, DIFFERENCES)
+    differences = np.diff(y[first : first + FLOOR.piece + FLOOR.differences], FLOOR.differences)
+    windows = differences.size // FLOOR.quiet
+    power = np.mean(differences[: windows * FLOOR.quiet].reshape(windows, FLOOR.quiet) ** 2, axis=1)
+    power /= math.comb(2 * FLOOR.differences, FLOOR.differences)
     if rejected is not None and rejected.size:
-        starts = first + QUIET * np.arange(windows)
-        power = power[np.searchsorted(rejected, starts) == np.searchsorted(rejected, starts + QUIET + DIFFERENCES)]
+        starts = first + FLOOR.quiet * np.arange(windows)
+        power = power[
+            np.searchsorted(rejected, starts) == np.searchsorted(rejected, starts + FLOOR.quiet + FLOOR.differences)
+        ]
     return np.asarray(power, dtype=np.float64)
 
 
@@ -165,7 +144,7 @@ def _with_enough_whole(lengths: list[int], samples: int, rejected: IntArray | No
     if rejected is None or not rejected.size:
         return lengths
     counted = np.diff(np.concatenate([[-1], rejected, [samples]])) - 1
-    return [n for n in (*lengths, *BETWEEN_GAPS) if np.sum(counted[counted >= n] // n) >= ENOUGH] or lengths
+    return [n for n in (*lengths, *FLOOR.between_gaps) if np.sum(counted[counted >= n] // n) >= FLOOR.enough] or lengths
 
 
 def _thinned(kept: IntArray, hop: int) -> IntArray:
@@ -192,8 +171,8 @@ def _power(y: Series, starts: IntArray, length: int, band: BoolArray) -> FloatAr
     window = np.hanning(length + 1)[:-1]
     window /= math.sqrt(float(np.sum(window**2)))
     power = np.empty((len(starts), np.count_nonzero(band)))
-    for start in range(0, len(starts), BLOCK):
-        part = slice(start, start + BLOCK)
+    for start in range(0, len(starts), FLOOR.block):
+        part = slice(start, start + FLOOR.block)
         segments = np.stack([y[first : first + length] for first in starts[part].tolist()])
         power[part] = _block_power(segments, window, band)
     return power

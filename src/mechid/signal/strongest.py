@@ -9,14 +9,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.signal.density import power_density, third_octaves
 from mechid.signal.lines import prominence, spectral_lines
-
-MOST = 3
-IN_LINES = 0.5
-"""Share of a series' power from which its lines stand for it."""
-LEAST_OF_LARGEST = 0.1
-"""Of the power of the strongest line or band: what is below is not named."""
-SHORTEST = 64
-"""Samples."""
+from mechid.signal.settings import SERIES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,10 +45,10 @@ def strongest(y: FloatArray, sample_rate: float) -> Strongest:
     (92.0, 46.0)
     """
     power = float(np.var(y))
-    if y.size < SHORTEST or not power > 0.0:
+    if y.size < SERIES.shortest or not power > 0.0:
         return Strongest(frequencies_hz=(), in_lines=True)
     lines = [(0.5 * line.amplitude**2, line.frequency_hz) for line in spectral_lines(prominence(y, sample_rate))]
-    if sum(part for part, _ in lines) >= IN_LINES * power:
+    if sum(part for part, _ in lines) >= SERIES.in_lines * power:
         return Strongest(frequencies_hz=_largest(lines), in_lines=True)
     bands = [(band.rms**2, band.centre_hz) for band in third_octaves(*power_density(y, sample_rate))]
     return Strongest(frequencies_hz=_largest(bands), in_lines=False)
@@ -64,4 +57,8 @@ def strongest(y: FloatArray, sample_rate: float) -> Strongest:
 def _largest(parts: list[tuple[float, float]]) -> tuple[float, ...]:
     """Return the frequencies of the strongest parts, given as power and frequency."""
     ordered = sorted(parts, reverse=True)
-    return tuple(float(f"{hz:.4g}") for power, hz in ordered[:MOST] if power >= LEAST_OF_LARGEST * ordered[0][0])
+    return tuple(
+        float(f"{hz:.4g}")
+        for power, hz in ordered[: SERIES.most_named]
+        if power >= SERIES.least_of_largest * ordered[0][0]
+    )

@@ -11,8 +11,8 @@ from mechid.campaign import Campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
-from mechid.identification.disturbance.disturbance import Disturbance, disturbed_campaign
-from mechid.identification.disturbance.possible import possible
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import Disturbance, disturbed_campaign
 from mechid.identification.identify import make_problem
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME, REMEDY, read_diagnosis
 from mechid.identification.result.missing import Missing

@@ -16,7 +16,7 @@ from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import key_in_record
 from mechid.command import Timing
-from mechid.identification.output_error.instants import INSTANTS
+from mechid.identification.output_error.record_parameters import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, is_clock, latest_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant

@@ -10,7 +10,9 @@ from scipy.stats import chi2
 from finished import optimum
 from mechid.identification.computation.journal import Journal
 from mechid.identification.refit import bootstrap as module
+from mechid.identification.refit import chord
 from mechid.identification.refit.bootstrap import DrawOutcome, bootstrap
+from mechid.identification.refit.settings import REFIT
 from mechid.signal.autoregression import Autoregression
 from synthetic import measuring
 
@@ -73,7 +75,7 @@ def test_coloured_noise_is_drawn_with_its_colour(housing):
 
 def test_what_ends_elsewhere_is_tallied_and_kept(housing, monkeypatch):
     """Truth: with every distance called too far all draws are elsewhere, and still in the quantiles."""
-    monkeypatch.setattr(module, "ELSEWHERE", 1.0 - 1e-12)
+    monkeypatch.setattr(module, "REFIT", replace(REFIT, elsewhere=1.0 - 1e-12))
     found = bootstrap(housing, 5)
     assert found.tally[DrawOutcome.ELSEWHERE] == 5
     assert all(spread.deviation > 0.0 for spread in found.spreads)
@@ -92,6 +94,6 @@ def test_draws_side_by_side_end_where_each_ends_alone(housing, found, monkeypatc
 
 def test_a_draw_that_the_slopes_do_not_bring_home_is_refitted(housing, found, monkeypatch):
     """Truth: the refit of each draw; with no steps the chord method brings none to its optimum."""
-    monkeypatch.setattr("mechid.identification.refit.chord.STEPS", 0)
+    monkeypatch.setattr(chord, "REFIT", replace(REFIT, chord_steps=0))
     again = bootstrap(housing, 2)
     assert again.tally[DrawOutcome.CONVERGED] == 2

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
-from mechid.budgets.emission import BOUND
+from mechid.budgets.settings import LEVEL
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.bulk_cards import comment, darea, rload1, rload2, tabled1
 from mechid.exports.tables.options import Options
@@ -122,7 +122,7 @@ def _head(options: Options, provenance: Mapping[str, Any]) -> Iterator[str]:
         "different frequencies at one rate: one subcase each, never summed in one. Outside the tables it is 0."
     )
     yield from comment(
-        f"RLOAD1 is the model's line with its phase. RLOAD2 is the amplitude that it stays below with {BOUND:.0%}, at "
-        "phase 0: the model, the errors of its parameters, and what it lacks."
+        f"RLOAD1 is the model's line with its phase. RLOAD2 is the amplitude that it stays below with "
+        f"{LEVEL.bound:.0%}, at phase 0: the model, the errors of its parameters, and what it lacks."
     )
     yield "$\n"

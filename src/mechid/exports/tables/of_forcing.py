@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.budgets.emission import BOUND, Emission, line_sigmas, phase_sigmas
+from mechid.budgets.emission import Emission, line_sigmas, phase_sigmas
 from mechid.budgets.flying_mechanism import Estimate
+from mechid.budgets.settings import LEVEL
 from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.table import Column, Table, numbers, texts
 
 LINES, BANDS, RATES = "lines", "bands", "rates"
-SHARE = f"{100.0 * BOUND:g} %"
+SHARE = f"{100.0 * LEVEL.bound:g} %"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,16 +9,15 @@ from typing import Any
 
 from mechid.errors import UsageError, WorkersError
 from mechid.identification.computation.progress import Tell
-from mechid.identification.computation.workforce import warned, working_on
+from mechid.identification.computation.settings import WORK
+from mechid.identification.computation.workforce import warn, working_on
 
 QUIET = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "asyncio", "tornado.application")
 """Loggers that print a traceback where a connection is lost; a scheduler may also go when its work is done."""
-PATIENCE_S = 10.0
-"""Within which a scheduler has to answer; a choice, not measured."""
 
 
 @contextmanager
-def lent_by(address: str | None, say: Tell = warned) -> Iterator[None]:
+def lent_by(address: str | None, say: Tell = warn) -> Iterator[None]:
     """Let the workers of the Dask scheduler at an address do what is mapped within; None leaves it to this process.
 
     Parameters
@@ -54,7 +53,7 @@ def _client(address: str) -> Any:
     for name in QUIET:
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        return Client(address, timeout=PATIENCE_S, set_as_default=False)
+        return Client(address, timeout=WORK.scheduler_patience_s, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         what = " ".join(str(error).split())
         raise WorkersError(

@@ -1,4 +1,4 @@
-"""What is installed here: versions that have to be the same where results are to be the same to the last bit."""
+"""Versions of the installation, which have to agree where results are to agree to the last bit."""
 
 from __future__ import annotations
 

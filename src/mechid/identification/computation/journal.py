@@ -2,7 +2,8 @@
 
 A step is a pure function of its inputs. Its result is noted under their digest, to the last bit, before the next
 step begins; a resumed run goes the same way again and takes from the journal what is there. So it ends with the
-numbers of an undisturbed run, wherever that was killed, and repeats at most the step that was at work.
+numbers of an undisturbed run, wherever that was killed, and repeats at most the step that was at work. Each line
+has a digest of itself, so that a damaged one is found.
 """
 
 from __future__ import annotations
@@ -20,10 +21,100 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
-from mechid.identification.computation.entries import STARTED, STEP, entries_of, sealed
 from mechid.identification.computation.installation import source_digest
 from mechid.identification.computation.parallel import Done, mapped
 from mechid.writing import placed, writable
+
+STARTED, STEP = "started", "step"
+SEPARATOR = b', "check": "'
+"""What stands before the digest, the last of a line."""
+DIGITS = 16
+"""Hexadecimal ones, of a line's digest: a line that was damaged passes once in 2e19."""
+NEEDED: Mapping[str, Mapping[str, type | tuple[type, ...]]] = {
+    STARTED: {"inputs": dict},
+    STEP: {"step": str, "key": str, "seconds": (int, float), "result": object, "rng": object},
+}
+"""Keys that an event's line has to have, and of which type."""
+
+
+def seal(entry: Mapping[str, object]) -> str:
+    """Return the line of an entry, its digest at the end.
+
+    Examples
+    --------
+    >>> sealed({"event": "resumed"})
+    '{"event": "resumed", "check": "497a82e0605ef488"}'
+    """
+    text = json.dumps(entry)
+    return f'{text[:-1]}{SEPARATOR.decode()}{_digest(text.encode())}"}}'
+
+
+def read_entries(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]], str]:
+    """Return the whole entries of a journal in their order, and what was damaged in a line; none of a missing file.
+
+    Parameters
+    ----------
+    path : Path
+    mends : bool
+        Whether a last line that was not written to its end is cut off in the file.
+
+    Raises
+    ------
+    UsageError
+        No line is an entry, nor was one of an earlier version's: it is another file.
+    """
+    if not path.exists():
+        return [], ""
+    content = path.read_bytes()
+    whole = content[: content.rfind(b"\n") + 1]
+    if mends and len(whole) < len(content):
+        os.truncate(path, len(whole))
+    found = [_entry(line) for line in whole.splitlines()]
+    lines = [entry for entry in found if entry is not None]
+    damaged = [number for number, entry in enumerate(found, 1) if entry is None]
+    if damaged and not lines:
+        if not any(map(_is_earlier, whole.splitlines())):
+            raise UsageError(f"{path}: line {damaged[0]}: is no entry of a journal; move the file away")
+        return [], f"{path}: was begun by an earlier version of mechid; its lines stay, and their steps are done again"
+    return lines, _notice(path, damaged)
+
+
+def _entry(line: bytes) -> dict[str, Any] | None:
+    """Return the entry of a line; None of one that is damaged, or of another program."""
+    text, _, check = line.rpartition(SEPARATOR)
+    if check != f'{_digest(text + b"}")}"}}'.encode():
+        return None
+    try:
+        entry = json.loads(text + b"}")
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(entry, dict) or not isinstance(entry.get("event"), str):
+        return None
+    needed = NEEDED.get(entry["event"], {})
+    return entry if all(key in entry and isinstance(entry[key], kind) for key, kind in needed.items()) else None
+
+
+def _is_earlier(line: bytes) -> bool:
+    """Tell whether a line is an entry as versions wrote them that gave no digests."""
+    try:
+        entry = json.loads(line)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(entry, dict) and isinstance(entry.get("event"), str) and "check" not in entry
+
+
+def _digest(text: bytes) -> str:
+    return hashlib.sha256(text).hexdigest()[:DIGITS]
+
+
+def _notice(path: Path, damaged: list[int]) -> str:
+    if not damaged:
+        return ""
+    lines = (
+        f"line {damaged[0]} is" if len(damaged) == 1 else f"{len(damaged)} lines, the first of them {damaged[0]}, are"
+    )
+    return f"{path}: {lines} damaged and left out; what stood there is worked out again"
+
 
 RESUMED = "resumed"
 VERSION = "version of mechid"
@@ -62,7 +153,7 @@ class Journal:
         """
         inputs = with_version(inputs)
         with writable(path.parent):
-            lines, notice = entries_of(path)
+            lines, notice = read_entries(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
             if not resume or begun is None:
                 journal = cls(path, notice=notice)
@@ -84,7 +175,7 @@ class Journal:
         if self.path is None or not lines:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        text = "".join(sealed({"time": now, **line}) + "\n" for line in lines)
+        text = "".join(seal({"time": now, **line}) + "\n" for line in lines)
         try:
             with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(text)
@@ -108,10 +199,10 @@ class Journal:
         if found := self._recalled(key, rng):
             return found[0]
         began = time.perf_counter()
-        result = packed(work())
-        left = packed(rng.bit_generator.state) if rng else None
+        result = pack(work())
+        left = pack(rng.bit_generator.state) if rng else None
         self._append([_step(kind, key, time.perf_counter() - began, result, left)])
-        return unpacked(result)
+        return unpack(result)
 
     def mapped(
         self,
@@ -133,10 +224,10 @@ class Journal:
         left = [i for i in range(len(tasks)) if i not in results]
 
         def ended(done: Sequence[Done[Any]]) -> None:
-            fresh = [(left[number], packed(result) if self.path else result, s) for number, result, s in done]
+            fresh = [(left[number], pack(result) if self.path else result, s) for number, result, s in done]
             self._append([_step(kind, keys[i], seconds, result) for i, result, seconds in fresh])
             for i, result, _ in fresh:
-                results[i] = unpacked(result) if self.path else result
+                results[i] = unpack(result) if self.path else result
                 on_result(tasks[i], results[i])
 
         mapped(function, [tasks[i] for i in left], workers, ended)
@@ -153,9 +244,9 @@ class Journal:
         line = self.known[key]
         before: Any = rng.bit_generator.state if rng else None
         try:
-            result = unpacked(line["result"])
+            result = unpack(line["result"])
             if rng:
-                rng.bit_generator.state = unpacked(line["rng"])
+                rng.bit_generator.state = unpack(line["rng"])
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):  # whole, but no value of ours
             if rng:
                 rng.bit_generator.state = before
@@ -171,7 +262,7 @@ def _step(kind: str, key: str, seconds: float, result: object, rng: object = Non
 def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
     """Return inputs and events of the last run that a journal tells of, both empty where there is none."""
     try:
-        lines, _ = entries_of(path, mends=False)
+        lines, _ = read_entries(path, mends=False)
     except (OSError, UsageError):
         return {}, ()
     events = tuple(line["event"] for line in lines)
@@ -186,14 +277,14 @@ def with_version(inputs: Mapping[str, str]) -> dict[str, str]:
     return {**inputs, VERSION: source_digest()}
 
 
-def packed(value: Any) -> Any:
+def pack(value: Any) -> Any:
     """Return a value as JSON can hold it, to the last bit: floats in hexadecimal."""
     if isinstance(value, np.ndarray):
         return {"shape": list(value.shape), "hex": " ".join(float(x).hex() for x in value.ravel())}
     if isinstance(value, Mapping):
-        return {"items": [[key, packed(entry)] for key, entry in value.items()]}
+        return {"items": [[key, pack(entry)] for key, entry in value.items()]}
     if isinstance(value, list | tuple):
-        return [packed(entry) for entry in value]
+        return [pack(entry) for entry in value]
     if isinstance(value, float):  # NumPy's double is one too
         return {"hex": float(value).hex()}
     if isinstance(value, np.integer | np.bool_):
@@ -201,14 +292,14 @@ def packed(value: Any) -> Any:
     return value
 
 
-def unpacked(value: Any) -> Any:
-    """Return what `packed` was given, tuples as lists."""
+def unpack(value: Any) -> Any:
+    """Return what `pack` was given, tuples as lists."""
     if isinstance(value, list):
-        return [unpacked(entry) for entry in value]
+        return [unpack(entry) for entry in value]
     if not isinstance(value, dict):
         return value
     if "items" in value:
-        return {key: unpacked(entry) for key, entry in value["items"]}
+        return {key: unpack(entry) for key, entry in value["items"]}
     if "shape" in value:
         return np.array([float.fromhex(x) for x in value["hex"].split()], dtype=np.float64).reshape(value["shape"])
     return float.fromhex(value["hex"])
@@ -216,7 +307,7 @@ def unpacked(value: Any) -> Any:
 
 def digest(value: Any) -> str:
     """Return a digest of plain values and arrays, to the last bit."""
-    return hashlib.sha256(json.dumps(packed(value)).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(pack(value)).encode()).hexdigest()
 
 
 def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""What a running identification tells of itself."""
+"""Progress reports of a running identification."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs on a worker: one batch of tasks after the other, of problems that it was given once.
+"""Execution of batches of tasks on a worker, of problems that are sent to it once.
 
 What a worker is given and what it gives back are texts and bytes, so that one with another mechid takes them too, and
 is refused by name instead of stumbling over a pickle.
@@ -25,11 +25,10 @@ import llvmlite.binding
 
 from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import on_one_core
+from mechid.identification.computation.settings import WORK
 from mechid.writing import CACHE, cache_folder
 
 DONE, LACKING, REFUSED = "done", "lacking", "refused"
-KEPT = 4
-"""Problems that a worker keeps; a choice, not measured."""
 
 Answer = tuple[str, str, bytes]
 """How it went, the worker's name, and a pickled `Batch`, or what is installed on a worker that is refused."""
@@ -90,7 +89,7 @@ def _known(digest: str, function: bytes | None) -> Callable[[Any], Any] | None:
             found = pickle.loads(function)
         if found is not None:
             _functions[digest] = found
-        while len(_functions) > KEPT:
+        while len(_functions) > WORK.problems_kept:
             _functions.popitem(last=False)
     return found
 

@@ -1,4 +1,4 @@
-"""Work on an Executor that somebody lends: threads, processes, Dask's workers, MPI's ranks.
+"""Distribution of tasks to an external executor: threads, processes, Dask's workers, MPI's ranks.
 
 The function, with the problem in it, is pickled once and known by its digest. It goes with as many batches as there
 are workers; the others name it by its digest, and where a worker does not know it, it answers so at once and the batch
@@ -27,29 +27,18 @@ from mechid.errors import WorkersError
 from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import Done, Ended, mapped_by
 from mechid.identification.computation.progress import Tell
+from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.worker import DONE, LACKING, REFUSED, Answer, Batch, processor, work
 from mechid.simulation.interruption import ask
 
-BATCH_S = 1.0
-"""What a batch is to take at least: hundreds of times what sending it costs."""
-SERVED_S = 0.01
-"""Between two batches: twice what sending one and taking it back costs here and in Dask's scheduler, so that neither is
-what many workers wait for."""
-AHEAD = 2
-"""Batches under way for each worker: one at work, one that waits."""
-RECENT = 64
-"""Tasks whose median time counts; a choice, not measured."""
-ASKED_S = 0.2
-"""Time between two questions whether to go on; a choice, not measured."""
 
-
-def warned(line: str) -> None:
+def warn(line: str) -> None:
     """Tell by a warning."""
     warnings.warn(line, stacklevel=2)
 
 
 @contextmanager
-def working_on(executor: Executor | None, say: Tell = warned) -> Iterator[None]:
+def working_on(executor: Executor | None, say: Tell = warn) -> Iterator[None]:
     """Let the workers of an executor do what is mapped within; None leaves it to the threads of this process.
 
     Parameters
@@ -93,7 +82,7 @@ class _Parcel:
 class Workforce:
     """The workers of an executor, and what they have been given."""
 
-    def __init__(self, executor: Executor, say: Tell = warned) -> None:
+    def __init__(self, executor: Executor, say: Tell = warn) -> None:
         self.executor, self.say = executor, say
         self.seen: set[str] = set()
         self.said: set[str] = set()
@@ -169,18 +158,18 @@ class _Course:
     ended: Ended[Any]
     results: dict[int, Any] = field(default_factory=dict)
     running: dict[Future[Answer], list[int]] = field(default_factory=dict)
-    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
+    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=WORK.recent))
 
     def done(self) -> list[Any]:
         """Send all batches, take what comes back, and return it in order."""
         todo, width = deque(range(len(self.tasks))), self.force.width()
         while todo or self.running:
             width = max(width, len(self.force.seen))
-            while todo and len(self.running) < AHEAD * width:
+            while todo and len(self.running) < WORK.ahead * width:
                 size = self._size(len(todo), width)
                 self._send([todo.popleft() for _ in range(size)], lacking=False)
             ask()
-            ready, _ = wait(self.running, timeout=ASKED_S, return_when=FIRST_COMPLETED)
+            ready, _ = wait(self.running, timeout=WORK.asked_s, return_when=FIRST_COMPLETED)
             self._take(ready)
         return [self.results[i] for i in range(len(self.tasks))]
 
@@ -191,7 +180,7 @@ class _Course:
 
     def _size(self, left: int, width: int) -> int:
         """Return how many tasks the next batch has: as take long enough, and no more than leaves the others as many."""
-        batch_s = max(BATCH_S, SERVED_S * width)
+        batch_s = max(WORK.batch_s, WORK.served_s * width)
         wanted = math.ceil(batch_s / max(median(self.seconds), 1e-6)) if self.seconds else 1
         return max(min(wanted, math.ceil(left / width)), 1)
 

@@ -1,4 +1,4 @@
-"""A model of a campaign: the mechanism as written with some effects of the library, and what else may be beside it."""
+"""Augmented model of a campaign: the mechanism as written with some effects of the library, at its optimum."""
 
 from __future__ import annotations
 
@@ -10,28 +10,19 @@ from functools import cached_property
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.beside.beside import Beside, lifted, terms_beside
-from mechid.identification.disturbance.disturbance import Disturbance
-from mechid.identification.disturbance.scores import worth_of
+from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.effects.effect import Beside, lifted, terms_beside
+from mechid.identification.effects.pruning import needed_effects
+from mechid.identification.effects.scores import Landscape, Score, count_effective_samples, landscape_at
+from mechid.identification.effects.settings import IN_DIAGNOSIS, EffectRules
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.search.gates import grow
+from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve
-from mechid.identification.stages.corners import out_of_corner
-from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
+from mechid.identification.stages.joint_fit import leave_corner
+from mechid.identification.uncertainty.noise_levels import lower_levels, with_levels_of
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
-
-ESCAPES = 1
-"""Of a growth of what a joint fit leaves beyond noise; a choice, not measured."""
-FOLLOWED = 1.01
-"""What a model leaves over the noise from which it is grown anew: more than a level known to 1 % explains."""
-STEPS = 30
-"""Of a fit at most. A choice, not measured."""
-TOLERANCE = 0.1
-"""Chi-square by which a step has to better a fit for another one to follow: no effect is judged by so little."""
-FINER = 3.0
-"""Times as many effective samples after a fit as it was stopped by, from which it goes on; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +40,7 @@ class Setting:
         That the records may have beside.
     considered : frozenset of str
         Names of the effects that are looked for.
+    rules : EffectRules
     libraries : dict
         Libraries of mechanisms so far, each with its mechanism, whose identity and further terms tell it: making one
         takes a second.
@@ -58,6 +50,7 @@ class Setting:
     windows: Windows
     disturbances: tuple[Disturbance, ...]
     considered: frozenset[str]
+    rules: EffectRules = IN_DIAGNOSIS
     libraries: dict[tuple[int, int], tuple[Mechanism, Superset | None]] = field(default_factory=dict)
 
     @property
@@ -112,13 +105,14 @@ class Model:
         return math.sqrt(self.cost / self.setting.samples)
 
     @property
-    def away(self) -> FloatArray:
-        """How far each coordinate of its effects is from where it is none, (n,)."""
-        values = self.problem.space.values(self.problem.coordinates.of_mechanism(self.q))
-        own = self.problem.coordinates.own
-        nulls = [values.get(c.parameter.replaces, c.parameter.value) for c in own]
-        records = self.problem.coordinates.of_records(self.q) - nulls
-        return np.concatenate([self.problem.coordinates.of_mechanism(self.q), records])
+    def rules(self) -> EffectRules:
+        """How much an effect has to explain."""
+        return self.setting.rules
+
+    @property
+    def freedom(self) -> int:
+        """Number of coordinates."""
+        return self.problem.size
 
     @property
     def is_of_whole_records(self) -> bool:
@@ -133,37 +127,34 @@ class Model:
     def where(self, other: Model) -> Model:
         """Return it where another one is, in its windows and at its noise levels."""
         there = replace(self, setting=other.setting)
-        q = lifted(other.problem, other.q, there.problem)
-        return replace(there, q=q, cost=there.problem.total_norm(q, other.setting.windows) ** 2)
+        return there._at_point(lifted(other.problem, other.q, there.problem))
 
     def within(self, horizons: Mapping[str, int]) -> Model:
         """Return it over so many first samples of each record, where it is."""
         windows = {name: (0, n) for name, n in horizons.items()}
-        there = replace(self, setting=replace(self.setting, windows=windows))
-        return replace(there, cost=there.problem.total_norm(there.q, windows) ** 2)
+        return replace(self, setting=replace(self.setting, windows=windows))._at_point(self.q)
 
     def lowered(self) -> Model:
         """Return it with noise levels no higher than what it leaves within its windows; itself where none is."""
-        problem = lowered(self.problem, self.q, self.setting.windows)
+        problem = lower_levels(self.problem, self.q, self.setting.windows)
         return self if problem is self.problem else self.at_levels(problem)
 
     def at_levels(self, problem: Problem) -> Model:
         """Return it, where it is, with the noise levels of a problem."""
-        setting = replace(self.setting, problem=at_these_levels(self.setting.problem, problem))
-        there = replace(self, setting=setting)
-        return replace(there, cost=there.problem.total_norm(there.q, setting.windows) ** 2)
+        setting = replace(self.setting, problem=with_levels_of(self.setting.problem, problem))
+        return replace(self, setting=setting)._at_point(self.q)
+
+    def _at_point(self, q: FloatArray) -> Model:
+        return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""
-        return self._keeping(effects).fitted(self)
+        return self.restricted_to(effects).fitted(self)
 
-    def _keeping(self, effects: Collection[str]) -> Model:
+    def restricted_to(self, effects: Collection[str]) -> Model:
+        """Return it with some of its terms and disturbances alone, not fitted."""
         terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
         return replace(self, terms=tuple(terms), disturbances=tuple(disturbances))
-
-    def beyond(self, other: Model) -> str:
-        """Return the name of the effect that it has and another has not."""
-        return next((name for name in self.effects if name not in other.effects), "")
 
     @cached_property
     def library(self) -> Superset | None:
@@ -178,23 +169,40 @@ class Model:
         """The problem in which its effects are free."""
         return self._beside(self.terms).problem(self.setting.problem, self._of(self.disturbances))
 
-    def widened(self, problem: Problem, effects: Collection[str]) -> Problem:
+    def _widened(self, problem: Problem, effects: Collection[str]) -> Problem:
         """Return its problem, or that with other weights, with some further effects free."""
         others = [name for name in effects if name not in self.disturbances]
         return self._beside((*self.terms, *effects)).problem(problem, self._of(others))
+
+    def landscape(self) -> Landscape:
+        """Return the derivatives at its optimum: to all that it has, and to each effect that is looked for beside."""
+        looked_for = self.setting.considered - {*self.effects}
+
+        def widened(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
+            wide = self._widened(plain, names)
+            return wide, lifted(self.problem, self.q, wide)
+
+        effects = {name: own for name, own in self.parameters.items() if name in looked_for}
+        return landscape_at(self.problem, self.q, self.setting.windows, effects, widened)
+
+    def scores(self) -> Mapping[str, Score]:
+        """Return the score of each effect that is looked for beside."""
+        return self.landscape().scores()
+
+    def needed_effects(self, shrinkage: Mapping[str, float] | None = None) -> frozenset[str]:
+        """Return the terms and disturbances that its optimum needs, as its derivatives have it.
+
+        `shrinkage` holds the widths of small priors by dotted name, where it was fitted with such.
+        """
+        problem = replace(self.problem, shrinkage=shrinkage or {})
+        named = {name: self.parameters[name] for name in (*self.terms, *self.disturbances)}
+        return needed_effects(problem, self.q, self.setting.windows, named)
 
     def _beside(self, terms: Collection[str]) -> Beside:
         return replace(terms_beside(self.library, terms), widths={}) if self.library else Beside(self.base)
 
     def _of(self, names: Collection[str]) -> list[Disturbance]:
         return [one for one in self.setting.disturbances if one.name in names]
-
-    def holds_more(self, effect: str, other: str) -> bool:
-        """Tell whether one disturbance is another with more that is free: a clock of each record, and one of all."""
-        known = {one.name: one for one in self.setting.disturbances}
-        if effect not in known or other not in known:
-            return False
-        return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof
 
     @cached_property
     def parameters(self) -> Mapping[str, tuple[str, ...]]:
@@ -222,38 +230,27 @@ class Model:
         return tuple(p.name for p in self.base.free if p.name not in known)
 
     def with_effect(self, effect: str) -> Model:
-        """Return it with one more term or disturbance, fitted."""
-        return self._having(effect).fitted(self)
+        """Return it with one more effect, fitted and grown anew."""
+        return self.put_in(effect).fitted(self).regrown()
 
-    def _having(self, effect: str) -> Model:
-        """Return it with one more term or disturbance, not fitted."""
+    def put_in(self, effect: str) -> Model:
+        """Return it with one more effect where that is nothing, or a law at its start; not fitted."""
         if effect in self._listed:
             return replace(self, terms=(*self.terms, effect))
-        return replace(self, disturbances=(*self.disturbances, effect))
+        if effect in {one.name for one in self.setting.disturbances}:
+            return replace(self, disturbances=(*self.disturbances, effect))
+        law = next(law for law in self.other_laws if law.name == effect)
+        return self.in_place_of(law, law.mechanism)
 
-    def exchanged(self, effect: str, other: str) -> Model:
-        """Return it with another term or disturbance in place of one, fitted.
-
-        The fit begins where the derivatives say that the other explains most nearly the same: from a point with
-        neither, what one step of a stick/slip or an impact hides would have to be found again.
-        """
-        both = self._having(other)
-        q = lifted(self.problem, self.q, both.problem)
-        both = replace(both, q=q)
-        J = both.problem.joint(q, self.setting.windows).jacobian
-        names = both.problem.coordinates.names
-        lost = np.array([name in both.parameters[effect] for name in names])
-        step = np.where(lost, -both.away, 0.0)
-        if np.all(np.isfinite(J)):
-            step[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ step[lost], rcond=None)[0]
-        there = replace(both, q=both.problem.coordinates.clip(q + step))
-        return there._keeping([name for name in both.effects if name != effect]).fitted(there)
+    def take_out(self, effect: str) -> Model:
+        """Return it without one of its effects, not fitted."""
+        rest = [name for name in self.effects if name != effect]
+        return self._without_law(effect) if effect in self.laws else self.restricted_to(rest)
 
     def without(self, effect: str) -> Model:
         """Return it without one of its effects, fitted; what has been fitted once is kept."""
         if effect not in self._less:
-            rest = [name for name in self.effects if name != effect]
-            self._less[effect] = self._without_law(effect).fitted(self) if effect in self.laws else self.keeping(rest)
+            self._less[effect] = self.take_out(effect).fitted(self)
         return self._less[effect]
 
     @cached_property
@@ -261,10 +258,12 @@ class Model:
         return {}
 
     @cached_property
-    def worth(self) -> float:
+    def effective_samples(self) -> float:
         """Effective samples of all records where it is; all samples where it cannot be simulated."""
         whole = float(self.setting.samples)
-        return worth_of(self.problem, self.q, self.setting.windows) if math.isfinite(self.cost) else whole
+        return (
+            count_effective_samples(self.problem, self.q, self.setting.windows) if math.isfinite(self.cost) else whole
+        )
 
     def _without_law(self, name: str) -> Model:
         base, values = self.setting.problem.space.mechanism, self.problem.coordinates.values(self.q)
@@ -274,19 +273,23 @@ class Model:
             base = law.mechanism.with_values({n: values[n] for n in law.own if n in values})
         return replace(self, base=base, laws=rest)
 
-    def with_law(self, law: Law, mechanism: Mechanism | None = None) -> Model:
-        """Return it with a law in place of one of its mechanism, fitted from that law's start or from a mechanism."""
-        return self.in_place_of(law, mechanism or law.mechanism).fitted(self)
-
     def in_place_of(self, law: Law, mechanism: Mechanism) -> Model:
         """Return it with a mechanism that has a law, without the terms that are none beside it, not fitted."""
         other = replace(self, base=mechanism, laws=(*self.laws, law.name))
         return replace(other, terms=tuple(name for name in self.terms if name in other._listed))
 
+    def is_better_than(self, other: Model) -> bool:
+        """Tell whether the Bayesian criterion prefers it, the noise being what the better of the two leaves."""
+        better = min(self, other, key=lambda one: one.cost)
+        penalty = math.log(max(better.effective_samples, math.e))
+        mine, others = (
+            better.effective_samples * one.cost / better.cost + one.freedom * penalty for one in (self, other)
+        )
+        return mine < others
+
     def at(self, values: Mapping[str, float]) -> Model:
         """Return it at values by dotted name, not fitted."""
-        q = self.problem.coordinates.point(values)
-        return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
+        return self._at_point(self.problem.coordinates.point(values))
 
     def with_further(self, some: Sequence[Extension]) -> Model:
         """Return it, where it is, with further terms that are looked for."""
@@ -300,9 +303,10 @@ class Model:
     def _listed(self) -> set[str]:
         return {t.name for t in self.library.terms} if self.library else set()
 
-    def fitted(self, near: Model, *, steps: int = STEPS) -> Model:
+    def fitted(self, near: Model, *, steps: int | None = None) -> Model:
         """Return it at its optimum, sought from that of another in so many steps at most."""
-        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.worth, steps)
+        most = self.rules.steps if steps is None else steps
+        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.effective_samples, most)
 
     def regrown(self) -> Model:
         """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
@@ -310,19 +314,23 @@ class Model:
         A model that leaves no more than noise has not; and where no other branch follows all records, none is better.
         Of windows that are not whole records growth has said already how far they go.
         """
-        if self.over_noise <= FOLLOWED or not self.is_of_whole_records:
+        if self.over_noise <= self.rules.followed or not self.is_of_whole_records:
             return self
-        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
-        other = self._fitted_from(growth.q, self.worth) if growth.complete else self
+        growth = grow_horizons(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)
+        other = self._fitted_from(growth.q, self.effective_samples, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self
 
-    def _fitted_from(self, q: FloatArray, worth: float, steps: int = STEPS) -> Model:
+    def _fitted_from(self, q: FloatArray, worth: float, steps: int) -> Model:
         """Return it at its optimum, sought from a point of its problem, as near as so many samples let it be judged."""
         problem, windows = self.problem, self.setting.windows
 
         def solved(x: FloatArray) -> Solution:
-            return solve(problem, x, windows, steps=steps, tolerance=TOLERANCE / worth)
+            return solve(problem, x, windows, steps=steps, tolerance=self.rules.tolerance / worth)
 
-        found = out_of_corner(problem, solved(q), solved)
-        there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
-        return there._fitted_from(there.q, there.worth, steps) if there.worth > FINER * worth else there
+        found = leave_corner(problem, solved(q), solved)
+        there = self._at_point(found.q)
+        return (
+            there._fitted_from(there.q, there.effective_samples, steps)
+            if there.effective_samples > self.rules.finer * worth
+            else there
+        )

@@ -20,10 +20,11 @@ from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach, weighed
-from mechid.identification.diagnosis.search import FAR, Found, searched
+from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.steps import LEAST, Step
+from mechid.identification.diagnosis.steps import Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.refit.rebuild import grade_lines, refuse_other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Grade
@@ -150,7 +151,7 @@ def _found(before: Model, start: Model, grade: Grade, say: Tell) -> Found:
         partly = other.share > reach(start)
         return _searched(before.where(other), other, say) if partly else _searched(before, start, say)
     found = _searched(before, start, say)
-    if found.model.over_noise <= FAR:
+    if found.model.over_noise <= RULES.far:
         return found
     other = in_stretches(before, say)
     other = _better(found.model, other if other and other.is_of_whole_records else None)
@@ -276,4 +277,4 @@ def _records(less: Model, model: Model) -> tuple[str, ...]:
     pairs = zip(less.problem.norms(less.q, windows), model.problem.norms(model.q, windows), strict=True)
     falls = [one**2 - other**2 for one, other in pairs]
     names = [t.name for t in model.setting.problem.targets if t.name in windows]
-    return tuple(name for name, fall in zip(names, falls, strict=True) if fall > LEAST)
+    return tuple(name for name, fall in zip(names, falls, strict=True) if fall > RULES.least_chi_square)

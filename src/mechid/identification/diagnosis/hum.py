@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.steps import LEAST
-from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
-from mechid.identification.disturbance.mains import mains
-from mechid.identification.disturbance.scores import scores
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
+from mechid.identification.effects.mains import mains
+from mechid.identification.effects.scores import scores
+from mechid.identification.effects.selection import is_significant
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import Missing
 
@@ -23,4 +24,4 @@ def hum_left(model: Model, fit: Fit) -> list[Missing]:
     if seen is None:
         return []
     score = scores(bare, q, model.setting.windows, [seen])[seen.name]
-    return [one for one in named if one.name == seen.name and score.over > 0.0 and score.chi_square > LEAST]
+    return [one for one in named if one.name == seen.name and is_significant(score, RULES)]

@@ -8,8 +8,7 @@ import numpy as np
 
 from mechid.campaign.mechanism_text import appendix_text
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.disturbance.declared import declared_toml
-from mechid.identification.disturbance.scores import by_own_residuals
+from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.result.missing import OwnValue
 from mechid.identification.search.solve import covariance
 from mechid.plant.mechanism import Mechanism
@@ -90,5 +89,5 @@ def _unit(model: Model, name: str) -> str:
 def _toml(model: Model, mechanism: Mechanism, effect: str, own: dict[str, OwnValue]) -> str:
     if effect in model.disturbances:
         one = next(one for one in model.setting.disturbances if one.name == effect)
-        return declared_toml(one, {name: p.value for name, p in own.items()})
+        return one.toml({name: p.value for name, p in own.items()})
     return appendix_text(mechanism, own, model.setting.problem.space.mechanism)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.landscape import Landscape, landscape_of
-from mechid.identification.diagnosis.steps import LEAST, SHARE, counts, of_misfit
-from mechid.identification.disturbance.scores import COLLINEAR
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.effects.scores import COLLINEAR, Landscape, Score
+from mechid.identification.effects.selection import is_significant, scores_of_misfit, share_of_misfit
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 
 NOT_LOOKED_FOR = "not looked for"
 
@@ -27,8 +26,8 @@ def out_of_reach(before: Model, model: Model) -> dict[str, str]:
     model : Model
         That in which the search has ended.
     """
-    plain = landscape_of(before if math.isfinite(before.cost) else model)
-    weak = _weak(model, plain if model is before else landscape_of(model)) if model.over_noise > FOLLOWED else {}
+    plain = (before if math.isfinite(before.cost) else model).landscape()
+    weak = _weak(model, plain if model is before else model.landscape()) if model.over_noise > RULES.followed else {}
     return {**weak, **not_carried(plain)}
 
 
@@ -37,11 +36,11 @@ def weighed(model: Model) -> dict[str, str]:
 
     The effect that comes nearest to what is asked for is first.
     """
-    landscape = landscape_of(model)
-    scores = sorted(landscape.scores().items(), key=lambda item: item[1].over, reverse=True)
+    landscape = model.landscape()
+    scores = sorted(landscape.scores().items(), key=lambda item: item[1].excess, reverse=True)
     whys = {
-        name: f"would take {100.0 * of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
-        f"{s.chi_square:.3g} for {s.dof}; {max(LEAST, s.chi_square - s.over):.3g} is asked for"
+        name: f"would take {100.0 * share_of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
+        f"{s.chi_square:.3g} for {s.dof}; {_asked_for(s):.3g} is asked for"
         for name, s in scores
     }
     return whys | not_carried(landscape)
@@ -54,8 +53,8 @@ def not_carried(landscape: Landscape) -> dict[str, str]:
     for name, J in landscape.effects.items():
         if name in landscape.too_wide:
             whys[name] = (
-                f"{J.shape[1]} numbers beside the {free} that are free are as many as the {landscape.worth:.3g} "
-                "independent samples that these records are worth"
+                f"{J.shape[1]} numbers beside the {free} that are free are as many as the "
+                f"{landscape.effective_samples:.3g} independent samples that these records are worth"
             )
         elif not _is_seen(landscape.free, J):
             whys[name] = unseen
@@ -73,10 +72,15 @@ def _is_seen(free: FloatArray, further: FloatArray) -> bool:
 
 def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
     """Return the effects that would take a share of what is left, which so few samples do not make sure."""
-    scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
+    scores = scores_of_misfit(model, landscape.scores())
     return {
         name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
-        f"records are worth {s.worth:.3g} independent samples, and {max(LEAST, s.chi_square - s.over):.3g} is asked for"
+        f"records are worth {s.effective_samples:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
         for name, s in scores.items()
-        if s.share >= SHARE and not counts(s)
+        if s.share >= RULES.share and not is_significant(s, RULES)
     }
+
+
+def _asked_for(s: Score) -> float:
+    """Return the chi-square from which an effect of a score's freedom counts."""
+    return max(RULES.least_chi_square, s.chi_square - s.excess)

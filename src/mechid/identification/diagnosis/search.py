@@ -4,30 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.landscape import landscape_of
-from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
-from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
-from mechid.identification.disturbance.scores import Score
-from mechid.identification.uncertainty.deviations import comparison_at
-from mechid.identification.uncertainty.noise import MISFIT
-
-SMALL = 0.01
-"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
-Backlash and a detent: beside them, delays of 1 to 6 us were named before this rule (docs/diagnosis.md)."""
-FAR = 1.2
-"""What is left over the noise with all effects found, from which a model may stand on a wrong branch. The limit
-from which a record counts as misfit, too."""
-FEW = 4
-"""Effects that a mechanism file may well lack at once; a choice, not measured."""
-NEARLY_ALL = 0.9
-"""Of what a model without an effect leaves, that it has to take to be named where the parts of the records still
-disagree on the values: what a block of the library is takes nearly all, whatever is missing beside it; a choice."""
-FEW_WEAK = 2
-"""Of them that may take less than `MOSTLY`: small ones do, since the noise is not known to the last digit."""
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.laws import add_hidden_laws, add_law, replace_imitators
+from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, exchange_effect, step, with_criteria
+from mechid.identification.effects.scores import Score
+from mechid.identification.effects.selection import gain, is_needed
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.uncertainty.model_error import compare_parts
+from mechid.identification.uncertainty.settings import NOISE
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +52,13 @@ class Found:
     @property
     def left(self) -> float:
         """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
-        within = self.model.over_noise <= MISFIT and not self.refused
+        within = self.model.over_noise <= NOISE.misfit and not self.refused
         return 0.0 if within else self.model.misfit / max(self.before.misfit, 1.0)
 
     @property
     def as_written(self) -> Step:
         """The mechanism as written, before any step."""
-        return beside(self.model, [step(self.before)])[0]
+        return with_criteria(self.model, [step(self.before)])[0]
 
 
 def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Found:
@@ -89,14 +76,14 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     tried: dict[str, str] = {}
     before = _at_its_best(before) if start.effects else start
     steps = [step(start, added=name) for name in start.effects]
-    model, added = grown(start, tried, say)
-    model, removed = pruned(model, say)
-    model, hidden = with_hidden(model, tried, say) if model.over_noise <= MISFIT else (model, [])
-    model, imitated = in_place_of_imitators(model, say)
+    model, added = add_effects(start, tried, say)
+    model, removed = drop_effects(model, say)
+    model, hidden = add_hidden_laws(model, tried, say) if model.over_noise <= NOISE.misfit else (model, [])
+    model, imitated = replace_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
-    if model.over_noise > FOLLOWED:
+    if model.over_noise > RULES.followed:
         bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
-        better, law_steps = with_a_law(bare, model, tried, say)
+        better, law_steps = add_law(bare, model, tried, say)
         if better is not model:
             model, steps = better, law_steps
     less, needed = _needed(before, model)
@@ -113,7 +100,7 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
         steps += [step(model, removed=name) for name in lost]
         less, needed = _needed(before, model)
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(beside(model, steps)), tried, needed, less, like, tuple(refused))
+    return Found(model, before, tuple(with_criteria(model, steps)), tried, needed, less, like, tuple(refused))
 
 
 def _at_its_best(model: Model) -> Model:
@@ -136,7 +123,7 @@ def small_in_part(model: Model, needed: Mapping[str, Score]) -> str:
         return ""
     least = min(needed, key=lambda name: needed[name].chi_square)
     most = max(score.chi_square for score in needed.values())
-    return least if needed[least].chi_square < SMALL * most else ""
+    return least if needed[least].chi_square < RULES.small * most else ""
 
 
 def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
@@ -146,10 +133,10 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     effects share what there is to explain, so that several take less than half, or some of more than four: all, since
     they imitate it together. Nothing is named for less than the share for which nothing is added.
     """
-    weak = [name for name, score in needed.items() if score.share < MOSTLY]
-    if len(weak) > FEW_WEAK or (weak and len(needed) > FEW):
+    weak = [name for name, score in needed.items() if score.share < RULES.mostly]
+    if len(weak) > RULES.few_weak or (weak and len(needed) > RULES.few):
         return list(needed)
-    return weak if model.over_noise > FOLLOWED else [name for name in weak if needed[name].share < SHARE]
+    return weak if model.over_noise > RULES.followed else [name for name in weak if needed[name].share < RULES.share]
 
 
 def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
@@ -158,20 +145,24 @@ def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model
     With a model that lacks nothing they agree; with one that leaves far more than noise they need not, since it may be
     on a wrong branch. Those stay that take nearly all of what is beyond noise.
     """
-    if not needed or not model.over_noise <= FAR or _agrees(model):
+    if not needed or not model.over_noise <= RULES.far or _agrees(model):
         return []
-    clear = {name for name in needed if needed[name].share >= NEARLY_ALL and less[name].over_noise > FOLLOWED}
+    clear = {
+        name for name in needed if needed[name].share >= RULES.nearly_all and less[name].over_noise > RULES.followed
+    }
     return [name for name in needed if name not in clear]
 
 
 def _agrees(model: Model) -> bool:
-    return comparison_at(model.problem, model.q, model.setting.windows).consistency.agrees
+    return compare_parts(model.problem, model.q, model.setting.windows).consistency.agrees
 
 
 def _why_refused(share: float) -> str:
     explains = f"explains {100.0 * share:.3g} % of the misfit"
     return (
-        f"{explains} only" if share < MOSTLY else f"{explains}, yet parts of the records disagree on the values with it"
+        f"{explains} only"
+        if share < RULES.mostly
+        else f"{explains}, yet parts of the records disagree on the values with it"
     )
 
 
@@ -183,11 +174,19 @@ def _without_all(model: Model, names: Sequence[str]) -> Model:
 
 def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
     """Yield the effects that do as well in place of one, by the score test first and then by a fit."""
-    landscape = landscape_of(less)
+    landscape = less.landscape()
     if name not in landscape.effects:
         return
     for other in landscape.like(name):
-        if other not in model.effects and not model.holds_more(other, name):
-            swapped = model.exchanged(name, other)
-            if not counts(replace(gain(swapped, model), share=1.0)):
+        if other not in model.effects and not _holds_more(model, other, name):
+            swapped = exchange_effect(model, name, other)
+            if not is_needed(swapped, model):
                 yield other
+
+
+def _holds_more(model: Model, effect: str, other: str) -> bool:
+    """Tell whether one disturbance is another with more that is free: a clock of each record, and one of all."""
+    known = {one.name: one for one in model.setting.disturbances}
+    if effect not in known or other not in known:
+        return False
+    return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof

@@ -9,8 +9,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.diagnosis.candidate import Model, Setting
-from mechid.identification.diagnosis.landscape import needed_effects
-from mechid.identification.disturbance.possible import possible
+from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import Fit
@@ -83,7 +82,7 @@ def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str,
         names.setdefault(term, []).append(name)
     there = {n: v for term, one in found.items() for n, v in _values(names[term], one).items()}
     model = model.at({**values, **there})
-    return model.keeping(needed_effects(model, wanted_small=library.widths) & model.setting.considered)
+    return model.keeping(model.needed_effects(library.widths) & model.setting.considered)
 
 
 def _values(names: Sequence[str], added: Missing) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Effects added to a model and taken away, one at a time, each by real fits; what a model gains by one."""
+"""Steps of a diagnosis: effects added to a model, exchanged and dropped, each by real fits."""
 
 from __future__ import annotations
 
@@ -6,29 +6,21 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from scipy.special import chdtrc
+import numpy as np
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
+from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.locked import locked
-from mechid.identification.disturbance.scores import Score
+from mechid.identification.effects.effect import distance_from_null, lifted
+from mechid.identification.effects.selection import (
+    add_likeliest,
+    drop_unneeded,
+    is_confirmed,
+    is_needed,
+    likely_effects,
+)
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.plant.superset import extensions_at
-
-LEAST = 30.0
-"""Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
-SHARE = 0.1
-"""Of what the records hold beyond noise and effects named so far, that a further effect has to explain; a choice,
-not measured."""
-FALSE_DISCOVERIES = 0.05
-"""The usual rate; 40 of 40 complete benches were left without a name (docs/diagnosis.md)."""
-TRIES = 2
-"""Effects that are fitted where the likeliest does not keep in a fit what its score promised; a choice, not
-measured."""
-MOST = 16
-"""Effects of a model; a choice, not measured."""
-NEAR = 1
-"""Periods in a turn by which what is seen may be wrong: a record of few turns does not tell them better."""
 
 
 @dataclass(frozen=True)
@@ -57,54 +49,36 @@ class Step:
     free: int
 
 
-def gain(less: Model, more: Model) -> Score:
-    """Return what a model explains beyond another, each record's samples counted for what they are worth."""
-    fall = max(less.cost - more.cost, 0.0)
-    freedom = max(more.problem.size - less.problem.size, 1)
-    return Score(more.worth * fall / more.cost, freedom, of_misfit(less, fall), more.worth)
-
-
-def of_misfit(model: Model, fall: float) -> float:
-    """Return the share of what a model leaves beyond noise that a fall of the cost is; noise may hide some of it."""
-    return fall / max(model.misfit, fall, 1.0)
-
-
-def counts(score: Score) -> bool:
-    """Tell whether what an effect explains is more than chance and than what its freedom costs."""
-    return score.chi_square > LEAST and score.over > 0.0 and score.share >= SHARE
-
-
 def step(model: Model, *, added: str = "", removed: str = "") -> Step:
     """Return the step that leads to a model; its criterion is not known before the search has ended."""
     return Step(added, removed, model.cost, math.nan, model.over_noise, model.problem.size)
 
 
-def beside(end: Model, steps: Sequence[Step]) -> list[Step]:
+def with_criteria(end: Model, steps: Sequence[Step]) -> list[Step]:
     """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
-    penalty = math.log(max(end.worth, math.e))
-    return [replace(one, bic=end.worth * one.cost / end.cost + one.free * penalty) for one in steps]
+    penalty = math.log(max(end.effective_samples, math.e))
+    return [replace(one, bic=end.effective_samples * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
-def grown(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
+def add_effects(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
-    while len(model.effects) < MOST:
-        better = one_more(model, tried, say)
-        if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
-            wider = _with_periods_seen(model)
-            better = one_more(wider, tried, say) if wider else None
-        if better is None and model.over_noise > FOLLOWED:
-            better = _exchanged(model, say)
+    while len(model.effects) < RULES.most:
+        better = add_likeliest(model, tried, say)
+        if better is None and model.over_noise > RULES.followed and model.is_of_whole_records:
+            wider = _with_seen_periods(model)
+            better = add_likeliest(wider, tried, say) if wider else None
+        if better is None and model.over_noise > RULES.followed:
+            better = _with_an_exchange(model, say)
         if better is None:
             break
-        lost = model.beyond(better)
-        steps += [step(better, removed=lost)] if lost else []
-        steps.append(step(better, added=better.beyond(model)))
+        steps += [step(better, removed=name) for name in model.effects if name not in better.effects]
+        steps += [step(better, added=name) for name in better.effects if name not in model.effects]
         model = better
     return model, steps
 
 
-def _with_periods_seen(model: Model) -> Model | None:
+def _with_seen_periods(model: Model) -> Model | None:
     """Return a model, where it is, with further terms of the period that goes most with the motion; None without one.
 
     One whose kind is not looked for at all, as the campaign file has it, is none.
@@ -116,85 +90,66 @@ def _with_periods_seen(model: Model) -> Model | None:
     known = {(e.name, str(e.structure)) for e in model.further}
     some = [
         e
-        for e in extensions_at(model.base, seen.orders[0], NEAR)
+        for e in extensions_at(model.base, seen.orders[0], RULES.periods_around)
         if e.name.partition(":")[0] in kinds and (e.name, str(e.structure)) not in known
     ]
     return model.with_further(some) if some else None
 
 
-def _exchanged(model: Model, say: Tell) -> Model | None:
+def _with_an_exchange(model: Model, say: Tell) -> Model | None:
     """Return the model with another effect in place of a term, where that leaves clearly less; None where none does.
 
     What came first may have imitated another effect, as far as that was to be seen then.
     """
-    better = next((other for other in exchanges(model, say) if counts(gain(model, other))), None)
+    better = next((other for other in exchanged_models(model, say) if is_confirmed(model, other)), None)
     return better.regrown() if better else None
 
 
-def exchanges(model: Model, say: Tell) -> Iterator[Model]:
+def exchanged_models(model: Model, say: Tell) -> Iterator[Model]:
     """Yield the model with another effect in place of each of its terms, fitted, the likeliest of each first."""
     for name in model.terms:
         less = model.without(name)
-        for other in [one for one in asked(less, landscape_of(less)) if one != name][:TRIES]:
+        for other in [one for one in likely_effects(less, less.scores()) if one != name][: RULES.tries]:
             say(f"{other} is fitted in place of {name}")
-            yield model.exchanged(name, other)
+            yield exchange_effect(model, name, other)
 
 
-def one_more(model: Model, tried: dict[str, str], say: Tell) -> Model | None:
-    """Return the model with the likeliest further effect that a fit confirms."""
-    for name in asked(model, landscape_of(model))[:TRIES]:
-        if name in tried:
-            continue
-        say(f"{name} is fitted")
-        more = model.with_effect(name).regrown()
-        score = gain(model, more)
-        if counts(score):
-            return more
-        tried[name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
-    return None
+def exchange_effect(model: Model, effect: str, other: str) -> Model:
+    """Return a model with another term or disturbance in place of one, fitted.
+
+    The fit begins where the derivatives say that the other explains most nearly the same: from a point with
+    neither, what one step of a stick/slip or an impact hides would have to be found again.
+    """
+    both = model.put_in(other)
+    both = replace(both, q=lifted(model.problem, model.q, both.problem))
+    problem, q = both.problem, both.q
+    J = problem.joint(q, model.setting.windows).jacobian
+    lost = np.array([name in both.parameters[effect] for name in problem.coordinates.names])
+    move = np.where(lost, -distance_from_null(problem, q), 0.0)
+    if np.all(np.isfinite(J)):
+        move[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ move[lost], rcond=None)[0]
+    there = replace(both, q=problem.coordinates.clip(q + move))
+    return there.take_out(effect).fitted(there)
 
 
-def asked(model: Model, landscape: Landscape) -> list[str]:
-    """Return the effects that the score test asks for, the likeliest first."""
-    scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
-    if not scores:
-        return []
-    from scipy.stats import false_discovery_control  # takes 0.4 s to load, which only fits that miss something pay
-
-    chances = [chdtrc(s.dof, s.chi_square) for s in scores.values()]
-    sure = false_discovery_control(chances) <= FALSE_DISCOVERIES
-    likely = {name: s for (name, s), one in zip(scores.items(), sure, strict=True) if one and counts(s)}
-    return sorted(likely, key=lambda name: -likely[name].over)
-
-
-def pruned(model: Model, say: Tell) -> tuple[Model, list[Step]]:
+def drop_effects(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
-    model, steps = _pruned_at_once(model, say)
+    model, steps = _drop_at_once(model, say)
     order = sorted(model.effects, key=lambda name: model.without(name).cost) if len(model.effects) > 1 else []
-    while len(order) > 1:
-        lost = next((name for name in order if not _is_needed(model, name)), None)
-        if lost is None:
-            break
-        say(f"without {lost}")
-        model = model.without(lost)
-        order.remove(lost)
+    for lost, fewer in drop_unneeded(model, order, say):
+        model = fewer
         steps.append(step(model, removed=lost))
     return model, steps
 
 
-def _is_needed(model: Model, name: str) -> bool:
-    """Tell whether a fit without an effect is clearly worse."""
-    return counts(replace(gain(model.without(name), model), share=1.0))
-
-
-def _pruned_at_once(model: Model, say: Tell) -> tuple[Model, list[Step]]:
+def _drop_at_once(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     """Return the model without what its derivatives say is not needed, where a fit says so too."""
-    kept = needed_effects(model)
+    kept = model.needed_effects()
     lost = [name for name in (*model.terms, *model.disturbances) if name not in kept]
     if not lost:
         return model, []
     say(f"without {', '.join(lost)}")
     fewer = model.keeping(kept).regrown()
-    if counts(replace(gain(fewer, model), share=1.0)):
+    if is_needed(fewer, model):
         return model, []
     return fewer, [step(fewer, removed=name) for name in lost]

@@ -14,30 +14,15 @@ from functools import cached_property
 import numpy as np
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.steps import exchanges, grown, one_more, pruned
-from mechid.identification.diagnosis.with_laws import with_a_law
-from mechid.identification.search.gates import Growth, floors, followed, grow
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.laws import add_law
+from mechid.identification.diagnosis.steps import add_effects, drop_effects, exchanged_models
+from mechid.identification.effects.selection import add_likeliest
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons
 from mechid.identification.search.multistart import candidates, multistart
-from mechid.identification.uncertainty.lowered_noise import levels_of
+from mechid.identification.uncertainty.noise_levels import noise_levels
 from mechid.plant.superset import rivals_of
-
-ESCAPES = 1
-"""Of a growth before anything is asked for: what is missing stops it again."""
-PATIENT = 8
-"""Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it; a
-choice, not measured."""
-ROUNDS = 12
-"""Of growth and a further term at most. A choice, not measured."""
-QUIETER = 4
-"""Times that noise levels are lowered by one growth at most. Levels of benches with backlash stood 1.2 to 2 times
-too high (docs/diagnosis.md)."""
-ENOUGH = 0.3
-"""Share of the records from which on effects are named: in less of them many imitate one another; a choice, not
-measured."""
-FURTHER = 1.05
-"""Times as much of the records as before, from which a round has led further, unless it has led to their ends; a
-choice, not measured."""
 
 
 def in_stretches(before: Model, say: Tell) -> Model | None:
@@ -55,9 +40,9 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
     begun = _from_best_start(before)
     if begun is None:
         return None
-    model, growth = _followed(begun, before, ESCAPES)
+    model, growth = _followed(begun, before, RULES.first_escapes)
     rivals = _Rivals(before, say)
-    for _ in range(ROUNDS):
+    for _ in range(RULES.rounds):
         say(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
@@ -67,7 +52,7 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
             break
         model, growth = further
     part = model.within(growth.horizons)
-    return part.fitted(part) if growth.reached(model.problem) > ENOUGH and model.effects else None
+    return part.fitted(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
 
 
 def _percent(model: Model, growth: Growth) -> str:
@@ -76,16 +61,16 @@ def _percent(model: Model, growth: Growth) -> str:
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
     """Tell whether a model follows the records further than another does, of which it is known, at the same levels."""
-    same = levels_of(model.problem) == levels_of(other.problem)
+    same = noise_levels(model.problem) == noise_levels(other.problem)
     before = known.reached(other.problem) if same else reach(other.at_levels(model.problem))
-    return growth.complete or growth.reached(model.problem) > FURTHER * before
+    return growth.complete or growth.reached(model.problem) > RULES.further * before
 
 
 def reach(model: Model) -> float:
     """Return the share of all samples that a model follows where it is."""
     problem = model.problem
-    least = floors(problem)
-    reached = sum(max(followed(problem, t, model.q), least[t.name]) for t in problem.targets)
+    least = least_horizons(problem)
+    reached = sum(max(followed_samples(problem, t, model.q), least[t.name]) for t in problem.targets)
     return reached / sum(t.samples for t in problem.targets)
 
 
@@ -122,8 +107,8 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     With noise levels lowered to what it leaves of them: what was followed at higher ones may be lost, and found anew.
     """
     whole = replace(model, setting=replace(model.setting, windows=before.setting.windows))
-    for _ in range(QUIETER):
-        growth = grow(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
+    for _ in range(RULES.lowered):
+        growth = grow_horizons(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
         whole = replace(whole, q=growth.q)
         quieter = whole.within(growth.horizons).lowered()
         if quieter.setting.problem is whole.setting.problem:
@@ -142,21 +127,21 @@ def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterat
     """
     here, tried = model.fitted(model), dict[str, str]()
     more = here
-    while (better := one_more(more, tried, say)) is not None:
+    while (better := add_likeliest(more, tried, say)) is not None:
         more = better
         yield more, before, 0
-    more, _ = pruned(grown(more, tried, say)[0], say)
+    more, _ = drop_effects(add_effects(more, tried, say)[0], say)
     if {*more.effects} != {*here.effects}:
-        yield more, before, ESCAPES
-    if more.over_noise <= FOLLOWED:
-        yield from ((other, before, ESCAPES) for other in exchanges(more, say))
+        yield more, before, RULES.first_escapes
+    if more.over_noise <= RULES.followed:
+        yield from ((other, before, RULES.first_escapes) for other in exchanged_models(more, say))
     if model.laws:  # a second one is rarer than a branch
-        yield more, before, PATIENT
-    with_law, _ = with_a_law(here, more, tried, say)
+        yield more, before, RULES.patient_escapes
+    with_law, _ = add_law(here, more, tried, say)
     if with_law is not more:
-        yield with_law, before, ESCAPES
+        yield with_law, before, RULES.first_escapes
     if model.laws:
         return
-    if model.share < ENOUGH:
+    if model.share < RULES.enough:
         yield from ((rival, before, 0) for rival in rivals.begun)
-    yield more, before, PATIENT
+    yield more, before, RULES.patient_escapes

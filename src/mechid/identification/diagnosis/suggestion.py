@@ -9,15 +9,12 @@ from scipy.special import chdtrc
 
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.start import model_of_fit
-from mechid.identification.diagnosis.steps import asked
+from mechid.identification.effects.selection import likely_effects
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Suggested
-
-MOST = 3
-"""Effects that are suggested; a choice, not measured."""
 
 
 def with_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:
@@ -34,8 +31,7 @@ def with_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = la
 
 
 def _suggested(model: Model) -> tuple[Suggested, ...]:
-    landscape = landscape_of(model)
-    scores, words = landscape.scores(), model.words
+    scores, words = model.scores(), model.words
     return tuple(
         Suggested(
             name=name,
@@ -45,5 +41,5 @@ def _suggested(model: Model) -> tuple[Suggested, ...]:
             share=one.share,
             p_value=float(chdtrc(one.dof, one.chi_square)),
         )
-        for name, one in ((name, scores[name]) for name in asked(model, landscape)[:MOST])
+        for name, one in ((name, scores[name]) for name in likely_effects(model, scores)[: RULES.suggested])
     )

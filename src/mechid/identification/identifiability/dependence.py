@@ -16,18 +16,12 @@ from numpy.typing import NDArray
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.identify_options import IdentifyOptions
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
-from mechid.identification.search.doubts import SINGULAR
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import covariance
 from mechid.parameter import Parameter
-
-PARTNER = 0.9
-"""Magnitude of the correlation from which another parameter has part in a ruined estimate; a choice, not measured."""
-INVOLVED = 0.2
-"""Share of the largest component of a direction from which a parameter is named; a choice, not measured."""
-EQUAL = 0.2
-"""Relative difference of two components that count as the same; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +128,7 @@ def _singular(problem: Problem, q: FloatArray, triangle: Triangle, counted: Bool
     if not size.size or np.any(size == 0.0):
         return None
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
-    if s[-1] > SINGULAR * s[0]:
+    if s[-1] > SEARCH.singular * s[0]:
         return None
     step = np.zeros(problem.size)
     step[counted] = Vt[-1] / size
@@ -143,7 +137,7 @@ def _singular(problem: Problem, q: FloatArray, triangle: Triangle, counted: Bool
     direction = slopes @ step[: problem.space.size]
     rows = [names.index(p.name) for p in seen.parameters]
     moved = _relative(seen, direction[rows])
-    involved = np.flatnonzero(np.abs(moved) > INVOLVED * np.abs(moved).max())
+    involved = np.flatnonzero(np.abs(moved) > VERDICTS.involved * np.abs(moved).max())
     why = f"the smallest singular value is {s[-1] / s[0]:.1g} of the largest"
     return _dependence(seen, int(np.argmax(np.abs(moved))), involved, moved, why)
 
@@ -180,7 +174,7 @@ def _correlated(seen: Seen, options: IdentifyOptions) -> Dependence | None:
 
 
 def _around(seen: Seen, worst: int, why: str) -> Dependence:
-    partners = np.flatnonzero(np.abs(seen.correlation[worst]) > PARTNER)
+    partners = np.flatnonzero(np.abs(seen.correlation[worst]) > VERDICTS.partner)
     return _dependence(seen, worst, partners, _relative(seen, seen.covariance[worst]), why)
 
 
@@ -192,7 +186,7 @@ def _dependence(seen: Seen, ruined: int, involved: NDArray[np.intp], moved: Floa
         involved=tuple(names[i] for i in involved) or (names[ruined],),
         held=names[held],
         why=why,
-        words=in_words([names[i] for i in involved], moved[involved]),
+        words=describe_direction([names[i] for i in involved], moved[involved]),
     )
 
 
@@ -207,7 +201,7 @@ def _relative(seen: Seen, change: FloatArray) -> FloatArray:
     return np.asarray(change / np.where(np.isfinite(scale) & (scale > 0.0), scale, 1.0), dtype=np.float64)
 
 
-def in_words(names: Sequence[str], moved: FloatArray) -> str:
+def describe_direction(names: Sequence[str], moved: FloatArray) -> str:
     """Say which parameters move together, and what of them is left to see.
 
     Parameters
@@ -225,7 +219,7 @@ def in_words(names: Sequence[str], moved: FloatArray) -> str:
         return f"{names[0]} alone moves" if names else ""
     if len(names) == 2:
         (a, b), (x, y) = names, moved
-        equal = abs(abs(x) - abs(y)) < EQUAL * max(abs(x), abs(y))
+        equal = abs(abs(x) - abs(y)) < VERDICTS.equal * max(abs(x), abs(y))
         if x * y > 0.0:
             seen = "their ratio" if equal else "a combination of them"
             return f"{a} and {b} rise together: only {seen} is seen"

@@ -13,28 +13,15 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import in_threads
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
-
-DISPLACED = 1e-9
-"""By so much of its value, or its range, each parameter is displaced: a thousandth of what the best record tells."""
-POINTS = 8
-"""Points of the box that are looked at, the file's own values first; a power of two. Of a record that is chaotic at
-some only, two of the eight speak."""
-WINDOW_S = 0.005
-"""Over which runs are compared: that in which growth looks whether a record is followed."""
-PARTS, STAYING, FEWEST = 10, 8, 40
-"""Equal parts of a record behind the instant at which runs come apart; parts of them that have to hold a window apart
-for the runs to stay so; and windows behind that instant, 0.2 s, from which that can be told. Choices, not measured."""
-LONGEST_S = 20.0
-"""Of a record that is looked at. It bounds the time of a check. A choice, not measured."""
-SAFE = 0.5
-"""Of the time in which runs come apart, what a stretch may have; a choice, not measured."""
+from mechid.identification.search.settings import SEARCH
 
 
-def chaos_warnings(campaign: Campaign, *, points: int = POINTS) -> tuple[str, ...]:
+def chaos_warnings(campaign: Campaign, *, points: int = VERDICTS.points) -> tuple[str, ...]:
     """Return a line for each record to be estimated from whose motion is chaotic, with what to write.
 
     Looked at are the file's own values and, up to so many `points`, some of the box in which the search starts: a
@@ -45,7 +32,7 @@ def chaos_warnings(campaign: Campaign, *, points: int = POINTS) -> tuple[str, ..
         return ()
     problem = Problem(SearchSpace(campaign.mechanism), targets)
     own = problem.coordinates.of_records(problem.start)
-    box = [np.concatenate([row, own]) for row in sample_box(problem.space, POINTS, 0)[:points]]
+    box = [np.concatenate([row, own]) for row in sample_box(problem.space, VERDICTS.points, 0)[:points]]
     looks = [(target, q) for target in targets for q in box]
     apart = in_threads(lambda look: apart_at_s(problem, *look), looks, os.cpu_count() or 1)
     lines = (_line(t.name, apart[k * len(box) : (k + 1) * len(box)]) for k, t in enumerate(targets))
@@ -66,8 +53,9 @@ def _line(record: str, times: list[float | None]) -> str:
 def chaos_words(apart_s: float) -> str:
     """Return what it means that runs come apart after some time, and what to write."""
     return (
-        f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise from "
-        f"{apart_s:.3g} s on, so that no fit of the whole record holds; write stretch_s = {_down(SAFE * apart_s):g} "
+        f"parameters displaced by {VERDICTS.displaced:g} of their values change it by more than the noise from "
+        f"{apart_s:.3g} s on, so that no fit of the whole record holds; "
+        f"write stretch_s = {_down(VERDICTS.safe_share * apart_s):g} "
         "to have it followed in stretches, each from a start of its own"
     )
 
@@ -81,10 +69,10 @@ def apart_at_s(problem: Problem, target: Target, q: FloatArray) -> float | None:
     """
     size = np.maximum(np.abs(q), np.where(np.isfinite(problem.coordinates.span), 1e-3 * problem.coordinates.span, 1.0))
     signs = np.random.default_rng(0).choice([-1.0, 1.0], q.size)
-    together_s = _apart_for_good_s(problem, target, q, DISPLACED * size * signs)
+    together_s = _apart_for_good_s(problem, target, q, VERDICTS.displaced * size * signs)
     if together_s is None:
         return None
-    alone = (DISPLACED * size * signs * one for one in np.eye(q.size))
+    alone = (VERDICTS.displaced * size * signs * one for one in np.eye(q.size))
     apart = any(_apart_for_good_s(problem, target, q, step) is not None for step in alone)
     return together_s if apart else None
 
@@ -92,7 +80,7 @@ def apart_at_s(problem: Problem, target: Target, q: FloatArray) -> float | None:
 def _apart_for_good_s(problem: Problem, target: Target, q: FloatArray, step: FloatArray) -> float | None:
     """Return when the runs at `q` and a step from it come apart and stay so, s; None where they do not."""
     rate = target.base.sample_rate_hz
-    window, stop = max(round(WINDOW_S * rate), 1), min(target.samples, round(LONGEST_S * rate))
+    window, stop = max(round(SEARCH.gate_window_s * rate), 1), min(target.samples, round(VERDICTS.longest_s * rate))
     points = q, problem.coordinates.clip(q + step)
     runs = [problem.model.run(target, point, stop, block=_whole(window)).blocks() for point in points]
     outputs = [(problem.model.output(c.quantity), c.sigma) for c in target.channels]
@@ -123,10 +111,10 @@ def first_apart_for_good(apart: BoolArray) -> int | None:
     400
     """
     found = np.flatnonzero(apart)
-    if not found.size or found[0] == 0 or apart.size - found[0] < FEWEST:  # at once: no noise beside rounding
+    if not found.size or found[0] == 0 or apart.size - found[0] < VERDICTS.fewest_windows:  # 0: noise is rounding alone
         return None
-    parts = np.array_split(apart[found[0] :], PARTS)
-    return int(found[0]) if sum(map(np.any, parts)) >= STAYING else None
+    parts = np.array_split(apart[found[0] :], VERDICTS.parts)
+    return int(found[0]) if sum(map(np.any, parts)) >= VERDICTS.parts_apart else None
 
 
 def _whole(window: int) -> int:

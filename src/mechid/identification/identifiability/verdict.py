@@ -1,7 +1,8 @@
-"""What became of each parameter at the end of a search: estimated, at a bound, or told of by no record."""
+"""Verdict on each parameter at the end of a search: estimated, at a bound, not seen, or not known well enough."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,18 +10,13 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
+from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
-from mechid.parameter import Status
+from mechid.parameter import Parameter, Status
 
 Reason = tuple[Status, str]
 
-LEAST_EXCESS = 1e-7
-"""In SI units; a parameter this little above the one it never lies below is at its least, as static friction; a
-choice, not measured."""
-NOTHING = 1e-3
-"""What the whole range of a coordinate changes of all samples together, in sigmas, and yet is nothing; a choice,
-not measured."""
 IN_NO_STAGE = "in no stage of the campaign file that was worked on"
 FAILED = "the simulation fails here"
 ON_BOUND = "the optimum lies on or beyond the bound of the mechanism file"
@@ -72,7 +68,7 @@ def _at_least(problem: Problem, name: str, excess: float) -> str:
     """Say that a parameter is at its least where that is another one, as static friction at Coulomb friction."""
     plant = problem.space.mechanism.plant
     below = plant.related("above").get(name)
-    if below is None or excess > LEAST_EXCESS:
+    if below is None or excess > VERDICTS.least_excess:
         return ""
     return f"{plant.declarations[name].meaning} is at its least, which is {plant.declarations[below].meaning}"
 
@@ -80,7 +76,7 @@ def _at_least(problem: Problem, name: str, excess: float) -> str:
 def seen_coordinates(problem: Problem, triangle: Triangle) -> BoolArray:
     """Return the coordinates, (n,), whose whole range changes anything of the records."""
     effect = np.linalg.norm(triangle.jacobian, axis=0) * problem.coordinates.span
-    return np.asarray(np.isfinite(effect) & (effect > NOTHING), dtype=np.bool_)
+    return np.asarray(np.isfinite(effect) & (effect > VERDICTS.negligible_change), dtype=np.bool_)
 
 
 def _same(norm: float, other: float) -> bool:
@@ -102,3 +98,32 @@ def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: BoolArray
     here = problem.space.from_values({**values, **{n: v for n, v in found.items() if n not in hidden}})
     own = {q.name: q.value for record in campaign.records for q in record.parameters}
     return np.where(unseen, np.concatenate([here, problem.coordinates.records_point(own)]), q)
+
+
+REMEDY = "its value is where the search left it; add a record that shows it, or give it as a known number"
+
+
+def describe_unknown(parameter: Parameter, value: float, std_error: float) -> str:
+    """Return why records do not know a parameter, with the remedy; empty where they do.
+
+    A standard error above the allowed range over the root of 12, the standard deviation of a value anywhere in it, says
+    less than the range did before; so does one that is not finite.
+
+    Examples
+    --------
+    >>> from mechid.campaign import catalogue_mechanism
+    >>> viscous = catalogue_mechanism().parameters["friction.viscous"]
+    >>> not_known(viscous, 0.006, 0.001)
+    ''
+    >>> not_known(viscous, 0.006, 5e15).partition(";")[0]
+    'not known from these records: its standard error of 5e+15 exceeds what its range of 0 to 0.05 allows'
+    """
+    span = parameter.max - parameter.min
+    least = span / math.sqrt(12.0) if math.isfinite(span) else VERDICTS.most_relative * abs(value) or math.inf
+    if std_error <= least and math.isfinite(std_error):
+        return ""
+    if not math.isfinite(std_error):
+        return f"not known from these records: nothing limits it; {REMEDY}"
+    allowed = f"its range of {parameter.min:.6g} to {parameter.max:.6g} allows"
+    over = f"what {allowed}" if math.isfinite(span) else f"{VERDICTS.most_relative:g} times its value"
+    return f"not known from these records: its standard error of {std_error:.3g} exceeds {over}; {REMEDY}"

@@ -1,4 +1,4 @@
-"""All that the optimiser moves: the mechanism's search coordinates, then those that belong to one record alone.
+"""Coordinates of the optimiser: the search coordinates of the mechanism, then those of single records.
 
 This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
 record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel; or
@@ -21,9 +21,9 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
-from mechid.identification.output_error.instants import INSTANTS
-from mechid.identification.output_error.latest import Latest
-from mechid.identification.output_error.means import Mean, means_of
+from mechid.identification.output_error.point_cache import PointCache
+from mechid.identification.output_error.record_parameters import INSTANTS, Mean, means_of
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.parameter import Parameter
@@ -31,9 +31,6 @@ from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
 from mechid.simulation.time_scale import clock_direction, output_slope
 from mechid.units import angle_difference
-
-ON_BOUND = 1e-6
-"""Share of its range within which a coordinate counts as on its bound; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +85,7 @@ class Coordinates:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     means: tuple[Mean, ...] = ()
     shrinkage: Mapping[str, float] = field(default_factory=dict)
-    _latest: Latest = field(default_factory=Latest, repr=False)
+    _latest: PointCache = field(default_factory=PointCache, repr=False)
 
     @property
     def size(self) -> int:
@@ -176,15 +173,15 @@ class Coordinates:
 
     def on_bound(self, q: FloatArray) -> BoolArray:
         """Return which coordinates stand on a bound of the file, (n,); that of a detent's disc is its radius."""
-        gap = ON_BOUND * self.span
+        gap = PROBLEM.on_bound * self.span
         on = (q - self.lower < gap) | (self.upper - q < gap)
         for j, c in enumerate(self.space.coordinates):
             if c.kind == "excess":
                 static = self.space.mechanism.parameters[c.name]
-                value, near = self.space.values(self.of_mechanism(q))[c.name], ON_BOUND * static.max
+                value, near = self.space.values(self.of_mechanism(q))[c.name], PROBLEM.on_bound * static.max
                 on[j] |= value >= static.max - near or 0.0 < static.min >= value - near
             elif c.kind == "cosine":
-                on[j] = on[j + 1] = math.hypot(q[j], q[j + 1]) > (1.0 - ON_BOUND) * c.upper
+                on[j] = on[j + 1] = math.hypot(q[j], q[j + 1]) > (1.0 - PROBLEM.on_bound) * c.upper
             elif self.space.is_turning(c):
                 on[j] = False
         return np.asarray(on, dtype=np.bool_)

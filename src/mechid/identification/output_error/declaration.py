@@ -1,4 +1,4 @@
-"""How a record was driven and wired: as its campaign file declares it, or as it was taken instead."""
+"""Reading of a record: how it was driven and wired, as its campaign file declares it or as reinterpreted."""
 
 from __future__ import annotations
 

@@ -7,16 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.signal.autoregression import Autoregression
 from mechid.simulation.noted import Jumps
 from mechid.simulation.simulator import BLOCK
 
-JUMP = 0.1
-"""Noise levels by which an output has to jump for its samples to count less: a smaller one takes under 1 % of them."""
-WIDER = 5.0
-"""Times as uncertain a sample at a jump counts as the jump leaves it: one recorder errs alike at every jump, and that
-is no chance. With 1 a recorder without a filter moved parameters by 2.87 standard errors RMS, with 5 by 0.90
-(docs/numerics.md)."""
 NEIGHBOURS = np.array([-2, -1, 1, 2])
 """Samples whose mean, weighted, stands in for what a sample at a jump does not count; a choice, not measured."""
 
@@ -107,13 +102,13 @@ def samples_at(jumps: Jumps, rises: FloatArray, first: int, n: int) -> JumpSampl
     them, alone and side by side, are to leave the same, or a search takes the difference for a step that does not
     descend.
     """
-    high = np.abs(rises) > JUMP
+    high = np.abs(rises) > PROBLEM.jump_sigmas
     at, since, rise = jumps.samples[high] - first, jumps.since[high], rises[high]
     both, cell = np.concatenate([at - 1, at]), np.tile((at + first) // BLOCK, 2)
     variance = np.concatenate([since * rise, (1.0 - since) * rise]) ** 2
     kept = (both >= 0) & (both < n) & ((both + first) // BLOCK == cell)
     places = np.unique(both[kept])
-    counts = 1.0 / np.sqrt(1.0 + WIDER**2 * np.bincount(both[kept], variance[kept], n))
+    counts = 1.0 / np.sqrt(1.0 + PROBLEM.jump_widening**2 * np.bincount(both[kept], variance[kept], n))
     begin = (places + first) // BLOCK * BLOCK - first
     ends = np.maximum(begin, 0)[:, None], np.minimum(begin + BLOCK, n)[:, None] - 1
     about = np.clip(places[:, None] + NEIGHBOURS, *ends)

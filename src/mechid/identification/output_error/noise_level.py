@@ -1,4 +1,4 @@
-"""What is known of a channel's noise before any fit, and what that rests on."""
+"""Noise level of a channel before any fit, and its source."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from mechid.campaign import CampaignRecord, Match
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.signal.moments import standard_deviation
 
-LEAST_SHARE = 1e-6
-"""Of a channel's standard deviation: a level below it is none that arithmetic on the channel keeps."""
 SMALLEST, LARGEST = 1e-150, 1e150
 """Levels in any unit whose squares are ordinary numbers."""
 
@@ -43,7 +42,7 @@ def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
     channel = record.data.channel(match.quantity)
     own, resolution = _own_level(record, match), rounding(record, match)
     source = NoiseSource.RESOLUTION if resolution > own.sigma else own.rests_on
-    least = max(LEAST_SHARE * standard_deviation(channel.data), resolution, SMALLEST)
+    least = max(PROBLEM.least_noise_share * standard_deviation(channel.data), resolution, SMALLEST)
     return NoiseLevel(min(max(own.sigma, least), LARGEST), source)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,10 +13,15 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
-from mechid.identification.output_error.misfit import Window
-from mechid.identification.output_error.model import Model
-from mechid.identification.output_error.reduced import LatestTriangles, norms
-from mechid.identification.output_error.reduction import Triangle, combined, of_rows
+from mechid.identification.output_error.misfit import Model, Window
+from mechid.identification.output_error.reduction import (
+    Triangle,
+    TriangleCache,
+    combine_triangles,
+    norms,
+    triangle_of_rows,
+)
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 
@@ -51,7 +57,7 @@ class Problem:
     shrinkage: Mapping[str, float] = field(default_factory=dict)
     substeps: int = 1
     workers: int = 1
-    latest: LatestTriangles = field(init=False, repr=False, default_factory=LatestTriangles)
+    latest: TriangleCache = field(init=False, repr=False, default_factory=TriangleCache)
 
     @cached_property
     def coordinates(self) -> Coordinates:
@@ -141,12 +147,12 @@ class Problem:
 
     def joint(self, q: FloatArray, windows: Windows) -> Triangle:
         """Return the reduced problem of all targets together, and of the priors."""
-        return combined([*self.triangles(q, windows), *self.prior_triangles(q)])
+        return combine_triangles([*self.triangles(q, windows), *self.prior_triangles(q)])
 
     def prior_triangles(self, q: FloatArray) -> list[Triangle]:
         """Return what the priors add to a joint problem: one triangle, or none where there is no prior."""
         away, J = self.coordinates.prior_rows(q)
-        return [of_rows(away, J)] if away.size else []
+        return [triangle_of_rows(away, J)] if away.size else []
 
     def _over_targets(
         self, what: Callable[[Target, FloatArray, Window], Result], q: FloatArray, windows: Windows
@@ -156,3 +162,30 @@ class Problem:
         order = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
         done = in_threads(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
         return [result for _, result in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]
+
+
+def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
+    """Return the steps a sample, up to 8 times the problem's, that keep every record within the promise at `q`.
+
+    Halving the step cuts the error sixteenfold, so the difference to the halved step is the error.
+    The promise is an RMS error of 1e-5 of the RMS of each channel.
+    """
+    used = [t for t in problem.targets if t.name in windows]
+    for _ in range(PROBLEM.most_doublings):
+        halved = replace(problem, substeps=2 * problem.substeps)
+        if all(_relative_error(problem, halved, t, q, windows[t.name][1]) <= PROBLEM.promised_accuracy for t in used):
+            break
+        problem = halved
+    return problem.substeps
+
+
+def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArray, stop: int) -> float:
+    """Return the RMS difference of two runs over the RMS of the finer one, of the worst channel, block by block."""
+    outputs = [coarse.model.output(quantity) for quantity in target.quantities]
+    error, size = np.zeros(len(outputs)), np.zeros(len(outputs))
+    blocks = zip(coarse.model.run(target, q, stop).blocks(), fine.model.run(target, q, stop).blocks(), strict=True)
+    for rough, exact in blocks:
+        for k, j in enumerate(outputs):
+            error[k] += np.sum((rough.y[:, j] - exact.y[:, j]) ** 2)
+            size[k] += np.sum(exact.y[:, j] ** 2)
+    return math.sqrt(float(np.max(error / np.maximum(size, 1e-300))))

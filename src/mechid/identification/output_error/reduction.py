@@ -1,4 +1,4 @@
-"""Streaming reduction of [Phi r J] to its triangle, block by block, by Householder reflections.
+"""Reduction of a record: its weighted rows [Phi r J], block by block, to a triangle.
 
 After all blocks the rows of Phi (offset, drift: linear, projected out) are dropped. What is left is the
 triangle of [r J]: the residual is (||r||, 0, ..., 0) in its basis, the Jacobian the rest. Memory does not
@@ -8,6 +8,7 @@ grow with the record, and the condition of J is not squared as by normal equatio
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
@@ -15,8 +16,12 @@ from types import ModuleType
 
 import numpy as np
 
-from mechid.arrays import FloatArray
-from mechid.kernel.compiled import compiled_module
+from mechid.arrays import FloatArray, IntArray
+from mechid.identification.output_error.jump_samples import Colour
+from mechid.identification.output_error.misfit import Misfit, Model, Piece, Window, side_by_side
+from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.kernel.compiled import aligned, compiled_module
+from mechid.signal.trend import waves_at
 
 
 @lru_cache(maxsize=1)
@@ -68,7 +73,7 @@ class Triangle:
         return out
 
 
-def finished(R: FloatArray, linear: int, samples: int) -> Triangle:
+def without_projected_rows(R: FloatArray, linear: int, samples: int) -> Triangle:
     """Drop the first `linear` rows of a triangle of [Phi r J] and fix the sign of the residual's."""
     rest = R[linear:, linear:]
     sign = -1.0 if rest[0, 0] < 0.0 else 1.0
@@ -77,17 +82,173 @@ def finished(R: FloatArray, linear: int, samples: int) -> Triangle:
     return Triangle(abs(float(rest[0, 0])), jacobian, samples)
 
 
-def of_rows(r: FloatArray, J: FloatArray) -> Triangle:
+def triangle_of_rows(r: FloatArray, J: FloatArray) -> Triangle:
     """Reduce residuals, (k,), and their derivatives, (k, n), that are at hand as they are."""
     R = np.zeros((J.shape[1] + 1, J.shape[1] + 1))
     absorb(R, np.ascontiguousarray(np.column_stack([r, J]).T), r.size)
-    return finished(R, 0, r.size)
+    return without_projected_rows(R, 0, r.size)
 
 
-def combined(triangles: list[Triangle]) -> Triangle:
+def combine_triangles(triangles: list[Triangle]) -> Triangle:
     """Join the triangles of independent records into one."""
     n = triangles[0].jacobian.shape[1]
     stacked = np.vstack([np.column_stack([t.fun, t.jacobian]) for t in triangles])
     R = np.zeros((n + 1, n + 1))
     absorb(R, np.ascontiguousarray(stacked.T), stacked.shape[0])
-    return finished(R, 0, sum(t.samples for t in triangles))
+    return without_projected_rows(R, 0, sum(t.samples for t in triangles))
+
+
+BETWEEN = 40
+"""Unused numbers behind each row, whole cache lines: of rows that are pages apart the processor confuses the places."""
+
+
+class WeightedRows:
+    """Blocks of the columns of [Phi r J] of a misfit's channels as rows, prefiltered, without what does not count.
+
+    Iteration gives (k, rows, n): n samples of channel k in rows[:, :n], which the next block overwrites. Offset and
+    drift are filtered too. The first samples of a window, as many as the prefilter remembers, rejected ones and as
+    many that follow these are zero: behind each gap the whitening starts anew. Nothing is divided by sigma.
+
+    Attributes
+    ----------
+    energy_lost : list of float
+        By how much the sum of squares of each channel's noise has fallen so far at jumps, in its variances.
+    """
+
+    def __init__(self, misfit: Misfit) -> None:
+        self.misfit, self.window = misfit, misfit.window
+        self.widths = [c.removed + 1 + misfit.width for c in misfit.target.channels]
+        self.energy_lost = [0.0] * len(self.widths)
+
+    def __iter__(self) -> Iterator[tuple[int, FloatArray, int]]:
+        channels = self.misfit.target.channels
+        colours = [Colour.of(c.prefilter) for c in channels]
+        memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
+        apart = self.misfit.run.block + BETWEEN
+        buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
+        for piece in self.misfit:
+            n = piece.samples
+            for k, (channel, rows) in enumerate(zip(channels, buffers, strict=True)):
+                self._write(rows, k, piece)
+                if channel.prefilter is not None:
+                    rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
+                dropped = self._dropped(channel, piece.first, n)
+                rows[:, dropped] = 0.0
+                self.energy_lost[k] += piece.at_jumps(k).energy_lost(colours[k], dropped)
+                yield k, rows, n
+
+    def _write(self, rows: FloatArray, k: int, piece: Piece) -> None:
+        """Write the samples of a piece as rows."""
+        n, channel = piece.samples, self.misfit.target.channels[k]
+        write_removed(rows, channel, self.window, piece.first, n)
+        piece.residual(k, rows[channel.removed, :n])
+        if self.misfit.width:
+            piece.write_slopes(k, rows[channel.removed + 1 :])
+
+    def _dropped(self, channel: TargetChannel, first: int, n: int) -> IntArray:
+        """Return those that do not count of n samples from `first` on."""
+        order = channel.order
+        beginning = np.arange(min(max(self.window[0] + order - first, 0), n))
+        if not channel.rejected.size:
+            return beginning
+        near = channel.rejected_within((first - order, first + n)) - order
+        spoilt = (near[:, np.newaxis] + np.arange(order + 1)).ravel()
+        return np.concatenate([beginning, spoilt[(spoilt >= 0) & (spoilt < n)]])
+
+
+def write_removed(rows: FloatArray, channel: TargetChannel, window: tuple[int, int], first: int, n: int) -> None:
+    """Write what is projected out as rows: offset, drift over the window from -1 to 1, cosine and sine of lines."""
+    if channel.linear > 0:
+        rows[0, :n] = 1.0
+    if channel.linear > 1:
+        middle, half = 0.5 * sum(window), max(0.5 * (window[1] - window[0]), 1.0)
+        rows[1, :n] = (np.arange(first, first + n) - middle) / half
+    for j, pair in enumerate(waves_at(channel.turns, np.arange(first, first + n))):
+        row = channel.linear + 2 * j
+        rows[row, :n], rows[row + 1, :n] = pair
+
+
+def reduce_channels(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[list[FloatArray], bool]:
+    """Return each channel's triangle of [Phi r J] in sigmas, and whether the simulation succeeded."""
+    misfit = Misfit(model, target, q, window, jacobian=True)
+    rows = WeightedRows(misfit)
+    triangles = [np.zeros((width, width)) for width in rows.widths]
+    for k, block, n in rows:
+        absorb(triangles[k], block, n)
+    _into_sigmas(triangles, rows)
+    return triangles, misfit.succeeded
+
+
+def norms(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
+    """Return ||r|| of a target in a window at several points, projected, in sigmas; inf where a simulation failed."""
+    found = []
+    for misfits in side_by_side(model, [(target, q) for q in points], window):
+        rows = [WeightedRows(misfit) for misfit in misfits]
+        triangles = [[np.zeros((width, width)) for width in own.widths] for own in rows]
+        for parts in zip(*rows, strict=True):
+            for R, (k, block, n) in zip(triangles, parts, strict=True):
+                absorb(R[k], block, n)
+        for own, R in zip(rows, triangles, strict=True):
+            _into_sigmas(R, own)
+        pairs = zip(misfits, triangles, strict=True)
+        found += [_norm(target, window, R) if misfit.succeeded else np.inf for misfit, R in pairs]
+    return found
+
+
+def _into_sigmas(triangles: Sequence[FloatArray], rows: WeightedRows) -> None:
+    """Divide each channel's triangle of [Phi r J] by its noise, and put in what the noise lost at jumps.
+
+    That is one more residual, which no parameter moves. Without it a model with many jumps would leave less than the
+    noise, be they there or not, and a comparison of models would favour it.
+    """
+    for R, channel, lost in zip(triangles, rows.misfit.target.channels, rows.energy_lost, strict=True):
+        R[:, channel.removed :] /= channel.scale
+        if lost > 0.0:
+            row = np.zeros((R.shape[0], 1))
+            row[channel.removed] = np.sqrt(lost)
+            absorb(R, row, 1)
+
+
+def _norm(target: Target, window: Window, triangles: Sequence[FloatArray]) -> float:
+    each = []
+    for channel, R in zip(target.channels, triangles, strict=True):
+        each.append(without_projected_rows(R, channel.removed, window[1] - window[0]).norm)
+    return each[0] if len(each) == 1 else float(np.linalg.norm(each))
+
+
+def triangle(model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
+    """Return the reduced problem of a target in a window, of all its channels together; NaN where it failed."""
+    each = channel_triangles(model, target, q, window)
+    if each is None:
+        size = model.coordinates.size
+        lost = np.full((1 + size, size), np.nan)
+        return Triangle(np.inf, lost, (window[1] - window[0]) * len(target.channels))
+    return each[0] if len(each) == 1 else combine_triangles(each)
+
+
+def channel_triangles(model: Model, target: Target, q: FloatArray, window: Window) -> list[Triangle] | None:
+    """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
+    triangles, succeeded = reduce_channels(model, target, q, window)
+    if not succeeded:
+        return None
+    n = window[1] - window[0]
+    return [without_projected_rows(R, c.removed, n) for c, R in zip(target.channels, triangles, strict=True)]
+
+
+class TriangleCache:
+    """The triangle of each record where it was last reduced: an end is looked at from several sides.
+
+    It belongs to one problem. Another problem, be it by a weight alone, has another one, which begins empty.
+    """
+
+    def __init__(self) -> None:
+        self._by_record: dict[str, tuple[tuple[Target, bytes, Window], Triangle]] = {}
+
+    def of(self, model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
+        """Return the triangle of a target at a point, worked out unless it is the one that was worked out last."""
+        key = target, q.tobytes(), window
+        last = self._by_record.get(target.name)
+        if last is None or last[0] != key:
+            last = key, triangle(model, target, q, window)
+            self._by_record[target.name] = last
+        return last[1]

@@ -1,4 +1,4 @@
-"""Search coordinates: what the optimiser moves, and how that moves kernel and file values.
+"""Search coordinates of a mechanism, and their maps to kernel values and file values.
 
 Positive parameters are searched by their logarithm, a detent with free amplitude and phase by its
 cosine and sine part (at zero amplitude the phase is not dead), a parameter that never lies below another,
@@ -15,11 +15,9 @@ from functools import cached_property
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.identification.output_error.settings import PROBLEM
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
-
-LEAST_AMPLITUDE = 1e-12
-"""N m; below it a detent's phase has no derivative worth the name."""
 
 
 @dataclass(frozen=True)
@@ -243,7 +241,7 @@ class SearchSpace:
                 if c.kind == "sine":
                     toward, across = math.sin(phase), math.cos(phase)
                 out[i, j] = toward
-                out[names.index(c.partner), j] = math.degrees(across / max(amplitude, LEAST_AMPLITUDE))
+                out[names.index(c.partner), j] = math.degrees(across / max(amplitude, PROBLEM.least_amplitude_nm))
             elif c.kind == "excess":
                 out[i, j] = carried[c.name]
             else:

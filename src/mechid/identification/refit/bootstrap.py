@@ -25,12 +25,13 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import combined
+from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target
 from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
+from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.optimum import Optimum
-from mechid.identification.search.doubts import refused_gain
-from mechid.identification.search.solve import solve
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.kernel.batch.source import SETS
 from mechid.shown import Shown
@@ -39,15 +40,6 @@ from mechid.units import angle_difference
 
 QUANTILES = (0.025, 0.975)
 """Of an interval of 95 %."""
-WARM_UP = 20_000
-"""Samples drawn and dropped before those of a coloured record, until it has forgotten where it began. Poles of
-radius 0.999 have fallen to 2e-9 by then."""
-ELSEWHERE = 1e-6
-"""Chance at which a distance from the estimate, in its own covariance, is no scatter any more; a choice, not
-measured."""
-REFUSED = 1.0
-"""Sigmas squared that a fit may still promise where it stops; what moves no parameter by more than its standard
-error."""
 
 
 class DrawOutcome(Enum):
@@ -169,7 +161,7 @@ def _world(optimum: Optimum) -> _World:
     problem, q, windows = replace(optimum.problem, workers=1), optimum.q, optimum.windows
     used = [t for t in problem.targets if t.name in windows]
     noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
-    triangle = combined(problem.triangles(q, windows))
+    triangle = combine_triangles(problem.triangles(q, windows))
     counted = seen_coordinates(problem, triangle) & ~problem.coordinates.on_bound(q)
     robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
     values, vectors = np.linalg.eigh(robust)
@@ -214,7 +206,7 @@ def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem
 
 
 def _near(world: _World, at: FloatArray, problem: Problem, end: Arrived) -> dict[str, object]:
-    far = _distance(world, end.q - at) > chdtri(int(world.counted.sum()), ELSEWHERE)
+    far = _distance(world, end.q - at) > chdtri(int(world.counted.sum()), REFIT.elsewhere)
     outcome = DrawOutcome.ELSEWHERE if far else DrawOutcome.CONVERGED
     return {"outcome": outcome.code, "cost": end.cost, "values": problem.coordinates.values(end.q)}
 
@@ -227,9 +219,9 @@ def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -
         outcome = DrawOutcome.FAILED
     elif not solution.converged:
         outcome = DrawOutcome.NOT_CONVERGED
-    elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
+    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         outcome = DrawOutcome.CLIFF
-    elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), ELSEWHERE):
+    elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), REFIT.elsewhere):
         outcome = DrawOutcome.ELSEWHERE
     return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.coordinates.values(solution.q)}
 
@@ -244,7 +236,7 @@ def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
 
 
 def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
-    white = model.sigma * rng.standard_normal(samples + (WARM_UP if model.order else 0))
+    white = model.sigma * rng.standard_normal(samples + (REFIT.warm_up if model.order else 0))
     return model.coloured(white, np.zeros(model.order))[0][-samples:]
 
 

@@ -16,19 +16,13 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
 from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.reduction import WeightedRows
 from mechid.identification.output_error.target import Target
-from mechid.identification.output_error.weighted_rows import WeightedRows
-from mechid.identification.search.solve import NEGLIGIBLE
+from mechid.identification.refit.settings import REFIT
+from mechid.identification.search.settings import SEARCH
 
-ENOUGH = 0.1 * NEGLIGIBLE
+ENOUGH = 0.1 * SEARCH.negligible_fall
 """Promised fall of the cost, in sigmas squared, at which a draw has arrived: less than elsewhere, as the slopes err."""
-STEPS = 6
-"""Most steps: two or three bring a draw to its optimum, and where six do not, a threshold lies between."""
-MOST_NUMBERS = 100_000_000
-"""Numbers of derivatives that are kept; beyond, each draw is refitted as any record is. They take 0.8 GB."""
-WEAK = 1e-12
-"""Share of the largest eigenvalue below which a direction is not seen. Rounding of sums of squares is some 1e-16 of
-it; a choice between."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +53,7 @@ def chord_at(problem: Problem, q: FloatArray, windows: Windows, moving: BoolArra
     """Return the derivatives of a problem at `q`; None where they are too many to keep."""
     used = [t for t in problem.targets if t.name in windows]
     samples = sum((windows[t.name][1] - windows[t.name][0]) * len(t.channels) for t in used)
-    if samples * problem.size > MOST_NUMBERS:
+    if samples * problem.size > REFIT.most_numbers:
         return None
     slopes = {t.name: _slopes(problem, t, q, windows[t.name]) for t in used}
     J = problem.joint(q, windows).jacobian[:, moving]
@@ -89,7 +83,7 @@ def _inverse(J: FloatArray) -> FloatArray:
     """Return (J^T J)^-1, without the directions that the records do not see."""
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     values, vectors = np.linalg.eigh((J / scale).T @ (J / scale))
-    seen = values > WEAK * values.max(initial=0.0)
+    seen = values > REFIT.weak * values.max(initial=0.0)
     half = vectors[:, seen] / np.sqrt(values[seen]) / scale[:, np.newaxis]
     return np.asarray(half @ half.T)
 
@@ -107,7 +101,7 @@ def arrived(chord: Chord, draws: Sequence[Problem], start: FloatArray, windows: 
     """
     found: list[Arrived | None] = [None] * len(draws)
     points, left = [start.copy() for _ in draws], list(range(len(draws)))
-    for _ in range(STEPS):
+    for _ in range(REFIT.chord_steps):
         gradients, costs = _looked_at([draws[k] for k in left], [points[k] for k in left], chord, windows)
         going = []
         for k, gradient, cost in zip(left, gradients, costs, strict=True):

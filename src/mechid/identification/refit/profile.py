@@ -26,27 +26,15 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import directed
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.optimum import Optimum
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.search.doubts import refused_gain
-from mechid.identification.search.solve import solve
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.stages.freeze import without
 
 QUANTILE = float(chdtri(1, 0.05))
 """Of chi-square of one degree: an interval of 95 %."""
-STEP = 0.4
-"""What the root of the cost's rise is to grow by from point to point; a choice, not measured."""
-JUMP = 1.2
-"""Growth of that root between neighbours that is looked into. Three steps in one."""
-HALVINGS = 10
-"""Of the gap between two points where the cost jumps: to a thousandth of it."""
-MOST = 60
-"""Steps on each side; a choice, not measured."""
-COLOURED = 1.1
-"""Robust over white variance from which colour counts; a choice, not measured."""
-REFUSED = 1.0
-"""Sigmas squared that a fit may still promise where it stops; what moves no parameter by more than its standard
-error."""
 
 
 class SideEnd(Enum):
@@ -170,12 +158,12 @@ class _Side:
         points = [Point(self.value, 0.0, q)]
         step, limit = self.sign * self._first_step(), self._limit()
         level = max(_levels(self.own))
-        while len(points) < MOST and points[-1].rise < level and points[-1].value != limit:
+        while len(points) < REFIT.most_steps and points[-1].rise < level and points[-1].value != limit:
             value = points[-1].value + step
             value = limit if self.sign * (value - limit) >= 0.0 else value
             point = self._refitted(value, points)
             before = points[-1].root
-            points += [*self._between(points, point, HALVINGS), point]
+            points += [*self._between(points, point, REFIT.halvings), point]
             step *= self._growth(before, point)
         return points, self.cliffs
 
@@ -185,12 +173,12 @@ class _Side:
         if point.rise < 0.0:
             return 1.0
         grown = point.root - before
-        return min(max(STEP / grown, 0.3), 3.0) if grown > 0.0 else 3.0
+        return min(max(REFIT.step / grown, 0.3), 3.0) if grown > 0.0 else 3.0
 
     def _first_step(self) -> float:
         """Return the step by which the root of the rise should grow as wanted, from the local error."""
         error = self.own.std_error_white or self.own.std_error
-        return float(STEP * error) if error else 1e-3 * max(abs(self.value), 1e-6)
+        return float(REFIT.step * error) if error else 1e-3 * max(abs(self.value), 1e-6)
 
     def _limit(self) -> float:
         """Return the bound on this side; of an angle that has none, half a turn away."""
@@ -200,7 +188,7 @@ class _Side:
     def _between(self, points: Sequence[Point], far: Point, halvings: int) -> list[Point]:
         """Return points between the last one and a further one that show whether the cost jumps there."""
         near = points[-1]
-        if not abs(far.root - near.root) > JUMP:
+        if not abs(far.root - near.root) > REFIT.jump:
             return []
         if halvings == 0:
             first, second = sorted((near.value, far.value))
@@ -246,7 +234,7 @@ def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> d
     note = ""
     if not solution.converged:
         note = "not converged"
-    elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
+    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         note = "stopped at a threshold"
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 
@@ -255,7 +243,7 @@ def _levels(own: ParameterEstimate) -> list[float]:
     """Return the level of white residuals, and where they are coloured the level of theirs."""
     error, white = own.std_error, own.std_error_white
     ratio = (error / white) ** 2 if error and white else 1.0
-    return [QUANTILE, QUANTILE * ratio] if max(ratio, 1.0 / ratio) > COLOURED else [QUANTILE]
+    return [QUANTILE, QUANTILE * ratio] if max(ratio, 1.0 / ratio) > REFIT.coloured else [QUANTILE]
 
 
 Walked = tuple[list[Point], list[Cliff]]
@@ -287,7 +275,7 @@ def _crossing(points: Sequence[Point], cliffs: Sequence[Cliff], level: float) ->
     """Return where a side rises over a level, and how it ended."""
     i = next((i for i, p in enumerate(points) if p.rise >= level), None)
     if i is None:
-        return None, SideEnd.OPEN if len(points) >= MOST else SideEnd.BOUND
+        return None, SideEnd.OPEN if len(points) >= REFIT.most_steps else SideEnd.BOUND
     inside, outside = points[i - 1], points[i]
     if any({c.below, c.above} == {inside.value, outside.value} for c in cliffs):
         return inside.value, SideEnd.CLIFF

@@ -12,7 +12,7 @@ from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import make_problem
-from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import Fit
@@ -22,8 +22,8 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
-from mechid.identification.uncertainty.noise import released, without_outliers
-from mechid.identification.uncertainty.raised_noise import at_levels_of
+from mechid.identification.uncertainty.noise import release_noise, without_outliers
+from mechid.identification.uncertainty.noise_levels import with_saved_levels
 from mechid.parameter import Status
 
 
@@ -45,13 +45,13 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     values = {name: p.value for name, p in fit.parameters.items() if p.status in (*MOVED, Status.FROZEN)}
     with one_core_algebra():
         problem = replace(make_problem(campaign, workers), shrinkage=_small_priors(fit))
-        problem, q, windows = _first_point(campaign, at_levels_of(problem, fit.records), values)
+        problem, q, windows = _first_point(campaign, with_saved_levels(problem, fit.records), values)
         problem, q = _as_moved(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
         options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
         if options.spikes == "reject" and not campaign.stages:
             problem = without_outliers(problem, q, windows)
-        problem, _ = released(problem, q, windows, options)
+        problem, _ = release_noise(problem, q, windows, options)
         if options.priors == "search":
             problem = replace(problem, priors={})
         solution = solve(problem, q, windows)

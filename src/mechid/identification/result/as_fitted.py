@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.disturbance.declared import Declared, recalled_record
-from mechid.identification.disturbance.disturbance import with_lines
+from mechid.identification.effects.campaign_disturbances import Declared, recalled_record
+from mechid.identification.effects.disturbance import with_lines
 from mechid.identification.output_error.declaration import record_as_read
 from mechid.identification.result.fit import Fit
 

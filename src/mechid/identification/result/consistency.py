@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
-BY_CHANCE = 4.0
-"""Standard deviations of chance up to which parts that scatter agree: 17 campaigns with a complete model reached 0.9 at
-most, and of 41 with an effect left out 39 exceeded it."""
+from mechid.identification.result.settings import GRADE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +33,7 @@ class Scatter:
     @property
     def agrees(self) -> bool:
         """Whether noise alone explains it."""
-        return self.z <= BY_CHANCE if self.by_ratio is None else self.ratio < self.by_ratio
+        return self.z <= GRADE.by_chance if self.by_ratio is None else self.ratio < self.by_ratio
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
-from mechid.identification.output_error.inputs import file_digest
+from mechid.identification.output_error.identity import file_digest
 from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency

@@ -13,12 +13,11 @@ from mechid.errors import InputFileError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.settings import GRADE
 
 FILE_NAME = "journal.jsonl"
 FINISHED = "finished"
 """The event with which the search ends."""
-EVERY_S = 1.0
-"""At most so often it is noted where the search stands; a choice, not measured."""
 
 
 def identified_campaign(folder: Path) -> Path:
@@ -56,7 +55,7 @@ class StageLines:
             self._note_stage(self.latest)
         self.latest = progress
         self.over_noise = progress.over_noise or self.over_noise
-        if time.perf_counter() - self.noted >= EVERY_S:
+        if time.perf_counter() - self.noted >= GRADE.noted_every_s:
             self.noted = time.perf_counter()
             self.journal.note("progress", **_entries(progress), **self._reached(progress))
 

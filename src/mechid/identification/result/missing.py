@@ -11,14 +11,9 @@ import numpy as np
 from scipy.special import chdtrc
 
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
-from mechid.identification.disturbance.declared import declared_toml
-from mechid.identification.disturbance.disturbance import Disturbance, Found
+from mechid.identification.effects.disturbance import Disturbance, Found
+from mechid.identification.result.settings import GRADE
 from mechid.signal.grid import together
-
-NEAR = 0.01
-"""Relative distance within which lines are those of one multiple of the grid."""
-MOST_NAMED = 8
-"""Values that a warning names; a choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +139,7 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
         share=found.share,
         p_value=float(chdtrc(one.dof, found.chi_square)),
         records=one.records,
-        toml=declared_toml(one, {name: p.value for name, p in own.items()}),
+        toml=one.toml({name: p.value for name, p in own.items()}),
     )
 
 
@@ -168,7 +163,7 @@ def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
     Of several lines, which follow a slow drift, it is that of one sine of the same power.
     """
     channel = next(iter(record.channels.values()), None)
-    near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < NEAR]
+    near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < GRADE.near_multiple]
     if channel is None or not near:
         return None
     error = record.residual_rms * math.sqrt(2.0 / max(record.samples, 1))
@@ -178,7 +173,7 @@ def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
 def missing_warning(missing: Missing) -> str:
     """Say what was added to a fit, and how to declare it or to keep it out."""
     values = [f"{name} = {_with_error(p)}" for name, p in missing.parameters.items()]
-    found = ", ".join([*values[:MOST_NAMED], "..."] if len(values) > MOST_NAMED else values)
+    found = ", ".join([*values[: GRADE.most_named], "..."] if len(values) > GRADE.most_named else values)
     where = "what declares it is in missing of estimate.json"
     option = 'disturbances = "none"'
     if missing.block:  # a term or law of the mechanism

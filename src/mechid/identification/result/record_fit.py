@@ -1,10 +1,10 @@
-"""Fit of one record at the end of a search."""
+"""Fit of one record at the end of a search, with the noise of each channel as known and as the fit leaves it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,21 +13,64 @@ from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.misfit import misfit_series
+from mechid.identification.output_error.noise_level import NoiseLevel, NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
 from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.channel_noise import ChannelNoise, channel_noises
 from mechid.identification.result.record_result import RecordFit
-from mechid.identification.search.gates import chance_of, followed
-from mechid.signal.following import WINDOW_S, following, out_of_step
+from mechid.identification.search.gates import chance_limit_of, followed_samples
+from mechid.signal.following import following, out_of_step
 from mechid.signal.moments import norm
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
 from mechid.signal.series import Series, blocks, counting, is_finite, mean_of, stretch_of
+from mechid.signal.settings import SERIES
 from mechid.signal.stored import Room, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """Noise of a channel.
+
+    Attributes
+    ----------
+    known : NoiseLevel
+        Before the fit.
+    found : NoiseLevel
+        The same, or the residual's RMS where the search raised the level.
+    follows : float
+        Standard deviation by which it is judged how far the model follows the record, in the SI unit.
+    """
+
+    known: NoiseLevel
+    found: NoiseLevel
+    follows: float
+
+
+def channel_noises(record: CampaignRecord, targets: Sequence[Target]) -> dict[str, ChannelNoise]:
+    """Return the noise of a record's channels by quantity, with the targets as the fit leaves them.
+
+    What is not fitted takes the level to which its quantity was raised in all that is fitted.
+    """
+    return {match.quantity: _channel_noise(record, match, targets) for match in record.matches}
+
+
+def _channel_noise(record: CampaignRecord, match: Match, targets: Sequence[Target]) -> ChannelNoise:
+    known = known_noise(record, match)
+    loudest = max(_like(record, match, targets), key=lambda c: c.raised, default=None)
+    if loudest is None or known.rests_on is NoiseSource.DECLARED or loudest.sigma <= known.sigma:
+        return ChannelNoise(known, known, known.sigma)
+    return ChannelNoise(known, NoiseLevel(loudest.sigma, NoiseSource.RESIDUAL), loudest.raised)
+
+
+def _like(record: CampaignRecord, match: Match, targets: Sequence[Target]) -> list[TargetChannel]:
+    """Return the raised channels whose noise is that of a match: its own, or where it is not fitted all of its kind."""
+    fitted = [(t.name, c) for t in targets for c in t.channels if c.quantity == match.quantity]
+    alike = [c for name, c in fitted if name == record.name] or [c for _, c in fitted]
+    return alike if all(c.raised > 0.0 for c in alike) else []
 
 
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
@@ -38,7 +81,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     channels = _channels(record, target, problem, q, window, noises)
     leading = channels[record.leading]
     judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
-    follows = followed(problem, judged, q)
+    follows = followed_samples(problem, judged, q)
     whole = (0, target.samples)
     everywhere = channels if window == whole else _channels(record, target, problem, q, whole, noises)
     return RecordFit(
@@ -148,7 +191,7 @@ def _followed(
     if channel.linear:
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
-    chance = chance_of(max(WINDOW_S * rate, 1.0))
+    chance = chance_limit_of(max(SERIES.follow_window_s * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
     late = out_of_step(r, rate, full_step) if full_step else None
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 from mechid.arrays import FloatArray
-from mechid.identification.beside.beside import Beside
-from mechid.identification.disturbance.disturbance import Found
+from mechid.identification.effects.disturbance import Found
+from mechid.identification.effects.effect import Beside
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport

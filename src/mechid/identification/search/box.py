@@ -1,4 +1,4 @@
-"""The box in which a search begins: what a catalogue may be wrong by, and points that fill it evenly.
+"""Box of start points of a search, by the errors that catalogues have, and points that fill it evenly.
 
 A parameter lies within its declared spread around the catalogue's value, or is a typical share of a scale that the
 others make.

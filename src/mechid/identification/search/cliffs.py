@@ -1,4 +1,4 @@
-"""Cliffs: where a stick/slip hangs by a thread, the solver refuses every step short of the optimum.
+"""Cliffs of the cost, where a small parameter change flips a stick-slip event and the solver refuses every step.
 
 The cost inside a branch (an order of stick and slip) is smooth, and the derivatives promise an optimum that
 lies in another branch, whose cost is higher. The best point of this branch lies then on its edge, seldom
@@ -16,15 +16,7 @@ from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target
-
-SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Of the way to the promised optimum, around which draws are made. A choice, not measured."""
-WIDTHS = (0.1, 0.2, 0.4, 0.8)
-"""Of these draws, in standard deviations. A choice, not measured."""
-DRAWS = 16
-"""At each share and width. A choice, not measured."""
-BEGINNINGS = (0.125, 0.25, 0.5, 1.0)
-"""Shares of a record that are tried before the next longer one. It saves time alone. A choice, not measured."""
+from mechid.identification.search.settings import SEARCH
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +70,11 @@ def _parts(problem: Problem, q: FloatArray, windows: Windows) -> list[list[_Part
         (t, (start, start + max(round(share * (stop - start)), 1)))
         for t in used
         for start, stop in (windows[t.name],)
-        for share in BEGINNINGS
+        for share in SEARCH.cliff_beginnings
     ]
     triangles = in_threads(lambda piece: problem.triangle(piece[0], q, piece[1]), pieces, problem.workers)
     parts = [_Part(*piece, triangle) for piece, triangle in zip(pieces, triangles, strict=True)]
-    return [parts[i : i + len(BEGINNINGS)] for i in range(0, len(parts), len(BEGINNINGS))]
+    return [parts[i : i + len(SEARCH.cliff_beginnings)] for i in range(0, len(parts), len(SEARCH.cliff_beginnings))]
 
 
 def _broken(
@@ -113,9 +105,9 @@ def _draws(problem: Problem, q: FloatArray, triangles: list[Triangle], rng: np.r
     step = -root @ (U.T @ r)
     points = [
         q + share * step + width * root @ rng.standard_normal(q.size)
-        for share in SHARES
-        for width in WIDTHS
-        for _ in range(DRAWS)
+        for share in SEARCH.cliff_shares
+        for width in SEARCH.cliff_widths
+        for _ in range(SEARCH.cliff_draws)
     ]
     return problem.coordinates.clip(np.asarray(points))
 

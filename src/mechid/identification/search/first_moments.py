@@ -8,28 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.output_error.misfit import Window, misfit_series_of
-from mechid.identification.output_error.model import Model
+from mechid.identification.output_error.misfit import Model, Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-
-WINDOW_S = 0.06
-"""Of each record, in which starts are judged: 100 of 100 random mechanisms were found with it (make recovery)."""
-ROBUST_SIGMAS = 20.0
-"""At which the soft loss bends: with it 100 of 100 were found (make recovery); not varied."""
-FLOOR_S, MOVES = 0.015, 8.0
-"""Length of the rest that a channel is compared with, s, and the deviation from it, in sigmas, that counts as motion.
-A window that holds less motion than this length begins later."""
-LEAD_S = 0.005
-"""Rest that a later window keeps before the motion, s: a start that moves too early must cost something."""
-QUIET = 0.01
-"""Share of the variance behind the first step, below which a record counts as at rest before it; a choice, not
-measured."""
-LONGEST_REST_S = 2.0
-"""Rest up to which the window follows the motion, s. All of it is simulated at each of the 2048 starts: 2 s at 10 kHz
-take 3 s of CPU a record."""
-BLOCK = 65536
-"""Most samples that are compared with the rest in one go."""
+from mechid.identification.search.settings import SEARCH
 
 
 def first_window(target: Target) -> Window:
@@ -40,19 +22,19 @@ def first_window(target: Target) -> Window:
     said to begin. Where they are never at rest, as under hum, or show nothing, it is the first step commanded.
     """
     rate, first = target.base.sample_rate_hz, target.burn_in
-    moves = motion_begins(target, LONGEST_REST_S)
+    moves = motion_begins(target, SEARCH.longest_rest_s)
     if not _is_late(target, moves):
         step = _first_step(target)
         moves = step if _is_late(target, step) and _is_quiet_before(target, step) else first
     if moves > first:
-        first = moves - round(LEAD_S * rate)
-    return first, min(target.samples, first + round(WINDOW_S * rate))
+        first = moves - round(SEARCH.lead_s * rate)
+    return first, min(target.samples, first + round(SEARCH.first_window_s * rate))
 
 
 def _is_late(target: Target, moves: int) -> bool:
     """Tell whether a motion begins too late for the window behind the burn-in, and early enough to be simulated."""
     rest_s = (moves - target.burn_in) / target.base.sample_rate_hz
-    return WINDOW_S - FLOOR_S < rest_s <= LONGEST_REST_S and moves < target.samples
+    return SEARCH.first_window_s - SEARCH.floor_s < rest_s <= SEARCH.longest_rest_s and moves < target.samples
 
 
 def _first_step(target: Target) -> int:
@@ -66,9 +48,10 @@ def _first_step(target: Target) -> int:
 
 def _is_quiet_before(target: Target, step: int) -> bool:
     """Tell whether all channels move much less in the window behind the burn-in than in the one from a step on."""
-    size = round(WINDOW_S * target.base.sample_rate_hz)
+    size = round(SEARCH.first_window_s * target.base.sample_rate_hz)
     return all(
-        np.var(c.measured[target.burn_in : target.burn_in + size]) < QUIET * np.var(c.measured[step : step + size])
+        np.var(c.measured[target.burn_in : target.burn_in + size])
+        < SEARCH.quiet * np.var(c.measured[step : step + size])
         for c in target.channels
     )
 
@@ -79,7 +62,7 @@ def motion_begins(target: Target, within_s: float = math.inf) -> int:
     Samples that come later than `within_s` behind the burn-in are not read.
     """
     rate = target.base.sample_rate_hz
-    least, window = max(int(FLOOR_S * rate), 8), max(round(WINDOW_S * rate), 8)
+    least, window = max(int(SEARCH.floor_s * rate), 8), max(round(SEARCH.first_window_s * rate), 8)
     stop = target.samples if math.isinf(within_s) else min(target.samples, target.burn_in + round(within_s * rate) + 1)
     moves = min(first_motion(channel, (target.burn_in, stop), least, window) for channel in target.channels)
     return moves if moves < stop else target.samples
@@ -94,10 +77,10 @@ def first_motion(channel: TargetChannel, within: Window, least: int, block: int)
     start, stop = within
     rest = float(np.median(channel.measured[start : min(start + least, stop)]))
     while start < stop:
-        moving = np.abs(channel.measured[start : min(start + block, stop)] - rest) > MOVES * channel.sigma
+        moving = np.abs(channel.measured[start : min(start + block, stop)] - rest) > SEARCH.moves * channel.sigma
         if moving.any():
             return start + int(np.argmax(moving))
-        start, block = start + block, min(2 * block, BLOCK)
+        start, block = start + block, min(2 * block, SEARCH.block)
     return stop
 
 
@@ -130,13 +113,13 @@ def first_residuals(
 
 
 def robust_cost(residual: FloatArray) -> float:
-    """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
+    """Return the soft-L1 cost at `SEARCH.robust_sigmas`; inf where the simulation failed."""
     return float(robust_costs(residual[np.newaxis])[0])
 
 
 def robust_costs(residuals: FloatArray) -> FloatArray:
     """Return that of each row."""
     with np.errstate(over="ignore", invalid="ignore"):  # what grew beyond all numbers failed too
-        square = (residuals / ROBUST_SIGMAS) ** 2
-        costs = 2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square)), axis=1)
+        square = (residuals / SEARCH.robust_sigmas) ** 2
+        costs = 2.0 * SEARCH.robust_sigmas**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square)), axis=1)
     return np.where(np.isfinite(costs), costs, math.inf)

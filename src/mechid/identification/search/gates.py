@@ -22,26 +22,13 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.first_moments import FLOOR_S, motion_begins
-from mechid.identification.search.moving_starts import Horizons, Lifted, after_those_at_rest, begun_anew
+from mechid.identification.search.first_moments import motion_begins
+from mechid.identification.search.run_up import Horizons, Lifted, grow_from_records_at_rest, restart_records
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.series import stretch_of
 from mechid.signal.stored import Room, room_for
 from mechid.signal.trend import Line, fit_line
-
-WINDOW_S, DIVERGED_AT, BEYOND_S, ROUNDS = 0.005, 4.0, 0.08, 80
-"""Window in which the mean squared residual stays below a limit, sigmas squared; how far past the horizons escapes
-are judged; most rounds. 100 of 100 were found with them (make recovery); none was varied by itself."""
-SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-"""Widths of the escape's draws, in standard deviations of the present posterior; a choice, not measured."""
-DRAWS, WINNERS = 32, 3
-"""At each width, and of them those that are refitted."""
-START_ROUNDS = 12
-"""Rounds in which a start alone is refined; a choice, not measured."""
-PATIENCE = 4
-"""Rounds without a new furthest reach after which something else is tried; a choice, not measured."""
-BLOCK, SHORT = 65536, 1024
-"""Samples looked at in one go, and simulated in one go: a run that loses its record soon ends soon."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +45,7 @@ class Growth:
         return sum(self.horizons.values()) / sum(t.samples for t in problem.targets)
 
 
-def floors(problem: Problem) -> Horizons:
+def least_horizons(problem: Problem) -> Horizons:
     """Return the least horizon of each record, past its burn-in: 15 ms, or one window past the first motion."""
     return {t.name: _floor(t) for t in problem.targets}
 
@@ -66,12 +53,12 @@ def floors(problem: Problem) -> Horizons:
 def _floor(target: Target) -> int:
     """Return the least horizon by the channel that moves first."""
     rate = target.base.sample_rate_hz
-    least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
+    least, window = max(int(SEARCH.floor_s * rate), 8), max(int(SEARCH.gate_window_s * rate), 4)
     return min(max(target.burn_in + least, motion_begins(target) + window), target.samples)
 
 
 def horizon(
-    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = DIVERGED_AT
+    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = SEARCH.diverged_at
 ) -> int:
     """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them.
 
@@ -83,7 +70,7 @@ def horizon(
     window = gate_window(target)
     traces = [_Trace(channel, room_for(target.samples), most) for channel in target.channels]
     tested = 0
-    for piece in Misfit(problem.model, target, q, (0, target.samples), block=SHORT):
+    for piece in Misfit(problem.model, target, q, (0, target.samples), block=SEARCH.short_block):
         for k, trace in enumerate(traces):
             trace.take(piece, k)
         if not all(np.isfinite(trace.residual[piece.stop - 1 : piece.stop][0]) for trace in traces):
@@ -131,7 +118,7 @@ class _Trace:
         return max(good)
 
     def _good_windows(self, line: Line, first: int, samples: int, window: int) -> int:
-        step = max(BLOCK // window, 1) * window
+        step = max(SEARCH.block // window, 1) * window
         for start in range(first, first + samples, step):
             stop = min(start + step, first + samples)
             off = self.residual[start:stop] - line.at(start, stop)
@@ -144,10 +131,10 @@ class _Trace:
     @property
     def _limit(self) -> float:
         """Mean square that is no chance: rounding alone may stand at 3 of its variances for as long as it likes."""
-        return max(self.most, DIVERGED_AT * (self.channel.rounding / self.channel.sigma) ** 2)
+        return max(self.most, SEARCH.diverged_at * (self.channel.rounding / self.channel.sigma) ** 2)
 
 
-def followed(problem: Problem, target: Target, q: FloatArray, *, most: float = DIVERGED_AT) -> int:
+def followed_samples(problem: Problem, target: Target, q: FloatArray, *, most: float = SEARCH.diverged_at) -> int:
     """Return how many samples the model at `q` follows, whatever comes after."""
     gate = _floor(target)
     while True:
@@ -163,34 +150,34 @@ def horizons_at(
     gates: Mapping[str, int],
     least: Mapping[str, int],
     *,
-    most: float = DIVERGED_AT,
+    most: float = SEARCH.diverged_at,
 ) -> Horizons:
     """Return the horizon of every record at `q`."""
     return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
 
 
-def chance(problem: Problem) -> float:
+def chance_limit(problem: Problem) -> float:
     """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
-    return chance_of(min(map(gate_window, problem.targets)))
+    return chance_limit_of(min(map(gate_window, problem.targets)))
 
 
-def chance_of(samples: float) -> float:
+def chance_limit_of(samples: float) -> float:
     """Return a mean square of so many independent samples that is exceeded once in 1e9 times, in sigmas squared."""
     return float(chdtri(samples, 1e-9)) / samples
 
 
 def gate_window(target: Target) -> int:
     """Return how many samples a target's windows have, 5 ms of them."""
-    return max(int(WINDOW_S * target.base.sample_rate_hz), 4)
+    return max(int(SEARCH.gate_window_s * target.base.sample_rate_hz), 4)
 
 
-def grow(
+def grow_horizons(
     problem: Problem,
     q: FloatArray,
     rng: np.random.Generator,
     progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
     *,
-    most: float = DIVERGED_AT,
+    most: float = SEARCH.diverged_at,
     escapes: float = math.inf,
     journal: Journal | None = None,
 ) -> Growth:
@@ -198,15 +185,15 @@ def grow(
     if problem.anchored is not problem:
 
         def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
-            found = grow(part, at, rng, lambda *moved: progress(*lifted(*moved)), most=most, journal=journal)
+            found = grow_horizons(part, at, rng, lambda *moved: progress(*lifted(*moved)), most=most, journal=journal)
             return found.q, dict(found.horizons)
 
-        q = after_those_at_rest(problem, q, floors(problem), grow_part, partial(_some_rounds, most=most))
+        q = grow_from_records_at_rest(problem, q, least_horizons(problem), grow_part, partial(_some_rounds, most=most))
     done, own = journal or Journal(), [identity(problem), most]
-    least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
+    least, whole = least_horizons(problem), {t.name: t.samples for t in problem.targets}
     gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
     furthest, stalled = 0, 0
-    for rounds in range(1, ROUNDS + 1):
+    for rounds in range(1, SEARCH.rounds + 1):
         before = gates
         q, gates, settled = done.step("growth round", [own, q, gates], partial(_round, problem, q, gates, least, most))
         progress(q, gates)
@@ -214,7 +201,7 @@ def grow(
             return Growth(q, gates, True, rounds)
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
         furthest = max(furthest, sum(gates.values()))
-        if stalled >= PATIENCE or (settled and gates == before):
+        if stalled >= SEARCH.patience or (settled and gates == before):
             escapes -= 1
             work = partial(_escape, problem, q, gates, least, rng, most)
             escaped = done.step("escape", [own, q, gates], work, rng) if escapes >= 0 else None
@@ -222,11 +209,11 @@ def grow(
                 return Growth(q, gates, False, rounds)
             q, gates = escaped
             stalled = 0
-    return Growth(q, gates, False, ROUNDS)
+    return Growth(q, gates, False, SEARCH.rounds)
 
 
 def _followed_at(problem: Problem, q: FloatArray, least: Horizons, most: float) -> Horizons:
-    return {t.name: max(followed(problem, t, q, most=most), least[t.name]) for t in problem.targets}
+    return {t.name: max(followed_samples(problem, t, q, most=most), least[t.name]) for t in problem.targets}
 
 
 def _round(
@@ -257,7 +244,8 @@ def _escape(
         return begun
     root = _posterior_root(problem, q, gates)
     draws = [
-        problem.coordinates.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T) for scale in SCALES
+        problem.coordinates.clip(q + scale * rng.standard_normal((SEARCH.escape_draws, problem.size)) @ root.T)
+        for scale in SEARCH.escape_widths
     ]
 
     def longer(moved: FloatArray) -> tuple[FloatArray, Horizons] | None:
@@ -266,7 +254,7 @@ def _escape(
 
     for some in draws:
         gains = [_gain_beyond(problem, open_targets, gates, draw, most) for draw in some]
-        for i in [i for i in np.argsort(gains, kind="stable")[::-1][:WINNERS] if gains[i] > 0]:
+        for i in [i for i in np.argsort(gains, kind="stable")[::-1][: SEARCH.escape_winners] if gains[i] > 0]:
             found = longer(_refitted(problem, some[i], gates, least, most)) or longer(some[i])
             if found:
                 return found
@@ -285,7 +273,7 @@ def _begun_anew(
     problem: Problem, q: FloatArray, targets: list[Target], gates: Horizons, least: Horizons, most: float
 ) -> tuple[FloatArray, Horizons] | None:
     """Return where other starts of the records that begin in motion and are not followed lead; None where nowhere."""
-    moved = begun_anew(problem, q, gates, partial(_some_rounds, most=most), targets=targets)
+    moved = restart_records(problem, q, gates, partial(_some_rounds, most=most), targets=targets)
     if moved is q:
         return None
     found = horizons_at(problem, moved, gates, least, most=most)
@@ -294,7 +282,7 @@ def _begun_anew(
 
 def _some_rounds(problem: Problem, q: FloatArray, gates: Horizons, *, most: float) -> tuple[FloatArray, Horizons]:
     """Return where some rounds lead as long as the horizons grow, and how far these are then."""
-    for _ in range(START_ROUNDS):
+    for _ in range(SEARCH.start_rounds):
         q = _some_steps(problem, q, gates).q
         further = horizons_at(problem, q, gates, gates, most=most)
         if further == gates:
@@ -313,7 +301,7 @@ def _gain_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: Fl
     """Return how many samples more than the gates the model at `q` follows, 80 ms past them at most."""
     gain = 0
     for target in targets:
-        gate, past = gates[target.name], int(BEYOND_S * target.base.sample_rate_hz)
+        gate, past = gates[target.name], int(SEARCH.beyond_s * target.base.sample_rate_hz)
         gain += min(horizon(problem, target.beginning(gate + past), q, gate, 0, most=most), gate + past) - gate
     return gain
 
@@ -329,7 +317,7 @@ def _posterior_root(problem: Problem, q: FloatArray, gates: Horizons) -> FloatAr
 def _cost_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: FloatArray) -> float:
     total = 0.0
     for target in targets:
-        stop = min(gates[target.name] + int(BEYOND_S * target.base.sample_rate_hz), target.samples)
+        stop = min(gates[target.name] + int(SEARCH.beyond_s * target.base.sample_rate_hz), target.samples)
         norm = problem.norm(target, q, (0, stop))
         total += norm**2 if math.isfinite(norm) else math.inf
     return total

@@ -24,35 +24,22 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import (
-    ROBUST_SIGMAS,
     first_residuals,
     first_samples,
     first_window,
     robust_cost,
     robust_costs,
 )
-from mechid.identification.search.run_up import TRIES, run_up
-from mechid.identification.search.solve import NEGLIGIBLE, descend
+from mechid.identification.search.run_up import run_up
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.search.solve import descend
 from mechid.kernel.batch.source import SETS
 
-POINTS = 2048
-"""Of the box. With these figures 100 of 100 random mechanisms were found (make recovery); none was varied by
-itself."""
-CHUNK = 64
-"""Points that are noted in the journal together."""
-STARTS = 16
-"""Points that are refined."""
-BATCH = 4
-"""Starts refined together; mostly the first batch holds the answer."""
-STEPS, FURTHER_STEPS = 24, 48
-"""Robust steps of a start, and of those that were not good enough."""
 NO_WINDOWS: Windows = MappingProxyType({})
-GOOD = 2.0
-"""Robust cost a sample, in sigmas squared, at which the first window counts as explained; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -102,10 +89,10 @@ def robust_triangle(problem: Problem, q: FloatArray, windows: Windows = NO_WINDO
     for target in problem.targets:
         rows = _first_rows(problem, target, q, windows.get(target.name) or first_window(target))
         cost += robust_cost(rows[0])
-        rows *= (1.0 + (rows[0] / ROBUST_SIGMAS) ** 2) ** -0.25
+        rows *= (1.0 + (rows[0] / SEARCH.robust_sigmas) ** 2) ** -0.25
         absorb(R, rows, rows.shape[1])
         samples += rows.shape[1]
-    weighted = finished(R, 0, samples)
+    weighted = without_projected_rows(R, 0, samples)
     jacobian = weighted.jacobian
     jacobian[0] *= weighted.norm / max(math.sqrt(cost), 1e-300)
     return Triangle(math.sqrt(cost), jacobian, samples)
@@ -138,21 +125,21 @@ def multistart(
 ) -> list[Candidate]:
     """Return the best of all sampled points in order of robust cost, not yet refined."""
     noted, own = journal or Journal(), identity(problem)
-    mechanism_points = sample_box(problem.space, POINTS, seed)
+    mechanism_points = sample_box(problem.space, SEARCH.points, seed)
     tail = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
     targets = sorted(problem.targets, key=first_energy, reverse=True)
     cost = partial(_costs_run_up, problem, targets)
-    for first in range(0, POINTS, CHUNK):
-        some = points[first : first + CHUNK]
-        cap = sorted(costs)[STARTS - 1] + NEGLIGIBLE if len(costs) >= STARTS else math.inf
+    for first in range(0, SEARCH.points, SEARCH.chunk):
+        some = points[first : first + SEARCH.chunk]
+        cap = sorted(costs)[SEARCH.starts - 1] + SEARCH.negligible_fall if len(costs) >= SEARCH.starts else math.inf
         tasks = [(some[k : k + SETS], cap) for k in range(0, len(some), SETS)]
         costs += noted.step("starts", [own, seed, first, cap], partial(_of_all, cost, tasks, workers))
-        progress(first + len(some), POINTS)
+        progress(first + len(some), SEARCH.points)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
-    best = islice(_ranked(drawn), STARTS)
-    return [replace(start, q=run_up(problem, start.q, tries=TRIES)) for start in best]
+    best = islice(_ranked(drawn), SEARCH.starts)
+    return [replace(start, q=run_up(problem, start.q, tries=SEARCH.run_up_tries)) for start in best]
 
 
 def _of_all(cost: Callable[[Any], list[float]], tasks: Sequence[Any], workers: int) -> list[float]:
@@ -177,7 +164,7 @@ def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:
     left = [c for c in drawn if math.isfinite(c.cost)]
     while left:
         least = min(c.cost for c in left)
-        yield left.pop(next(i for i, c in enumerate(left) if c.cost <= least + NEGLIGIBLE))
+        yield left.pop(next(i for i, c in enumerate(left) if c.cost <= least + SEARCH.negligible_fall))
 
 
 def candidates(
@@ -189,20 +176,20 @@ def candidates(
     come last, refined further: most are on their way along the valley of coil resistance, inductance and
     torque constant, and growth from where they stop on it fails.
     """
-    enough = GOOD * sum(first_samples(t) * len(t.channels) for t in problem.targets)
+    enough = SEARCH.good_cost * sum(first_samples(t) * len(t.channels) for t in problem.targets)
     noted = journal or Journal()
     seen: list[Candidate] = []
     left: list[Candidate] = []
     for batch in _batches(starts):
-        refined = _refined(problem, batch, STEPS, workers, noted)
+        refined = _refined(problem, batch, SEARCH.robust_steps, workers, noted)
         left += [c for c in refined if c.cost > enough]
         yield from _unseen([c for c in refined if c.cost <= enough], seen)
     for batch in _batches(list(_ranked(left))):
-        yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers, noted), seen)
+        yield from _unseen(_refined(problem, batch, SEARCH.further_steps, workers, noted), seen)
 
 
 def _batches(some: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
-    return (some[first : first + BATCH] for first in range(0, len(some), BATCH))
+    return (some[first : first + SEARCH.batch] for first in range(0, len(some), SEARCH.batch))
 
 
 def _refined(
@@ -234,6 +221,6 @@ def refine(problem: Problem, candidate: Candidate, steps: int, windows: Windows 
         (problem.coordinates.lower, problem.coordinates.upper),
         steps=steps,
         tolerance=1e-8,
-        negligible=NEGLIGIBLE,
+        negligible=SEARCH.negligible_fall,
     )
     return Candidate(found.q, found.triangle.cost, found.triangle.jacobian)

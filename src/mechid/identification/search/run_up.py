@@ -1,4 +1,4 @@
-"""Where records that begin in motion may begin: what the model does when it is stepped from some time before.
+"""Starts of records that begin in motion: run up from an earlier time, or begun anew with the mechanism held.
 
 The states at the first sample are found by the fit; this is where the search for them begins. From rest at the
 commanded angle a fit inside the first moments goes astray: it bends the mechanism to a start that is far off.
@@ -7,7 +7,7 @@ commanded angle a fit inside the first moments goes astray: it bends the mechani
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,19 +17,11 @@ from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import first_residual, robust_cost
+from mechid.identification.search.settings import SEARCH
 from mechid.kernel.start import off_rest
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.start import states_in
 from mechid.simulation.trajectory import SimulationOutcome
-
-STEPS, SHORTEST_S = 8.0, 0.3
-"""Full steps before the first sample from which the model is stepped, and the shortest time that this may be. With
-it three cut records are found within 0.8 standard errors from 20 % off (docs/identification.md, Starts); not
-varied."""
-ELECTRICAL = 4.0
-"""Full steps after which the coils are as they were."""
-TRIES = 32
-"""States that are tried where a motion does not come to repeat; a choice, not measured."""
 
 
 def run_up(
@@ -56,7 +48,7 @@ def run_up(
     return q
 
 
-def gone_on(problem: Problem, q: FloatArray, target: Target) -> FloatArray | None:
+def continued_start(problem: Problem, q: FloatArray, target: Target) -> FloatArray | None:
     """Return a point whose target begins as the model comes out of the stretch before it; None where there is none."""
     before = next((t for t in problem.targets if _leads_to(t, target)), None)
     if before is None:
@@ -102,8 +94,8 @@ def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[
     command, step_s = target.command, 1.0 / max(abs(target.command.start_rate), 1e-9)
     if command.begun_s <= 0.0 or not any(is_of_start(p) for p in target.moved):
         return []
-    period_s = min(ELECTRICAL * step_s, command.begun_s)
-    first = max(math.ceil(max(SHORTEST_S, STEPS * step_s) / period_s), 1)
+    period_s = min(SEARCH.electrical_steps * step_s, command.begun_s)
+    first = max(math.ceil(max(SEARCH.run_up_s, SEARCH.run_up_steps * step_s) / period_s), 1)
     periods = min(first + tries - 1, math.floor(command.begun_s / period_s * (1.0 + 1e-9)))
     n = max(math.ceil(period_s * target.base.sample_rate_hz), 1)
     earlier = command.begun_at(command.begun_s - periods * period_s)
@@ -130,3 +122,86 @@ def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[
 
 def _states(run: Run) -> FloatArray:
     return states_in(run.simulator.kernel, run.buffers)
+
+
+Horizons = dict[str, int]
+Rounds = Callable[[Problem, FloatArray, Horizons], tuple[FloatArray, Horizons]]
+"""Where growth from a point and its horizons leads, and the horizons there."""
+
+
+Lifted = Callable[[FloatArray, Horizons], tuple[FloatArray, Horizons]]
+"""From a point of a part of the records, and horizons there, to all of them."""
+
+
+def grow_from_records_at_rest(
+    problem: Problem,
+    q: FloatArray,
+    least: Horizons,
+    grow_part: Callable[[Problem, FloatArray, Lifted], tuple[FloatArray, Horizons]],
+    rounds: Rounds,
+) -> FloatArray:
+    """Return where the records that begin at rest lead, and from there each that begins in motion by its start alone.
+
+    A start that is free explains the first moments with nearly any mechanism: in a short gate both go astray together.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,)
+    least : dict of str to int
+        Least horizon of each record, samples.
+    grow_part : callable
+        Grows the horizons of a part of the records from a point of it.
+    rounds : callable
+        As of `restart_records`.
+    """
+    part = problem.anchored
+    names = [t.name for t in part.targets]
+    own = part.coordinates.records_point(problem.coordinates.values(q))
+
+    def lifted(moved: FloatArray, gates: Horizons) -> tuple[FloatArray, Horizons]:
+        return problem.lifted(part, moved, q), {**least, **gates}
+
+    found = grow_part(part, np.concatenate([part.coordinates.of_mechanism(q), own]), lifted)
+    moving = [t for t in problem.targets if t.name not in names]
+    return restart_records(problem, *lifted(*found), rounds, targets=moving)
+
+
+def restart_records(
+    problem: Problem, q: FloatArray, gates: Horizons, rounds: Rounds, *, targets: Sequence[Target]
+) -> FloatArray:
+    """Return a point at which records are followed further by another start of theirs; the same one where none is.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,)
+    gates : dict of str to int
+        How far each is followed, samples.
+    rounds : callable
+        Grows the horizon of one of them with nothing but its start free.
+    targets : sequence of Target
+        Those that are not followed to their ends, in the order in which they are tried.
+    """
+    for target in targets:
+        for point in (
+            continued_start(problem, q, target),
+            run_up(problem, q, targets=[target], tries=SEARCH.run_up_tries),
+        ):
+            if point is None or np.array_equal(point, q):
+                continue
+            moved, reached = _by_its_start(problem, target, point, gates[target.name], rounds)
+            if reached > gates[target.name]:
+                q = moved
+                break
+    return q
+
+
+def _by_its_start(problem: Problem, target: Target, q: FloatArray, gate: int, rounds: Rounds) -> tuple[FloatArray, int]:
+    """Return a point after the horizon of one record has grown with nothing but its start free, and that horizon."""
+    alone = problem.only([target.name]).with_mechanism_held(q)
+    own = [n for n, name in enumerate(problem.coordinates.names) if name in alone.coordinates.own_names]
+    at, gates = rounds(alone, q[own], {target.name: gate})
+    moved = q.copy()
+    moved[own] = at
+    return moved, gates[target.name]

@@ -1,4 +1,4 @@
-"""The trust-region solver on reduced triangles, and what a converged point says of its parameters."""
+"""The trust-region solver on reduced triangles, and what a point where it stopped says of its parameters."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.search.settings import SEARCH
 
-NEGLIGIBLE = 1e-3
-"""A fall of the cost, in sigmas squared, that moves no parameter by more than a thirtieth of its standard error."""
 AT_OPTIMUM = "The derivatives promise no further fall of the cost."
 REFUSED = 1e75
 """The norm of a failed simulation: no other comes near, and SciPy can still square and divide it."""
@@ -59,7 +58,7 @@ def solve(
         return problem.joint(x, windows)
 
     bounds = (problem.coordinates.lower, problem.coordinates.upper)
-    return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=NEGLIGIBLE)
+    return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=SEARCH.negligible_fall)
 
 
 def descend(
@@ -139,3 +138,20 @@ def covariance(triangle: Triangle) -> FloatArray:
     s = np.maximum(s, 1e-14 * s[0]) if s.size and s[0] > 0.0 else np.ones_like(s)
     half = (Vt.T / s) / scale[:, None]
     return np.asarray(half @ half.T, dtype=np.float64)
+
+
+def promised_fall(triangle: Triangle, counted: BoolArray) -> float:
+    """Return by how much the cost would fall yet if it were as smooth as its derivatives say.
+
+    At an optimum this is nothing. At a cliff, where a touch of zero speed does or does not stick, the solver
+    refuses every step and stops all the same.
+    """
+    U, s, _ = _decomposed(triangle, counted)
+    return float(triangle.cost * np.sum(U[0, s > SEARCH.singular * s.max(initial=0.0)] ** 2))
+
+
+def _decomposed(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    J = triangle.jacobian[:, counted]
+    size = np.linalg.norm(J, axis=0)
+    U, s, Vt = np.linalg.svd(J / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    return U, s, Vt

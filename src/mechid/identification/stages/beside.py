@@ -14,30 +14,21 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.beside.beside import Beside, law_beside, lifted, terms_beside
-from mechid.identification.beside.groups import groups_of, needed
-from mechid.identification.contradiction.agreement import explains
-from mechid.identification.disturbance.disturbance import Disturbance, Found, without
-from mechid.identification.disturbance.possible import possible
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import Disturbance, Found, without
+from mechid.identification.effects.effect import Beside, distance_from_null, law_beside, lifted, terms_beside
+from mechid.identification.effects.pruning import groups_of, needed_groups
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, floors, grow, horizons_at
+from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.needed_terms import drop_unneeded_terms, judged
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.raised_noise import explained_mostly
+from mechid.identification.uncertainty.noise_levels import explains_most
 from mechid.plant.superset import Superset, rivals_of, superset_of
-
-ESCAPES = 3
-"""Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
-NARROWER = 20.0
-"""By which the small prior of a term is narrower once it is not needed inside the gates; a choice, not measured."""
-RIVALS = 3
-"""Laws beside that do not explain the first moments and are grown all the same: those with the best starts; a
-choice, not measured."""
-STEPS = 30
-"""Of the joint fit that shows which disturbances are needed; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +71,9 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
     wide, _ = _all_beside(louder.problem, campaign, q, near=True)
     if wide is None:
         return None
-    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
+    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
     whole = {t.name: t.samples for t in wide.problem.targets}
-    follows = horizons_at(wide.problem, solution.q, whole, floors(wide.problem)) == whole
+    follows = horizons_at(wide.problem, solution.q, whole, least_horizons(wide.problem)) == whole
     return wide.at(Growth(solution.q, whole, follows, 0))
 
 
@@ -93,15 +84,15 @@ def settled_louder(
 
     None where most of a record is not explained there.
     """
-    if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
+    if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.growth.q):
         return None
     if not _needs_terms(fitted):
         alone = watch.note(louder.at(growth.q, growth.horizons))
-        return (alone, growth) if explained_mostly(louder.problem, growth.q) else None
+        return (alone, growth) if explains_most(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
     plain = Beside(louder.problem.space.mechanism).problem(louder.problem, [one.disturbance for one in found])
-    state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explained_mostly)
+    state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)
     return watch.note(state), replace(fitted.growth, q=state.q)
 
 
@@ -145,7 +136,9 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
         share = 100.0 * sum(gates.values()) / total
         watch.tell("added terms", f"{share:.1f} % of all samples followed")
 
-    return grow(problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=ESCAPES, journal=watch.journal)
+    return grow_horizons(
+        problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=STAGES.term_escapes, journal=watch.journal
+    )
 
 
 def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:
@@ -156,30 +149,22 @@ def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]
 def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
     """Return the problem with what is not needed inside the gates held closer to none; None where all is needed."""
     windows = {name: (0, n) for name, n in wide.growth.horizons.items()}
-    solution = solve(wide.problem, wide.growth.q, windows, steps=STEPS, tolerance=1e-6)
+    solution = solve(wide.problem, wide.growth.q, windows, steps=STAGES.joint_steps, tolerance=1e-6)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         return None
     groups = groups_of(wide.problem, _groups(wide, superset))
-    away = _away(wide.problem, solution.q)
-    kept = needed(solution.triangle, away, groups, sum(wide.growth.horizons.values()))
+    away = distance_from_null(wide.problem, solution.q)
+    kept = needed_groups(solution.triangle, away, groups, sum(wide.growth.horizons.values()))
     if len(kept) == len(groups):
         return None
     terms = superset.terms if superset else ()
-    closer = {n: w / NARROWER for t in terms if t.name not in kept for n, w in t.widths.items()}
+    closer = {n: w / STAGES.narrower for t in terms if t.name not in kept for n, w in t.widths.items()}
     beside = replace(wide.beside, widths={**wide.beside.widths, **closer})
     lost = [one for one in wide.disturbances if one.name not in kept]
     q = solution.q - np.where([name in closer for name in wide.problem.coordinates.names], away, 0.0)
     problem, q = without(replace(wide.problem, shrinkage=beside.widths), q, lost)
     rest = tuple(one for one in wide.disturbances if one.name in kept)
     return Wide(problem, beside, rest, replace(wide.growth, q=q))
-
-
-def _away(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return how far each coordinate of a term or a disturbance is from where it is none."""
-    values = problem.space.values(problem.coordinates.of_mechanism(q))
-    nulls = {c.parameter.name: values.get(c.parameter.replaces, c.parameter.value) for c in problem.coordinates.own}
-    own = problem.coordinates.of_records(q) - [nulls[c.parameter.name] for c in problem.coordinates.own]
-    return np.concatenate([problem.coordinates.of_mechanism(q), own])
 
 
 def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[SearchState, Growth] | None:
@@ -193,9 +178,9 @@ def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[S
     own = [one.disturbance for one in found]
     plain = Beside(state.problem.space.mechanism).problem(state.problem, own)
     values = problem.coordinates.values(q)
-    alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
+    alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STAGES.joint_steps, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    follows = horizons_at(plain, alone, whole, floors(plain)) == whole
+    follows = horizons_at(plain, alone, whole, least_horizons(plain)) == whole
     if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
         growth = _grow(watch, plain, alone, seed)
         if not growth.complete:
@@ -211,13 +196,13 @@ def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatA
     """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
     if not wide.disturbances:
         return (), wide.problem, wide.growth.q
-    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
+    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         return tuple(Found(one, 0.0, 0.0) for one in wide.disturbances), wide.problem, wide.growth.q
     named = {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
     samples = sum(t.samples for t in wide.problem.targets)
     groups = groups_of(wide.problem, named)
-    rises = needed(solution.triangle, _away(wide.problem, solution.q), groups, samples)
+    rises = needed_groups(solution.triangle, distance_from_null(wide.problem, solution.q), groups, samples)
     rises |= {one.name: _fall(wide.problem, solution.q, one) for one in wide.disturbances if not one.parameters}
     lost = [one for one in wide.disturbances if one.name not in rises]
     total = sum(rises.values())
@@ -248,7 +233,7 @@ def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int
                 return found
         else:
             left.append((beside, best))
-    nearest = sorted(left, key=lambda each: each[1].cost)[:RIVALS]
+    nearest = sorted(left, key=lambda each: each[1].cost)[: STAGES.alternatives]
     grown = (_grown_rival(watch, state, beside, best, seed) for beside, best in nearest)
     return next((found for found in grown if found is not None), None)
 

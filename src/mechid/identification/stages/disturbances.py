@@ -1,36 +1,140 @@
-"""Disturbances that the records ask for, put in where a fit without them leaves more than noise, else nothing."""
+"""Missing effects of a search: disturbances that the records ask for, and laws in place of those that imitate them.
+
+They are put in where a fit without them leaves more than noise, else nothing is.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from mechid.campaign import Campaign
-from mechid.identification.disturbance.disturbance import Disturbance, Found, carried, with_disturbances, without
-from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import Score, scores, worth_of
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import Disturbance, Found, carried, with_disturbances, without
+from mechid.identification.effects.effect import law_beside, lifted
+from mechid.identification.effects.scores import Score, count_effective_samples, scores
+from mechid.identification.effects.selection import add_likeliest, better_law, drop_unneeded, gain
+from mechid.identification.effects.settings import DURING_FIT, EffectRules
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
-from mechid.identification.stages.over_noise import over_noise
 from mechid.identification.stages.release import fit_with_noise_released
-from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.deviations import deviations
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.stages.watch import Watch, residual_to_noise
+from mechid.identification.uncertainty.model_error import deviations_from_null
+from mechid.identification.uncertainty.settings import NOISE
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import Law, rivals_of
 
-LEAST = 30.0
-"""Chi-square from which a disturbance counts, whatever its freedom: by chance, one in 2e7 of one degree."""
-SHARE = 0.5
-"""Of what records hold beyond their noise, that a disturbance has to explain: with less, the mechanism lacks
-something that it imitates. Without it voltages were named for phases apart and temperatures for a torque
-harmonic (docs/identification.md)."""
-LEAST_DEVIATION = 4.0
-"""Standard errors, widened by what the model lacks, by which one of its parameters has to be off none. Without it
-voltages were named for hysteresis in the gear (the same page)."""
-ROUGH = 1e-6
-"""Relative fall of the cost at which a fit that shows whether a disturbance is there may stop; a choice, not
-measured."""
+
+@dataclass(frozen=True, eq=False)
+class SearchedModel:
+    """A state of a search as a candidate of the selection of effects; its fits are stages of the search.
+
+    Attributes
+    ----------
+    watch : Watch
+    state : SearchState
+        Its `found` are the effects.
+    names : tuple of str
+        What is free beside them.
+    possible : tuple of Disturbance
+        That the records may have.
+    released : bool
+        Whether the noise counts as the fit has released it, not as known before the search.
+    """
+
+    watch: Watch
+    state: SearchState
+    names: tuple[str, ...]
+    possible: tuple[Disturbance, ...] = ()
+    released: bool = False
+    _less: dict[str, SearchedModel] = field(default_factory=dict, init=False)
+
+    @property
+    def rules(self) -> EffectRules:
+        """How much an effect has to explain."""
+        return DURING_FIT
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the disturbances that it has."""
+        return tuple(found.disturbance.name for found in self.state.found)
+
+    @cached_property
+    def cost(self) -> float:
+        """Sum of squares: over whole records at their noise as known before the search, or of all that is released."""
+        if self.released:
+            return self.state.problem.total_norm(self.state.q, self.state.windows) ** 2
+        ratios = _over_noise(self.watch, self.state)
+        return sum(ratios[t.name] ** 2 * t.samples for t in self.state.problem.targets)
+
+    @property
+    def misfit(self) -> float:
+        """What of it is beyond noise."""
+        return max(self.cost - sum(t.samples for t in self.state.problem.targets), 0.0)
+
+    @cached_property
+    def effective_samples(self) -> float:
+        """Effective samples of all records."""
+        return count_effective_samples(self.state.problem, self.state.q, self.state.windows)
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of its disturbances and of its law."""
+        new = self.state.beside.new if self.state.beside else ()
+        return sum(found.disturbance.dof for found in self.state.found) + len(new)
+
+    def scores(self) -> Mapping[str, Score]:
+        """Return the score of each disturbance that the records may have."""
+        return scores(self.state.problem, self.state.q, self.state.windows, self.possible) if self.possible else {}
+
+    def without_what_it_frees(self) -> SearchedModel:
+        """Return it with those left that the records may have beside its own: not its clock in another form."""
+        own = [found.disturbance for found in self.state.found]
+        return replace(self, possible=tuple(one for one in self.possible if not any(map(one.frees_as, own))))
+
+    def with_effect(self, effect: str) -> SearchedModel:
+        """Return it with one more disturbance, fitted; what it explains is noted with it."""
+        one = next(one for one in self.possible if one.name == effect)
+        problem = with_disturbances(self.state.problem, [one])
+        begun = self.state.of(problem).at(carried(self.state.problem, self.state.q, problem))
+        names = (*self.names, *(p.name for p in one.parameters))
+        more = self._fitted(begun, f"with {one.name}", names, Found(one, math.nan, math.nan))
+        score = gain(self, more)
+        found = Found(one, score.chi_square, score.share)
+        return replace(more, state=replace(more.state, found=(*self.state.found, found)))
+
+    def without(self, effect: str) -> SearchedModel:
+        """Return it without one of its disturbances, fitted; what has been fitted once is kept."""
+        if effect not in self._less:
+            self._less[effect] = self._fitted(self._lacking(effect), f"without {effect}", self.names)
+        return self._less[effect]
+
+    def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
+        """Return it with a law in place of the disturbance that imitates it, fitted."""
+        alone, beside = self._lacking(law.imitated_by), law_beside(plain, law)
+        problem = beside.problem(alone.problem)
+        begun = replace(alone.of(problem).at(lifted(alone.problem, alone.q, problem)), beside=beside)
+        return self._fitted(begun, f"{law.name} in place of {law.imitated_by}", (*self.names, *sorted(beside.new)))
+
+    def _lacking(self, effect: str) -> SearchState:
+        one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
+        rest = tuple(found for found in self.state.found if found.disturbance is not one)
+        problem, q = without(self.state.problem, self.state.q, [one])
+        return replace(self.state.of(problem).at(q), found=rest)
+
+    def _fitted(self, begun: SearchState, name: str, names: tuple[str, ...], *further: Found) -> SearchedModel:
+        state = joint_fit(self.watch, self.watch.note(begun), name, names, tolerance=self.rules.tolerance)
+        return replace(self, state=replace(state, found=(*state.found, *further)))
+
+    def is_better_than(self, other: SearchedModel) -> bool:
+        """Tell whether the Bayesian criterion prefers it to another one, at the noise as released."""
+        penalty = math.log(max(other.effective_samples, math.e))
+        return self.cost < other.cost + (other.freedom - self.freedom) * penalty
 
 
 def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
@@ -41,43 +145,66 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     explains most of what is beyond noise stays. The noise is then released anew, from where it is known.
     """
     plain = fit_with_noise_released(watch, state, campaign.options, names)
-    at = _with_all_asked_for(watch, state, plain, campaign, names)
-    fitted = plain if at.found == state.found else fit_released_anew(watch, at, campaign, names)
-    while doubted := [found for found in fitted.found if not _stands_out(fitted, found.disturbance)]:
-        at = _fitted_without(watch, at, doubted[-1], names)
-        fitted = plain if at.found == state.found else fit_released_anew(watch, at, campaign, names)
+    at = replace(with_noise_as_known(watch, state), q=plain.q)
+    model = SearchedModel(watch, at, names)
+    if _asks(watch, plain):
+        watch.tell("disturbances", "what records have beside the mechanism is looked for")
+        model = _with_all_asked_for(replace(model, possible=possible(plain.problem, campaign, plain.q)))
+    fitted = _released(model, state, plain, campaign)
+    while doubted := [found.disturbance for found in fitted.found if not _stands_out(fitted, found.disturbance)]:
+        model = model.without(doubted[-1].name)
+        fitted = _released(model, state, plain, campaign)
     return watch.note(fitted)
 
 
-def _with_all_asked_for(
-    watch: Watch, state: SearchState, plain: SearchState, campaign: Campaign, names: tuple[str, ...]
-) -> SearchState:
-    """Return the state, its noise as known, with the disturbances that explain what a fit without them leaves."""
-    at = replace(with_noise_as_known(watch, state), q=plain.q)
-    if not _asks(watch, plain):
-        return at
-    watch.tell("disturbances", "what records have beside the mechanism is looked for")
-    some = possible(plain.problem, campaign, plain.q)
-    while some:
-        better = _with_one_more(watch, at, some, names)
-        if better is None:
-            break
-        at = _each_needed(watch, better, names)
-        some = tuple(one for one in some if not any(one.frees_as(found.disturbance) for found in at.found))
-    return at
+def _with_all_asked_for(model: SearchedModel) -> SearchedModel:
+    """Return the model with the disturbances that explain what a fit without them leaves."""
+    while better := add_likeliest(model, {}):
+        model = better
+        for _, fewer in drop_unneeded(better, better.effects[:-1]):
+            model = fewer
+        model.watch.note(model.state)
+        model = model.without_what_it_frees()
+    return model
 
 
-def fit_released_anew(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
+def _released(model: SearchedModel, state: SearchState, plain: SearchState, campaign: Campaign) -> SearchState:
+    """Return a model fitted with its noise released; the plain fit where nothing was found."""
+    if model.state.found == state.found:
+        return plain
+    return _fit_released_anew(model, campaign)
+
+
+def _fit_released_anew(model: SearchedModel, campaign: Campaign) -> SearchState:
     """Fit with the noise released from where it is known, the disturbances found among what is free."""
-    own = [p.name for found in state.found for p in found.disturbance.parameters]
-    return fit_with_noise_released(watch, watch.note(state), campaign.options, tuple(dict.fromkeys((*names, *own))))
+    own = [p.name for found in model.state.found for p in found.disturbance.parameters]
+    names = tuple(dict.fromkeys((*model.names, *own)))
+    return fit_with_noise_released(model.watch, model.watch.note(model.state), campaign.options, names)
+
+
+def without_imitations(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
+    """Return the state with a law in place of a disturbance that imitates it, where the Bayesian criterion wants it.
+
+    What a filter does beyond its delay would go into the mechanism's values, and nothing in the records' own parts
+    would show it, since all records have the same.
+    """
+    if state.beside is not None or not campaign.options.terms:
+        return state
+    model = SearchedModel(watch, state, names, released=True)
+    imitated = (law for law in rivals_of(campaign.mechanism) if law.imitated_by in model.effects)
+    better = better_law(model, ((law, model.with_law(campaign.mechanism, law)) for law in imitated))
+    if better is None:
+        return state
+    at = with_noise_as_known(watch, better[1].state)
+    return _fit_released_anew(SearchedModel(watch, at, names), campaign)
 
 
 def _stands_out(state: SearchState, one: Disturbance) -> bool:
     """Tell whether a disturbance is beyond its own errors, those that hold where the model lacks something else."""
     if not one.parameters:
         return True
-    return float(deviations(state.problem, state.q, state.windows, one).max(initial=0.0)) > LEAST_DEVIATION
+    off = deviations_from_null(state.problem, state.q, state.windows, one)
+    return float(off.max(initial=0.0)) > DURING_FIT.least_deviation
 
 
 def _asks(watch: Watch, state: SearchState) -> bool:
@@ -95,68 +222,12 @@ def with_noise_as_known(watch: Watch, state: SearchState) -> SearchState:
     return state.of(replace(state.problem, targets=tuple(map(known, state.problem.targets))))
 
 
-def _with_one_more(
-    watch: Watch, state: SearchState, some: tuple[Disturbance, ...], names: tuple[str, ...]
-) -> SearchState | None:
-    """Return the state fitted with the likeliest further disturbance; None where that explains too little."""
-    found = scores(state.problem, state.q, state.windows, some)
-    asked = [one for one in some if one.name in found and _counts(found[one.name])]
-    if not asked:
-        return None
-    likeliest = max(asked, key=lambda one: found[one.name].over)
-    tried = _fitted(watch, state, likeliest, names)
-    gain = _gain(watch, state, tried, likeliest)
-    return watch.note(replace(tried, found=(*state.found, gain))) if gain else None
-
-
-def _counts(score: Score) -> bool:
-    return score.chi_square > LEAST and score.over > 0.0
-
-
-def _fitted(watch: Watch, state: SearchState, one: Disturbance, names: tuple[str, ...]) -> SearchState:
-    problem = with_disturbances(state.problem, [one])
-    begun = state.of(problem).at(carried(state.problem, state.q, problem))
-    own = tuple(p.name for p in one.parameters)
-    return joint_fit(watch, watch.note(begun), f"with {one.name}", (*names, *own), tolerance=ROUGH)
-
-
-def _gain(watch: Watch, state: SearchState, tried: SearchState, one: Disturbance) -> Found | None:
-    """Return what a disturbance explains in a fit with it; None where that is not enough to believe in it."""
-    before, after = (_over_noise(watch, s) for s in (state, tried))
-    samples = {t.name: t.samples for t in state.problem.targets}
-    costs = [sum(ratios[name] ** 2 * n for name, n in samples.items()) for ratios in (before, after)]
-    fall = costs[0] - costs[1]
-    if not fall > 0.0:
-        return None
-    worth = worth_of(tried.problem, tried.q, tried.windows)
-    score = Score(worth * fall / costs[1], one.dof, fall / costs[0], worth)
-    share = fall / max(costs[0] - sum(samples.values()), fall)
-    return Found(one, score.chi_square, share) if _counts(score) and share >= SHARE else None
-
-
 def _follows(watch: Watch, state: SearchState) -> bool:
     """Tell whether no residual is more than its noise allows; of one that cannot be simulated nothing is asked."""
     ratios = _over_noise(watch, state).values()
-    return max(ratios) <= MISFIT or not np.all(np.isfinite(list(ratios)))
+    return max(ratios) <= NOISE.misfit or not np.all(np.isfinite(list(ratios)))
 
 
 def _over_noise(watch: Watch, state: SearchState) -> dict[str, float]:
     """Return residual over noise, as known before the search, by record."""
-    return over_noise(state.problem, state.q, watch.noise.floors)
-
-
-def _each_needed(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:
-    """Return the state without those of several disturbances that a fit does as well without."""
-    for found in state.found[:-1]:
-        less = _fitted_without(watch, state, found, names)
-        if _gain(watch, less, state, found.disturbance) is None:
-            state = less
-    return watch.note(state)
-
-
-def _fitted_without(watch: Watch, state: SearchState, found: Found, names: tuple[str, ...]) -> SearchState:
-    one = found.disturbance
-    problem, q = without(state.problem, state.q, [one])
-    rest = tuple(other for other in state.found if other is not found)
-    begun = watch.note(replace(state.of(problem).at(q), found=rest))
-    return joint_fit(watch, begun, f"without {one.name}", names, tolerance=ROUGH)
+    return residual_to_noise(state.problem, state.q, watch.noise.floors)

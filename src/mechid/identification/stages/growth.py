@@ -15,37 +15,32 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
-from mechid.identification.contradiction.agreement import Agreement, agreement, agreement_without, carried, explains
-from mechid.identification.contradiction.agreement_text import agreement_warnings
-from mechid.identification.contradiction.common_reading import common_readings
-from mechid.identification.contradiction.departure import departure
-from mechid.identification.contradiction.wrong_value import wrong_values
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
+from mechid.identification.readings.agreement import (
+    Agreement,
+    agreement,
+    agreement_without,
+    disagreements,
+    explains,
+    transfer_point,
+)
+from mechid.identification.readings.all_records import common_readings
+from mechid.identification.readings.file_values import wrong_values
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, grow
-from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.run_up import run_up
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
+from mechid.identification.stages.departure import departure
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.raised_noise import raised, raised_words
-
-TRIED_CANDIDATES = 12
-"""Starts that are grown at most. A choice, not measured."""
-TOGETHER = 4
-"""Candidates that are grown at once where others do the work; the first of them that follows all records counts; a
-choice, not measured."""
-FIRST_ESCAPES = 8
-"""Of the best start: 35 of 36 complete campaigns need one at most, the other four."""
-FURTHER_ESCAPES = 2
-"""From where the records that it follows have their values by themselves; a choice, not measured."""
-MUCH_FURTHER = 2.0
-"""Times as much of the records has to be followed at a raised noise level that does not follow them to their ends;
-a choice, not measured."""
+from mechid.identification.uncertainty.noise import with_levels_of_residuals
+from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
 
 
 def searched(
@@ -58,7 +53,7 @@ def searched(
     found = _candidates(watch, state, seed)
     best = next(found, None)
     state = state.at(best.q) if best else state
-    state = watch.close(state, "multi-start", names, best.cost if best else math.inf, POINTS)
+    state = watch.close(state, "multi-start", names, best.cost if best else math.inf, SEARCH.points)
     if best is None:
         return state, None
     growth = _grown_first(watch, state, best, seed)
@@ -83,13 +78,13 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
     """
     problem = state.problem
     q = run_up(problem, problem.coordinates.point(near), known=near)
-    problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
+    problem = replace(problem, targets=tuple(with_levels_of_residuals(problem, t, q) for t in problem.targets))
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
 def _grown_first(watch: Watch, state: SearchState, best: Candidate, seed: int) -> Growth:
     """Grow the mechanism as written from the best start."""
-    growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
+    growth = _grow_best(watch, state, iter([best]), seed, escapes=STAGES.first_escapes)
     return growth if growth.complete else _grown_from_followed(watch, state, growth, seed)
 
 
@@ -121,7 +116,7 @@ def _grown(
     if beside is not None:
         return beside
     readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
-    if not any(reading.complete for reading in readings):  # else it is no lack of the mechanism
+    if not any(reading.is_confirmed for reading in readings):  # else it is no lack of the mechanism
         beside = settled_louder(watch, *louder, fitted)
         if beside is not None:
             return beside
@@ -158,10 +153,10 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
-    begun = grow(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
+    begun = grow_horizons(own, transfer_point(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
     on_progress = partial(_note_growth, watch, state, 1, growth)
-    q = carried(own, begun.q, problem)
-    whole = grow(problem, q, rng, on_progress, escapes=FURTHER_ESCAPES, journal=watch.journal)
+    q = transfer_point(own, begun.q, problem)
+    whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
     return whole if whole.complete else growth
 
 
@@ -190,16 +185,16 @@ def _grown_otherwise(
         return state, rest.growth
     wrong = [] if explained or rest else wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
     if wrong:  # nothing else helps against a value that is wrong by a hundred
-        return watch.note(replace(state, contradicted={one.parameter.name: one.words for one in wrong})), growth
+        return watch.note(replace(state, contradicted={one.parameter: one.text for one in wrong})), growth
     said = [] if explained else common_readings(problem, growth, seed, journal)
     if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
         growth = _grow_best(watch, state, found, seed, growth)
         said = common_readings(problem, growth, seed, journal) if explained and not growth.complete else []
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
-    if not any(reading.complete for reading in said):  # then it is no noise that stops the growth
+    if not any(reading.is_confirmed for reading in said):  # then it is no noise that stops the growth
         state, growth = louder if louder[0] is not state else (state, growth)
-    return (state if growth.complete else state.saying(*(reading.line for reading in said))), growth
+    return (state if growth.complete else state.saying(*(reading.line() for reading in said))), growth
 
 
 def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
@@ -211,16 +206,16 @@ def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) ->
     kept, growth, at = (state, known), known, state
     before = {} if growth.complete else _left(state.problem, known)
     while not growth.complete:
-        problem = raised(at.problem, growth)
+        problem = raise_levels(at.problem, growth)
         if problem is at.problem:
             break
         at = watch.note(replace(at.of(problem), before_raised=before))
-        watch.tell("noise level raised", raised_words(problem, growth))
+        watch.tell("noise level raised", describe_raised_levels(problem, growth))
         best = next(_candidates(watch, at, seed), None)
         if best is None:
             break
         growth = _grow_best(watch, at, iter([best]), seed)
-        if growth.complete or growth.reached(problem) > MUCH_FURTHER * kept[1].reached(problem):
+        if growth.complete or growth.reached(problem) > STAGES.much_further * kept[1].reached(problem):
             kept = at, growth
     return kept
 
@@ -231,7 +226,7 @@ def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> Search
     state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
         agreed.growth.q, agreed.growth.horizons
     )
-    return state.saying(*agreement_warnings(campaign, agreed))
+    return state.saying(*(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed)))
 
 
 def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candidate]:
@@ -263,8 +258,8 @@ def _grow_best(
     if best and best.complete:
         return best
     problem, begun = state.problem, 2 if best else 1
-    numbered = enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun)
-    while some := list(islice(numbered, TOGETHER if is_lent() else 1)):
+    numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
+    while some := list(islice(numbered, STAGES.together if is_lent() else 1)):
         for growth in _growths(watch, state, some, seed, best, escapes):
             if best is None or growth.reached(problem) > best.reached(problem):
                 best = growth
@@ -288,7 +283,7 @@ def _growths(
     if len(some) == 1:
         ((number, candidate),) = some
         rng = np.random.default_rng((seed, number))
-        yield grow(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
+        yield grow_horizons(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]
@@ -302,7 +297,7 @@ def _growths(
 def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
     """Return the growth from a candidate, by the seed and its number, as a journal can hold it."""
     _, seed, number, q = task
-    return dict(vars(grow(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
+    return dict(vars(grow_horizons(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
 
 
 def _note_growth(

@@ -1,8 +1,12 @@
-"""The joint fit of all that counts, and what is done where it stops at a cliff: a state in, the next one out."""
+"""The joint fit of all that counts: out of singular corners, past cliffs, and confirmed in finer steps.
+
+Static friction that a fit has brought down to Coulomb friction leaves the speed over which the one falls to the other
+without effect, so that no derivative leads back. The fit then begins again from beside this corner.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -10,19 +14,54 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
-from mechid.identification.search.doubts import WORTH_SAYING, refused_gain
-from mechid.identification.search.solve import Solution, solve
-from mechid.identification.stages.corners import out_of_corner
+from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, horizons_at, least_horizons
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.search.solve import Solution, promised_fall, solve
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.noise import with_residual_levels
 
-MOST_CLIFFS = 3
-"""Times that a fit goes on along a threshold: four of 100 random mechanisms end at one (make recovery); not varied."""
-BACK_FROM_EDGE = 4.0
-"""Sigmas squared that it may cost to stand clear of a cliff; a choice, not measured."""
+
+def leave_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:
+    """Return the best of what a fit comes to that stopped in a corner, and of others begun beside it.
+
+    `solved` fits from a point. Where `stopped` is in no corner, that is the answer, and nothing is fitted.
+    """
+    best = stopped
+    for q in _beside(problem, stopped):
+        found = solved(q)
+        if found.triangle.cost < best.triangle.cost - SEARCH.notable_fall:
+            best = found
+    return best
+
+
+def _beside(problem: Problem, stopped: Solution) -> Iterator[FloatArray]:
+    """Yield the points beside each corner that a solution is in."""
+    space, q = problem.space, stopped.q
+    at, values = problem.coordinates.of_mechanism(q), problem.space.values(problem.coordinates.of_mechanism(q))
+    seen = seen_coordinates(problem, stopped.triangle)
+    unseen = [c.name for c, sees in zip(space.coordinates, seen, strict=False) if not sees and space.stands_alone(c)]
+    for c, excess in zip(space.coordinates, at, strict=True):
+        hidden = [name for name in unseen if _table(name) == _table(c.name)]
+        if c.kind != "excess" or excess > STAGES.corner_share * abs(values[c.below]) or not hidden:
+            continue
+        known = space.mechanism.parameters
+        lowered = {c.below: STAGES.lowered * values[c.name]} if known[c.below].is_free else {}
+        for factor in STAGES.spread:
+            moved = {name: factor * known[name].value for name in hidden}
+            begun = space.from_values({n: p.value for n, p in known.items()} | values | lowered | moved)
+            yield np.concatenate([begun, problem.coordinates.of_records(q)])
+
+
+def _table(name: str) -> str:
+    return name.rpartition(".")[0]
 
 
 def joint_fit(
@@ -37,7 +76,7 @@ def joint_fit(
     evaluations = 0
     while True:
         solved = partial(_solved, watch, state, tolerance, on_progress)
-        solution = out_of_corner(state.problem, solved(state.q), solved)
+        solution = leave_corner(state.problem, solved(state.q), solved)
         state = watch.note(replace(state, q=solution.q, solution=solution))
         evaluations += solution.evaluations
         outside = state.problem.space.outside_disc(solution.q)
@@ -72,15 +111,15 @@ def fit_past_cliffs(watch: Watch, state: SearchState, free: tuple[str, ...], see
     back to a point that they keep on this side, at the cost of a few sigmas squared.
     """
     rng = np.random.default_rng((seed, 0, 0))
-    for _ in range(MOST_CLIFFS):
-        if _refused(state) <= WORTH_SAYING:
+    for _ in range(STAGES.most_cliffs):
+        if _refused(state) <= SEARCH.notable_fall:
             break
-        better = _along_cliff(watch, state, rng, WORTH_SAYING)
+        better = _along_cliff(watch, state, rng, SEARCH.notable_fall)
         if better is None:
             break
         state = joint_fit(watch, watch.note(state.at(better)), "along a threshold", free)
     if _refused(state) > 0.1 and _depends_on_steps(state):
-        back = _along_cliff(watch, state, rng, -BACK_FROM_EDGE)
+        back = _along_cliff(watch, state, rng, -STAGES.back_from_edge)
         state = state if back is None else watch.note(state.at(back))
     return state
 
@@ -102,7 +141,7 @@ def _depends_on_steps(state: SearchState) -> bool:
     assert state.solution is not None
     fine = replace(state.problem, substeps=2 * state.problem.substeps)
     cost = float(np.sum(np.square(fine.norms(state.q, state.windows))))
-    return not abs(cost - state.solution.triangle.cost) < WORTH_SAYING
+    return not abs(cost - state.solution.triangle.cost) < SEARCH.notable_fall
 
 
 def _refused(state: SearchState) -> float:
@@ -110,16 +149,74 @@ def _refused(state: SearchState) -> float:
     solution = state.solution
     if solution is None or not solution.converged:
         return 0.0
-    return refused_gain(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
+    return promised_fall(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
 
 
 def threshold_warnings(name: str, state: SearchState) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
     gain = _refused(state)
-    if gain <= WORTH_SAYING:
+    if gain <= SEARCH.notable_fall:
         return []
     return [
         f"{name}: the fit stopped at a stick/slip threshold: by its derivatives the cost should still fall by "
         f"{gain:.3g}, but beyond the threshold a stick/slip falls the other way and the cost rises; try another seed, "
         "or a shorter record"
     ]
+
+
+def confirm_optimum(watch: Watch, state: SearchState, names: tuple[str, ...], seed: int) -> SearchState:
+    """See that the joint optimum follows all records, more strictly and in finer steps; else grow from it again.
+
+    A stick/slip that falls the other way for a moment hides below the growth's limit, and one that hangs by
+    less than the integration's error is no optimum.
+    """
+    for attempt in range(1, STAGES.confirmations + 1):
+        fine = replace(state.problem, substeps=2 * state.problem.substeps)
+        strict = chance_limit(fine)
+        judged = with_residual_levels(fine, state.q)
+        if not _lost(judged, state.q, most=strict):
+            return state
+        rng = np.random.default_rng((seed, 0, attempt))
+        growth = grow_horizons(judged, state.q, rng, partial(_note_regrowth, watch), most=strict, journal=watch.journal)
+        if growth.complete or _cost(fine, growth.q) < _cost(fine, state.q):
+            state = watch.note(state.of(fine).at(growth.q, {t.name: t.samples for t in fine.targets}))
+            state = fit_past_cliffs(watch, joint_fit(watch, state, "growth again", names), names, seed)
+        if not growth.complete:
+            if _lost(with_residual_levels(state.problem, state.q), state.q, most=strict):
+                state = watch.note(state.saying(_suspicion(growth, fine)))
+            break
+    lost = _lost(with_residual_levels(state.problem, state.q), state.q)
+    if not lost:
+        return state
+    said = f"{', '.join(lost)}: for a moment the residual is larger than elsewhere by more than chance"
+    return watch.note(state.ending(FitOutcome.EVENT_MISSED).saying(said))
+
+
+def _cost(problem: Problem, q: FloatArray) -> float:
+    return float(np.sum(np.square(problem.norms(q, problem.whole()))))
+
+
+def _suspicion(growth: Growth, problem: Problem) -> str:
+    """Say where a record is followed less well than noise and integration error allow."""
+    at = {
+        t.name: growth.horizons[t.name] / t.base.sample_rate_hz
+        for t in problem.targets
+        if growth.horizons[t.name] < t.samples
+    }
+    places = ", ".join(f"record {name} at {seconds:.4g} s" for name, seconds in at.items())
+    return (
+        f"{places}: near a stick/slip threshold: a stick/slip falls the other way than measured, or does so in finer "
+        "integration steps, and no estimate near by was found that settles it"
+    )
+
+
+def _lost(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
+    """Return the records that the model at `q` does not follow to their ends."""
+    whole = {t.name: t.samples for t in problem.targets}
+    found = horizons_at(problem, q, whole, least_horizons(problem), most=most)
+    return [name for name, n in whole.items() if found[name] < n]
+
+
+def _note_regrowth(watch: Watch, q: FloatArray, gates: Mapping[str, int]) -> None:
+    share = 100.0 * sum(gates.values()) / sum(t.samples for t in watch.latest.problem.targets)
+    watch.tell("growth again", f"{share:.1f} % of all samples followed")

@@ -7,22 +7,23 @@ without which the cost rises by more than k ln N, laid out as a mechanism file w
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.beside.beside import Beside, terms_beside
-from mechid.identification.beside.groups import Groups, groups_of, least_without, needed
-from mechid.identification.disturbance.scores import by_own_residuals
+from mechid.identification.effects.effect import Beside, terms_beside
+from mechid.identification.effects.pruning import Groups, groups_of, least_without, needed_groups
+from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import floors, horizons_at
+from mechid.identification.search.gates import horizons_at, least_horizons
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import superset_of
 
+Follows = Callable[[Problem, FloatArray], bool]
 STEPS = 30
 """Of the fits before and after the pruning, which only have to come near their optimum; a choice, not measured."""
 NEAR = 1e-4
@@ -52,7 +53,7 @@ class Judged:
     @property
     def needed(self) -> frozenset[str]:
         """Terms without which the cost rises by more than k ln N, the others free to make up for it."""
-        return frozenset(needed(self.triangle, self.q, self.groups, self.worth))
+        return frozenset(needed_groups(self.triangle, self.q, self.groups, self.worth))
 
     def without(self, kept: frozenset[str]) -> tuple[float, FloatArray]:
         """Return the least cost with some terms alone, and the point where it is, as the derivatives have it."""
@@ -74,9 +75,7 @@ class Judged:
         yield from (names for _, names in sorted(found, key=lambda each: each[0])[:EXCHANGES])
 
 
-def drop_unneeded_terms(
-    state: SearchState, plain: Problem, follows: Callable[[Problem, FloatArray], bool] | None = None
-) -> SearchState:
+def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | None = None) -> SearchState:
     """Return a state with the added terms that its records need, refitted without small priors.
 
     A set of terms in which one is exchanged for another that explains as much by its derivatives is fitted too, and the
@@ -99,19 +98,17 @@ def drop_unneeded_terms(
     if all_terms is None:
         return state
     kept = all_terms.needed
-    sets = [kept, *all_terms.exchanged(kept)] if kept else []
-    fits = [(names, *_fitted_with(names, all_terms, state, state.beside)) for names in sets]
-    fits = [fit for fit in fits if _follows_all(*fit[1:]) and (follows is None or follows(*fit[1:]))]
+    fits = _fits_of([kept, *all_terms.exchanged(kept)] if kept else [], all_terms, state, follows)
     if not fits:
         return state
-    criteria = {fit[0]: _bayesian_cost(all_terms, *fit) for fit in fits}
-    best, problem, q = min(fits, key=lambda fit: criteria[fit[0]])
-    alike = [names for names, cost in criteria.items() if cost - criteria[best] < ALIKE]
-    aliases = {
-        name: tuple(sorted(o for names in alike if best - names == {name} for o in names - best)) for name in best
-    }
-    laid_out = _laid_out(state, state.beside, best, plain, problem.coordinates.values(q))
+    best = min(fits, key=lambda fit: fit.criterion)
+    aliases = best.aliases(fits)
+    for name in sorted(best.names):  # derivatives at the optimum of all terms keep some that a fit does not need
+        for fit in _fits_of([best.names - {name}] if len(best.names) > 1 else [], all_terms, state, follows):
+            best = min(best, fit, key=lambda each: each.criterion)
+    laid_out = _laid_out(state, state.beside, best, plain)
     assert laid_out.beside is not None
+    aliases = {name: others for name, others in aliases.items() if name in best.names}
     return replace(laid_out, beside=replace(laid_out.beside, aliases=aliases))
 
 
@@ -124,32 +121,50 @@ def judged(problem: Problem, q: FloatArray, beside: Beside) -> Judged | None:
     return Judged(weighted, q, triangle, groups_of(weighted, _by_term(beside.new)), worth)
 
 
-def _fitted_with(
-    names: frozenset[str], all_terms: Judged, state: SearchState, wide: Beside
-) -> tuple[Problem, FloatArray]:
-    """Return a fit with some terms free and the others held at nothing, on the plant of all, which is compiled."""
-    held = {name: HELD * width for name, width in wide.widths.items() if wide.new[name] not in names}
-    problem = replace(state.problem, shrinkage=held)
-    return problem, solve(problem, all_terms.without(names)[1], problem.whole(), steps=STEPS, tolerance=1e-6).q
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A fit with some terms free and the others held at nothing, and its Bayesian criterion."""
+
+    names: frozenset[str]
+    problem: Problem
+    q: FloatArray
+    criterion: float
+
+    def aliases(self, others: Sequence[Fitted]) -> dict[str, tuple[str, ...]]:
+        """Return the terms that other fits have in place of one of its own, and are no worse with, by that one."""
+        alike = [o.names for o in others if o.criterion - self.criterion < ALIKE and len(self.names - o.names) == 1]
+        return {
+            n: tuple(sorted(x for names in alike if n not in names for x in names - self.names)) for n in self.names
+        }
 
 
-def _bayesian_cost(all_terms: Judged, names: frozenset[str], problem: Problem, q: FloatArray) -> float:
-    """Return the Bayesian criterion of a fit, of which only differences count."""
-    count = sum(len(all_terms.groups[name]) for name in names)
-    return problem.total_norm(q, problem.whole()) ** 2 + count * math.log(max(all_terms.worth, math.e))
+def _fits_of(
+    sets: Sequence[frozenset[str]], all_terms: Judged, state: SearchState, follows: Follows | None
+) -> list[Fitted]:
+    """Return the fits with sets of terms that follow the records, on the plant of all terms: nothing is compiled."""
+    wide = state.beside
+    assert wide is not None
+    fits = []
+    for names in sets:
+        held = {name: HELD * width for name, width in wide.widths.items() if wide.new[name] not in names}
+        problem = replace(state.problem, shrinkage=held)
+        whole = problem.whole()
+        q = solve(problem, all_terms.without(names)[1], whole, steps=STEPS, tolerance=1e-6).q
+        if _follows_all(problem, q) and (follows is None or follows(problem, q)):
+            count = sum(len(all_terms.groups[name]) for name in names)
+            criterion = problem.total_norm(q, whole) ** 2 + count * math.log(max(all_terms.worth, math.e))
+            fits.append(Fitted(names, problem, q, criterion))
+    return fits
 
 
-def _laid_out(
-    state: SearchState, wide: Beside, names: frozenset[str], plain: Problem, values: Mapping[str, float]
-) -> SearchState:
-    """Return a state of the mechanism with some terms free, without small priors, laid out without the others."""
-    superset = superset_of(plain.space.mechanism, grown_only=True, only=names)
+def _laid_out(state: SearchState, wide: Beside, fit: Fitted, plain: Problem) -> SearchState:
+    """Return a state of the mechanism with the terms of a fit, without small priors, laid out without the others."""
+    superset = superset_of(plain.space.mechanism, grown_only=True, only=fit.names)
     assert superset is not None, "terms that were free come from the mechanism's own superset"
-    beside = replace(terms_beside(superset, names), widths={})
+    beside = replace(terms_beside(superset, fit.names), widths={})
     problem = beside.problem(plain)
-    return replace(state.of(problem), beside=beside).at(
-        problem.coordinates.point(_renamed(values, wide.new, beside.new))
-    )
+    values = _renamed(fit.problem.coordinates.values(fit.q), wide.new, beside.new)
+    return replace(state.of(problem), beside=beside).at(problem.coordinates.point(values))
 
 
 def _renamed(values: Mapping[str, float], wide: Mapping[str, str], compact: Mapping[str, str]) -> dict[str, float]:
@@ -177,4 +192,4 @@ def _by_term(new: Mapping[str, str]) -> dict[str, list[str]]:
 
 def _follows_all(problem: Problem, q: FloatArray) -> bool:
     whole = {t.name: t.samples for t in problem.targets}
-    return horizons_at(problem, q, whole, floors(problem)) == whole
+    return horizons_at(problem, q, whole, least_horizons(problem)) == whole

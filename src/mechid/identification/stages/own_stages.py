@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from mechid.campaign import Campaign, Stage
 from mechid.campaign.campaign import is_of_start
-from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.misfit import Window
+from mechid.identification.output_error.problem import enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.outcome import FitOutcome

@@ -9,11 +9,9 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import released, whitened_again, without_outliers
-
-REPETITIONS = 2
-"""Of filter and fit: a resonance in the noise with poles of radius 0.99 needs it."""
+from mechid.identification.uncertainty.noise import release_noise, whiten_again, without_outliers
 
 
 def fit_with_noise_released(
@@ -27,13 +25,13 @@ def fit_with_noise_released(
     if options.priors == "search":
         state = watch.note(without_priors(state))
     state = joint_fit(watch, state, "noise re-estimated", names)
-    state = _fitted_again(watch, state, names, "whitened again", whitened_again)
+    state = _fitted_again(watch, state, names, "whitened again", whiten_again)
     return _fitted_again(watch, state, names, "spikes rejected", without_outliers) if rejects else state
 
 
 def with_noise_released(watch: Watch, state: SearchState, options: IdentifyOptions) -> SearchState:
     """Return the state with each record's residual as its noise; what is a misfit is said."""
-    problem, said = released(state.problem, state.q, state.windows, options)
+    problem, said = release_noise(state.problem, state.q, state.windows, options)
     return watch.note(state.of(problem).saying(*said))
 
 
@@ -46,7 +44,7 @@ def _fitted_again(
     watch: Watch, state: SearchState, names: tuple[str, ...], stage: str, seen_anew: Callable[..., Problem]
 ) -> SearchState:
     """Fit again with the noise as what the fit leaves shows it, until that stays the same."""
-    for _ in range(REPETITIONS):
+    for _ in range(STAGES.repetitions):
         problem = seen_anew(state.problem, state.q, state.windows)
         if problem is state.problem:
             break

@@ -16,17 +16,14 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.reduction import Triangle, WeightedRows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.parts import PartsOfRecord, RecordParts
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import Series, blocks, stretch_of
 from mechid.signal.stored import Room, pieces_of, write_at
-
-MOSTLY_ROUNDING = 0.5
-"""Share of a noise's variance from which it is rounding, whose colour is no stationary one; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +130,7 @@ def _score(
     rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True))
     coloured = [_Coloured(*each, window) for each in zip(target.channels, colour, rows.widths, strict=True)]
     whitened = all(
-        own.order == 0 and c.rounded <= MOSTLY_ROUNDING for c, own in zip(target.channels, colour, strict=True)
+        own.order == 0 and c.rounded <= NOISE.mostly_rounding for c, own in zip(target.channels, colour, strict=True)
     )
     parts = PartsOfRecord(target, problem.coordinates.timing(target, q), window, rows.widths, whitened=whitened)
     for k, block, n in rows:

@@ -1,7 +1,11 @@
-"""Draws from the covariance, simulated again: a test of the cost around an estimate against its derivatives.
+"""Tests of an estimate's derivatives: the cost at draws from its covariance, and switches whose order is not certain.
 
 A touch of zero speed that does or does not stick is a cliff in the likelihood, often within one standard error.
 A covariance from derivatives knows nothing of it.
+
+A switch grazes its neighbour where the standard deviation of its instant, carried over from the covariance of the
+estimate by the derivative of the instant, is above a tenth of the gap to it: another order of stick and slip lies
+within the errors.
 """
 
 from __future__ import annotations
@@ -17,19 +21,10 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.doubts import WORTH_SAYING
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.uncertainty.settings import ERRORS
 from mechid.kernel.batch.source import SETS
 from mechid.simulation.block import Block
-
-DRAWS = 30
-"""They miss a threshold that a tenth of them would meet once in 24 times. A choice, not measured."""
-DEPARTURE = 1.0
-"""Sigmas squared by which the cost of a draw may differ from the quadratic; a choice, not measured."""
-TOLD_BY = 1.1
-"""Factor by which a standard error grows without a record that tells of its parameter; a choice, not measured."""
-
-APART = 2.5
-"""Standard deviations of the difference of two means of draws from which it is no chance. Once in 80 times it is."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +79,10 @@ def examine_draws(problem: Problem, q: FloatArray, windows: Windows, covariance:
     points = _drawn(problem, q, covariance, seed)
     cost = _costs(problem, windows, points)
     excess = cost - _promised(q, triangles, points)
-    total = np.abs(excess.sum(axis=1)) > DEPARTURE
+    total = np.abs(excess.sum(axis=1)) > ERRORS.cost_departure
     found = []
     for k, target in enumerate(used):
-        off = total & (np.abs(excess[:, k]) > DEPARTURE / len(used))
+        off = total & (np.abs(excess[:, k]) > ERRORS.cost_departure / len(used))
         if off.any():
             worst = int(np.argmax(np.abs(excess[:, k]) * off))
             instant = _instant(problem, target, q, points[worst], windows[target.name])
@@ -100,7 +95,7 @@ def _lowest(problem: Problem, q: FloatArray, points: FloatArray, costs: FloatArr
     """Return the draw of the lowest cost, priors counted; None where none is lower by more than is worth saying."""
     gains = here + _prior_cost(problem, q) - costs - [_prior_cost(problem, point) for point in points]
     best = int(np.argmax(gains))
-    return LowerPoint(points[best], float(gains[best])) if gains[best] > WORTH_SAYING else None
+    return LowerPoint(points[best], float(gains[best])) if gains[best] > SEARCH.notable_fall else None
 
 
 def _prior_cost(problem: Problem, q: FloatArray) -> float:
@@ -108,7 +103,7 @@ def _prior_cost(problem: Problem, q: FloatArray) -> float:
     return float(np.sum(away**2))
 
 
-def told_by(
+def parameters_resting_on(
     problem: Problem, q: FloatArray, windows: Windows, records: Sequence[str], counted: BoolArray
 ) -> tuple[str, ...]:
     """Return the parameters, by dotted name, whose standard error rests on some records."""
@@ -120,7 +115,7 @@ def told_by(
     size = np.diag(np.linalg.pinv(every, hermitian=True))
     without = np.diag(np.linalg.pinv(other + 1e-12 * np.eye(len(scale)), hermitian=True))
     names = np.array(problem.coordinates.names)[counted]
-    return _with_phases(problem, names[without > TOLD_BY**2 * size].tolist())
+    return _with_phases(problem, names[without > ERRORS.told_by**2 * size].tolist())
 
 
 def _across(problem: Problem, points: FloatArray, off: BoolArray, covariance: FloatArray) -> tuple[str, ...]:
@@ -129,7 +124,8 @@ def _across(problem: Problem, points: FloatArray, off: BoolArray, covariance: Fl
         return ()
     sigma = np.sqrt(np.diag(covariance) * (1.0 / off.sum() + 1.0 / (~off).sum()))
     apart = np.abs(points[off].mean(axis=0) - points[~off].mean(axis=0))
-    return _with_phases(problem, np.array(problem.coordinates.names)[(sigma > 0.0) & (apart > APART * sigma)].tolist())
+    clearly = (sigma > 0.0) & (apart > ERRORS.means_apart * sigma)
+    return _with_phases(problem, np.array(problem.coordinates.names)[clearly].tolist())
 
 
 def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
@@ -140,10 +136,10 @@ def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -> FloatArray:
-    """Return the draws, (DRAWS, n), within the bounds."""
+    """Return the draws, (draws, n), within the bounds."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    steps = np.random.default_rng((seed, 30)).standard_normal((DRAWS, q.size)) @ root.T
+    steps = np.random.default_rng((seed, 30)).standard_normal((ERRORS.draws, q.size)) @ root.T
     return np.asarray(problem.coordinates.clip(q + steps), dtype=np.float64)
 
 
@@ -198,3 +194,63 @@ def _off(
 
 def _information(triangles: Sequence[Triangle], size: int) -> FloatArray:
     return np.asarray(sum((t.jacobian.T @ t.jacobian for t in triangles), np.zeros((size, size))), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Grazing:
+    """The grazing switches of a record: how many, and the worst with its instant in s of record time.
+
+    `spread_s` is the standard deviation of the worst one's instant, `gap_s` the distance to its neighbour.
+    """
+
+    record: str
+    count: int
+    of: int
+    instant_s: float
+    spread_s: float
+    gap_s: float
+
+    def __str__(self) -> str:
+        """Say it as a warning."""
+        more = f"; {self.count} of its {self.of} switches are such" if self.count > 1 else ""
+        return (
+            f"record {self.record} at {self.instant_s:.6g} s: the instant of a stick/slip is known to "
+            f"{self.spread_s:.2g} s only, and the next switch is {self.gap_s:.2g} s away: which comes first is not "
+            f"certain{more}"
+        )
+
+
+def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray) -> list[Grazing]:
+    """Return the grazing switches of each record that has any.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,)
+        The estimate.
+    windows : mapping of record to (first, stop)
+    covariance : (n, n)
+        In search coordinates.
+    """
+    found = (_of(problem, t, q, windows[t.name][1], covariance) for t in problem.targets if t.name in windows)
+    return [g for g in found if g]
+
+
+def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: FloatArray) -> Grazing | None:
+    run = problem.model.run(target, q, stop, jacobian=True, events=ERRORS.most_switches)
+    for _ in run.blocks():
+        pass
+    log, moved = run.switching, problem.space.size
+    if log.time.size < 2 or not moved:
+        return None
+    S = log.sensitivity[:, :moved]
+    spread = np.sqrt(np.einsum("ij,jk,ik->i", S, covariance[:moved, :moved], S).clip(min=0.0))
+    gaps = np.diff(log.time, prepend=-np.inf, append=np.inf)
+    gap = np.minimum(gaps[:-1], gaps[1:])
+    share = spread / np.maximum(gap, np.finfo(float).tiny)
+    grazes = ~(share <= ERRORS.share_of_gap)
+    if not grazes.any():
+        return None
+    worst = int(np.argmax(np.where(grazes, np.nan_to_num(share, nan=np.inf), 0.0)))
+    at = problem.coordinates.timing(target, q).record_s(float(log.time[worst]))
+    return Grazing(target.name, int(grazes.sum()), log.time.size, at, float(spread[worst]), float(gap[worst]))

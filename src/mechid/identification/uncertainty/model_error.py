@@ -14,19 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
+from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.uncertainty.parts import QUARTERS, Parts, RecordParts
+from mechid.identification.uncertainty.covariance import covariances, scores
+from mechid.identification.uncertainty.parts import Parts, RecordParts
+from mechid.identification.uncertainty.settings import ERRORS
 
-ALONE = 1.02
-"""Information of all over that which stays when a part is left out: what one record alone knows is not lost with
-it; a choice, not measured."""
-BY_RATIO = 1.15
-"""Ratio from which parts contradict each other where noise has no white model to count chance by; a choice, not
-measured."""
 ROUNDING = 1e-14
 """Share of the largest eigenvalue below which one is rounding."""
-PHASES_A_RECORD = 8
-"""Degrees of freedom a record's phases count as: neighbouring phases are not independent; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -129,13 +125,15 @@ class Comparison:
         """The covariance with what the scatter of the parts says beyond noise."""
         count = len(self.names)
         phases = [p for p in self.phases if p is not None]
-        quarters = _all([s.joined(QUARTERS) for s in self.stretches])
-        found = [self._excess(left_out(quarters, self.information), QUARTERS * count - 1)]
+        quarters = _all([s.joined(ERRORS.quarters) for s in self.stretches])
+        found = [self._excess(jackknife_covariance(quarters, self.information), ERRORS.quarters * count - 1)]
         if phases:
-            found.append(self._excess(clustered(_all(phases).scores, self.inverse), PHASES_A_RECORD * count))
+            found.append(
+                self._excess(clustered_covariance(_all(phases).scores, self.inverse), ERRORS.phases_a_record * count)
+            )
         if count > 1:
             records = _all([s.joined(1) for s in self.stretches])
-            found.append(self._excess(left_out(records, self.information), count - 1))
+            found.append(self._excess(jackknife_covariance(records, self.information), count - 1))
         return ModelError(self.noise, tuple(found))
 
     def error_if(self, consistency: Consistency) -> ModelError:
@@ -157,7 +155,7 @@ class Comparison:
         spread = 2.0 * float(np.einsum("gij,gji->", shares, shares)) / n**2
         z = (square - expected) / np.sqrt(spread)
         ratio = float(np.sqrt(square))
-        return Scatter(ratio=ratio, z=float(z), clusters=groups, by_ratio=None if self.whitened else BY_RATIO)
+        return Scatter(ratio=ratio, z=float(z), clusters=groups, by_ratio=None if self.whitened else ERRORS.ratio)
 
     def _distances(self, parts: Parts) -> FloatArray:
         """Return how far the score of each part is from none, (G,), squared and in units of its scatter by noise."""
@@ -173,7 +171,7 @@ class Comparison:
         return self.names[int(np.argmax(beyond))]
 
 
-def clustered(scores: FloatArray, inverse: FloatArray) -> FloatArray:
+def clustered_covariance(scores: FloatArray, inverse: FloatArray) -> FloatArray:
     """Return the cluster-robust covariance of an estimate, (n, n).
 
     Parameters
@@ -188,9 +186,10 @@ def clustered(scores: FloatArray, inverse: FloatArray) -> FloatArray:
     return np.asarray(groups / max(groups - 1, 1) * off.T @ off, dtype=np.float64)
 
 
-def left_out(parts: Parts, information: FloatArray) -> FloatArray:
+def jackknife_covariance(parts: Parts, information: FloatArray) -> FloatArray:
     """Return the covariance of an estimate by leaving out each part, one Newton step each, (n, n)."""
-    steps = np.linalg.solve(ALONE * information - parts.information, parts.scores[:, :, np.newaxis])[:, :, 0]
+    without = ERRORS.irreplaceable * information - parts.information
+    steps = np.linalg.solve(without, parts.scores[:, :, np.newaxis])[:, :, 0]
     off = steps - steps.mean(axis=0)
     return np.asarray((parts.size - 1) / parts.size * off.T @ off, dtype=np.float64)
 
@@ -217,3 +216,28 @@ def _roots(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
     values = np.sqrt(np.maximum(values, ROUNDING * values[-1]))
     return (size[:, np.newaxis] * vectors) * values, (vectors / values).T / size
+
+
+def compare_parts(problem: Problem, q: FloatArray, windows: Windows) -> Comparison:
+    """Return the parts of the records at a point, compared over the coordinates that they see and no bound holds."""
+    triangle = problem.joint(q, windows)
+    counted = ~problem.coordinates.on_bound(q) & (np.linalg.norm(triangle.jacobian, axis=0) > 0.0)
+    found = scores(problem, q, windows)
+    noise = covariances(triangle, found.variance, counted).robust
+    return Comparison(found.parts, triangle.jacobian.T @ triangle.jacobian, noise, counted)
+
+
+def deviations_from_null(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> FloatArray:
+    """Return how far each parameter of a disturbance is from where it is none, (k,) in standard errors.
+
+    A value of the mechanism's that is free is none where it is that one's. Those that stand on a bound are left out.
+    """
+    compared, at = compare_parts(problem, q, windows), problem.coordinates
+    counted = np.any(compared.scale != 0.0, axis=1)
+    names, slopes = at.value_slopes(q)
+    slope, values = dict(zip(names, slopes, strict=True)), at.values(q)
+    own = [p for p in one.parameters if counted[at.names.index(p.name)]]
+    off = np.array([values[p.name] - values.get(p.replaces, p.value) for p in own])
+    maps = np.array([slope[p.name] - slope.get(p.replaces, 0.0) for p in own]).reshape(len(own), problem.size)
+    variance, _ = compared.error_if(compared.consistency).variances(maps)
+    return np.asarray(np.abs(off) / np.sqrt(np.maximum(variance, 1e-300)), dtype=np.float64)

@@ -12,8 +12,9 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.noise_level import SMALLEST
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.gates import chance_of, gate_window
-from mechid.identification.uncertainty.covariance import MOSTLY_ROUNDING, residual
+from mechid.identification.search.gates import chance_limit_of, gate_window
+from mechid.identification.uncertainty.covariance import residual
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal import effective_samples
 from mechid.signal.autoregression import fit_autoregression
 from mechid.signal.moments import norm
@@ -22,17 +23,8 @@ from mechid.signal.spikes import isolated_spikes, outliers
 from mechid.signal.stored import changed, samples_at, write_at
 from mechid.units import unit_words
 
-MISFIT = 1.2
-"""Residual over the noise floor from which a record is one. A choice, not measured."""
-FAR_OFF = 6.0
-"""Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
-QUIETER = 0.99
-"""Share of a prefilter's noise below which another one is much better; a choice, not measured."""
-MOST_REJECTED = 0.01
-"""Share of a record beyond which what is far off is no spike; a choice, not measured."""
 
-
-def released(
+def release_noise(
     problem: Problem, q: FloatArray, windows: Windows, options: IdentifyOptions
 ) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem with the residual RMS of each record's channels as their sigma, and a line for each misfit.
@@ -80,7 +72,7 @@ def _released(channel: TargetChannel, r: Series, window: tuple[int, int], option
     rms = _rms(channel, r, window)
     fits = _is_noise(channel, rms)
     found = replace(channel, sigma=max(rms, channel.rounding, SMALLEST)) if fits else channel
-    own = fits and not channel.raised and found.rounded <= MOSTLY_ROUNDING
+    own = fits and not channel.raised and found.rounded <= NOISE.mostly_rounding
     if options.colour == "none" or (options.colour == "auto" and not own):
         return found
     colour = fit_autoregression(r, rejected=channel.rejected_within(window))
@@ -89,10 +81,10 @@ def _released(channel: TargetChannel, r: Series, window: tuple[int, int], option
 
 def _is_noise(channel: TargetChannel, rms: float) -> bool:
     """Tell whether a residual counts as noise: of its channel's level, or that of a channel whose level was raised."""
-    return rms <= MISFIT * channel.sigma or channel.raised > 0.0
+    return rms <= NOISE.misfit * channel.sigma or channel.raised > 0.0
 
 
-def whitened_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+def whiten_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
     """Return the problem with prefilters of what `q` leaves; the same one where none is much better than before.
 
     Before the first whitening the estimates err by what the colour costs, and that is in the residual too.
@@ -113,14 +105,14 @@ def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tup
         for c, r in zip(target.channels, series, strict=True)
     ]
     quieter = any(
-        new.prefilter.sigma < QUIETER * old.prefilter.sigma
+        new.prefilter.sigma < NOISE.quieter * old.prefilter.sigma
         for old, new in zip(target.channels, found, strict=True)
         if old.prefilter and new.prefilter
     )
     return replace(target, channels=tuple(found)) if quieter else target
 
 
-def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:
+def with_residual_levels(problem: Problem, q: FloatArray) -> Problem:
     """Return the problem with each misfit record at its own residual's RMS, to judge whether `q` follows it.
 
     One whose level was raised is such a record.
@@ -141,13 +133,13 @@ def _channel_by_own_residual(channel: TargetChannel, r: Series, window: int) -> 
     if not is_finite(r):
         return channel
     rms = norm(r) / math.sqrt(max(r.size - channel.rejected.size, 1))
-    if rms <= MISFIT * channel.sigma and channel.prefilter is None and not channel.raised:
+    if rms <= NOISE.misfit * channel.sigma and channel.prefilter is None and not channel.raised:
         return channel
     worth = max(window * effective_samples(r) / r.size, 1.0)
-    return replace(channel, sigma=rms * math.sqrt(chance_of(worth) / chance_of(window)))
+    return replace(channel, sigma=rms * math.sqrt(chance_limit_of(worth) / chance_limit_of(window)))
 
 
-def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) -> Target:
+def with_levels_of_residuals(problem: Problem, target: Target, q: FloatArray) -> Target:
     """Return a target with no channel's sigma below the RMS of its residual at `q`."""
     series = dict(zip(target.quantities, residual(problem, target, q, (0, target.samples)), strict=True))
 
@@ -188,8 +180,8 @@ def _without_outliers(problem: Problem, target: Target, q: FloatArray, window: t
     series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
 
     def kept(channel: TargetChannel) -> TargetChannel:
-        new = outliers(series[channel.quantity], FAR_OFF) + window[0]
-        if not 0 < new.size <= MOST_REJECTED * target.samples:
+        new = outliers(series[channel.quantity], NOISE.far_off) + window[0]
+        if not 0 < new.size <= NOISE.most_rejected * target.samples:
             return channel
         return replace(channel, rejected=np.union1d(channel.rejected, new))
 

@@ -15,15 +15,7 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.command import MeasuredCommand, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.target import Target
-
-PHASES = 32
-"""Parts of a full step of the command; a choice, not measured."""
-STRETCH_S = 0.1
-"""About how long a part over time is; a choice, not measured."""
-MOST_STRETCHES = 1024
-"""Parts over time of a long record: their number does not grow with it."""
-QUARTERS = 4
-"""Parts of a record. A choice, not measured."""
+from mechid.identification.uncertainty.settings import ERRORS
 
 
 @dataclass(frozen=True)
@@ -108,12 +100,14 @@ class PartsOfRecord:
         self._target, self._timing = target, timing
         self._done = [window[0]] * len(target.channels)
         seconds = (window[1] - window[0]) / target.base.sample_rate_hz
-        of_quarter = np.clip(round(seconds / (QUARTERS * STRETCH_S)), 1, MOST_STRETCHES // QUARTERS)
-        stretches = QUARTERS * int(of_quarter)
+        of_quarter = np.clip(
+            round(seconds / (ERRORS.quarters * ERRORS.stretch_s)), 1, ERRORS.most_stretches // ERRORS.quarters
+        )
+        stretches = ERRORS.quarters * int(of_quarter)
         self._bounds = np.linspace(*window, stretches + 1).round().astype(np.int64)
         stepped = not isinstance(target.command, MeasuredCommand)
         self._stretches = [np.zeros((stretches, width, width)) for width in widths]
-        self._phases = [np.zeros((PHASES, width, width)) for width in widths] if stepped else None
+        self._phases = [np.zeros((ERRORS.phases, width, width)) for width in widths] if stepped else None
         self._whitened = whitened
 
     def add(self, k: int, rows: FloatArray) -> None:
@@ -127,7 +121,7 @@ class PartsOfRecord:
         if self._phases is not None:
             phase = self._phase(first, last)
             rows = rows[:, np.argsort(phase, kind="stable")]
-            ends = np.cumsum(np.bincount(phase, minlength=PHASES))
+            ends = np.cumsum(np.bincount(phase, minlength=ERRORS.phases))
             for of_step, part in enumerate(map(slice, [0, *ends[:-1]], ends)):
                 self._phases[k][of_step] += rows[:, part] @ rows[:, part].T
 
@@ -136,7 +130,7 @@ class PartsOfRecord:
         base = self._target.base
         times = base.start_s + np.arange(first, last) / base.sample_rate_hz
         travelled = steps_travelled(self._target.command.rate, self._timing.command_s(times))
-        return np.minimum(np.floor(PHASES * (travelled % 1.0)), PHASES - 1).astype(np.int64)
+        return np.minimum(np.floor(ERRORS.phases * (travelled % 1.0)), ERRORS.phases - 1).astype(np.int64)
 
     @property
     def projections(self) -> list[FloatArray]:

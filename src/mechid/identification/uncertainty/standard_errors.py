@@ -1,9 +1,9 @@
 """Standard errors in the file's coordinates: colour, what the model lacks, bounds, priors, held parameters.
 
-What is beyond noise is added as variances: the scatter of the records' parts (`model_error`), what a contradicted
-bound forces on the others (`bounds`), the step that a stick/slip refused the solver, held parameters (`consider`), what
-the mean of the records' values of a parameter may be from the mechanism's (`means`), and the choice of the clock that
-is right, where the campaign leaves it open (`clock_error`).
+What is beyond noise is added as variances: the scatter of the records' parts (`model_error`); what a contradicted
+bound forces on the others, held parameters, and the choice of the clock that is right, where the campaign leaves it
+open (`further_errors`); the step that a stick/slip refused the solver; and how far the mean of the records' values of a
+parameter may be from the mechanism's (`output_error.record_parameters`).
 """
 
 from __future__ import annotations
@@ -16,31 +16,34 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.identifiability.verdict import Verdict
-from mechid.identification.output_error.reduction import Triangle, combined
+from mechid.identification.output_error.reduction import Triangle, combine_triangles
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.doubts import SINGULAR
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds
-from mechid.identification.uncertainty.clock_error import clock_step, clocks_differ
-from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import Scores, covariances, scores
-from mechid.identification.uncertainty.draws import Departure, Draws, LowerPoint, examine_draws, told_by
-from mechid.identification.uncertainty.grazing import grazing_switches
+from mechid.identification.uncertainty.draws import (
+    Departure,
+    Draws,
+    LowerPoint,
+    examine_draws,
+    grazing_switches,
+    parameters_resting_on,
+)
+from mechid.identification.uncertainty.further_errors import (
+    OnBound,
+    clock_step,
+    clocks_differ,
+    consider_covariance,
+    newton_step,
+    on_bounds,
+)
 from mechid.identification.uncertainty.model_error import Comparison, ModelError
+from mechid.identification.uncertainty.settings import ERRORS
 
-FAR = 3.0
-"""Times what noise explains by which parts of the records may disagree before it is said what errors cannot show; a
-choice, not measured."""
-CORRELATED = 0.5
-"""Share of what is beyond noise that counts as correlated as the parts have it, the rest as independent: so few parts
-make directions look known that are not (70 benches: squared distance of the truth 27 times what it should be with all
-of it, 1.5 with half, 1.7 with none, in the median)."""
 NORMAL = 1e6
 """Degrees of freedom from which Student's t is the normal distribution."""
-UNSEEN_SHARE = 1e-4
-"""Share of a parameter in a direction that no record sees, below which it is rounding; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -247,7 +250,8 @@ class _Spread:
         self._spread += spread
         noise = self._maps @ error.noise @ self._maps.T
         beyond = self._maps @ error.matrix @ self._maps.T - noise
-        self._matrix += noise + CORRELATED * beyond + (1.0 - CORRELATED) * np.diag(np.diag(beyond))
+        share = ERRORS.correlated_share
+        self._matrix += noise + share * beyond + (1.0 - share) * np.diag(np.diag(beyond))
 
     def add_shift(self, step: FloatArray, dof: float = math.inf) -> None:
         """Add a step of the coordinates, (n,), that may be missing, its size known by so many degrees of freedom."""
@@ -276,7 +280,7 @@ def _beyond_what_is_seen(consistency: Consistency) -> list[str]:
         "over time": consistency.time,
     }
     ratio, where = max(((test.ratio, words) for words, test in tests.items() if test is not None), default=(0.0, ""))
-    if ratio <= FAR:
+    if ratio <= ERRORS.far_beyond:
         return []
     return [
         f"{where} the records disagree {ratio:.3g} times as much as noise explains: the model lacks something. The "
@@ -298,21 +302,21 @@ def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: F
     if not state.problem.priors:
         return np.zeros(0)
     means = replace(state.problem, priors={}).prior_triangles(q)
-    J = combined([*state.problem.triangles(q, state.windows), *means]).jacobian[:, verdict.counted]
+    J = combine_triangles([*state.problem.triangles(q, state.windows), *means]).jacobian[:, verdict.counted]
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
-    seen = s > SINGULAR * s.max(initial=0.0)
+    seen = s > SEARCH.singular * s.max(initial=0.0)
     parts = (maps[:, verdict.counted] / size) @ Vt.T
     variance = np.sum((parts[:, seen] / s[seen]) ** 2, axis=1)
-    unseen = np.linalg.norm(parts[:, ~seen], axis=1) > UNSEEN_SHARE * np.linalg.norm(parts, axis=1)
+    unseen = np.linalg.norm(parts[:, ~seen], axis=1) > ERRORS.unseen_share * np.linalg.norm(parts, axis=1)
     return np.where(unseen, np.inf, np.sqrt(variance))
 
 
 def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: Sequence[Departure]) -> dict[str, str]:
     if not local:
         return {}
-    names = told_by(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
+    names = parameters_resting_on(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
     names = tuple(dict.fromkeys((*names, *(name for d in local for name in d.across))))
     where = "; ".join(map(str, local))
     return dict.fromkeys(names, f"near a stick/slip threshold, its error holds on this side only: {where}")

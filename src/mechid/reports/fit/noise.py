@@ -6,7 +6,7 @@ import math
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.output_error.noise_level import NoiseSource
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, rounded
 
@@ -88,7 +88,7 @@ def above_words(residual: AgainstNoise) -> str:
     most, effective = residual.most_by_chance, rounded(residual.effective_samples)
     count = next((n for n in DIGITS if digits(residual.ratio, n) != digits(most, n)), DIGITS[-1])
     times = f"{digits(residual.ratio, count)} times the noise floor"
-    if residual.ratio > MISFIT:
+    if residual.ratio > NOISE.misfit:
         return times  # of any number of samples
     if residual.level is NoiseLevel.COLOURED:
         samples = f"{residual.samples} samples worth {effective} effective ones"

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.uncertainty.settings import NOISE
 from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain
 from mechid.reports.fit.details import worst_pair
@@ -124,7 +124,7 @@ def _misfits(data: Data, residuals: Residuals) -> Residuals:
 
 def _misfit(row: Data, residual: AgainstNoise) -> str:
     where = ""
-    if row["bands"] and residual.ratio > MISFIT:  # below, the largest band may be that of the noise
+    if row["bands"] and residual.ratio > NOISE.misfit:  # below, the largest band may be that of the noise
         band = max(row["bands"], key=lambda b: float(b["residual_rms"]))
         where = f", most of it in the third octave at {digits(band['centre_hz'], 3)} Hz"
     return f"Record {_called(row)}: the residual is {above_words(residual)}{where}."

@@ -12,8 +12,9 @@ from mechid.analysis.look import ChannelLook, Drive, RecordLook
 from mechid.analysis.measured_resonances import MeasuredResonance
 from mechid.analysis.order_tracking import OrderLine
 from mechid.analysis.seen_lines import SeenLine
+from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
-from mechid.analysis.step_lines import RESOLVED, StepLine
+from mechid.analysis.step_lines import StepLine
 from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, with_sigma
@@ -205,8 +206,8 @@ def _line(seen: SeenLine) -> dict[str, Any]:
 
 def _step_line(line: StepLine) -> dict[str, Any]:
     amplitude, sigma = with_sigma(line.amplitude, line.sigma)
-    resolved = line.amplitude > RESOLVED * line.sigma
-    least = f"below {digits(RESOLVED * line.sigma, 2)}"
+    resolved = line.amplitude > ORDER.resolved * line.sigma
+    least = f"below {digits(ORDER.resolved * line.sigma, 2)}"
     text = {
         "order": plain(line.order, 4),
         "amplitude": amplitude if resolved else least,

@@ -1,1 +1,0 @@
-"""Disturbances that are no plant: what differs between records, and between clocks, and is none of the mechanism's."""

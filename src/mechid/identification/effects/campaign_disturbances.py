@@ -1,0 +1,151 @@
+"""Disturbances of a campaign: those that it may have and does not declare, and those that an earlier fit has found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from mechid.arrays import FloatArray
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record, record_parameter_name
+from mechid.campaign.identify_options import DISTURBANCES, MAINS
+from mechid.command import MeasuredCommand
+from mechid.identification.effects.disturbance import Disturbance, with_own
+from mechid.identification.effects.mains import mains
+from mechid.identification.effects.settings import PRIORS
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.parameter import Declaration, Parameter, Role, Status
+from mechid.plant.plant import Plant
+
+
+def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:
+    """Return the disturbances that records of a problem may have, none of which is declared or excluded.
+
+    Mains hum is one where the longest record shows it: in what the model at `q` leaves, or else before any model.
+    """
+    asked = campaign.options.disturbances
+    allowed = DISTURBANCES if asked == "auto" else () if asked == "none" else asked
+    stepped = tuple(t for t in problem.targets if not isinstance(t.command, MeasuredCommand))
+    found = (one for name in allowed if name != MAINS for one in _MADE[name](problem, stepped))
+    hum = mains(problem, q) if MAINS in allowed else None
+    return tuple(one for one in (*found, hum) if one and one.records)
+
+
+def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    if any(t.clocks for t in stepped):
+        return
+    own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, PRIORS.clock_ppm)
+    words = "the driver's clock and the recorder's do not run at the same rate"
+    yield Disturbance("clock", words, {t.name: (own,) for t in stepped})
+
+
+def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    if any(t.clocks for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
+        return
+    names = {t.name: record_parameter_name(t.name, CLOCK.key) for t in stepped}
+    own = {record: (_free(name, CLOCK, 0.0, PRIORS.clock_ppm),) for record, name in names.items()}
+    yield Disturbance(
+        "record.clock", "the driver's clock, or the recorder's, runs at another rate in some records", own
+    )
+
+
+def _delay(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    known = [t for t in stepped if not t.time_offset.is_free]
+    own = {
+        t.name: (_free(t.time_offset.name, t.time_offset.declaration, t.time_offset.value, PRIORS.delay_s),)
+        for t in known
+    }
+    yield Disturbance("record.delay", "the records start earlier or later than their commands", own)
+
+
+def _of_role(role: Role, name: str, words: str) -> Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]:
+    """Return what makes the disturbance in which each record has its own value of the parameter of a role."""
+
+    def make(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+        mechanism = problem.space.mechanism
+        keys = {name: key for key, name in mechanism.plant.of_record.items()}
+        for parameter in (n for n in mechanism.plant.having(role) if n in keys):
+            declared = any(p.replaces == parameter for t in problem.targets for p in t.own)
+            if declared or len(problem.targets) < 2 or not mechanism.value(parameter):
+                continue
+            shared, sigma = mechanism.parameters[parameter], PRIORS.shares[role] * abs(mechanism.value(parameter))
+            made = _free("", shared.declaration, shared.value, sigma)
+            if shared.is_free:
+                made = replace(made, min=shared.min, max=shared.max)
+            names = {t.name: record_parameter_name(t.name, keys[parameter]) for t in problem.targets}
+            own = {t: (replace(made, name=own_name, replaces=parameter),) for t, own_name in names.items()}
+            yield Disturbance(name, words, own)
+
+    return make
+
+
+def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Parameter:
+    low, high = (
+        max(value - PRIORS.reach * sigma, declaration.lower),
+        min(value + PRIORS.reach * sigma, declaration.upper),
+    )
+    return Parameter(
+        name=name, value=value, declaration=declaration, min=low, max=high, sigma=sigma, status=Status.FREE
+    )
+
+
+_MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
+    "clock": _clock,
+    "record.clock": _own_clocks,
+    "record.delay": _delay,
+    "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
+    "record.gain": _of_role(Role.TRANSDUCER_GAIN, "record.gain", "the transducer's gain differs from record to record"),
+    "record.temperature": _of_role(
+        Role.WINDING_RESISTANCE,
+        "record.temperature",
+        "the winding's resistance, so its temperature, differs from record to record",
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Declared:
+    """A record's own parameter as the fit began with it: its start, bounds and prior, in its unit."""
+
+    start: float
+    min: float
+    max: float
+    sigma: float | None
+
+    @classmethod
+    def bounded(cls, start: float, low: float | None, high: float | None, sigma: float | None) -> Declared:
+        """Return it from what estimate.json writes, in which no bound is none."""
+        return cls(
+            start=start, min=-math.inf if low is None else low, max=math.inf if high is None else high, sigma=sigma
+        )
+
+
+def recalled(campaign: Campaign, found: Mapping[str, Declared]) -> Campaign:
+    """Return a campaign whose records have the parameters that an earlier fit has found, by dotted name."""
+    plant = campaign.mechanism.plant
+    return replace(campaign, records=tuple(recalled_record(r, found, plant) for r in campaign.records))
+
+
+def recalled_record(record: CampaignRecord, found: Mapping[str, Declared], plant: Plant) -> CampaignRecord:
+    """Return a record with the parameters that an earlier fit has found of it, free."""
+    prefixes = f"record.{record.name}.", f"{CAMPAIGN}."
+    own = (_parameter(name, given, plant) for name, given in found.items() if name.startswith(prefixes))
+    return with_own(record, own)
+
+
+def _parameter(name: str, given: Declared, plant: Plant) -> Parameter:
+    key = name.removeprefix(f"{CAMPAIGN}.") if name.startswith(f"{CAMPAIGN}.") else key_in_record(name)
+    instants = {d.key: d for d in (TIME_OFFSET, CLOCK)}
+    replaces = "" if key in instants else plant.of_record[key]
+    return Parameter(
+        name=name,
+        value=given.start,
+        declaration=instants.get(key) or plant.declarations[replaces],
+        min=given.min,
+        max=given.max,
+        sigma=given.sigma,
+        status=Status.FREE,
+        replaces=replaces,
+    )

@@ -1,0 +1,142 @@
+"""Mains hum: lines at multiples of 50 or 60 Hz, at the frequency that all records tell, projected out of each."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
+from mechid.identification.effects.settings import PRIORS
+from mechid.identification.output_error.misfit import misfit_series
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.signal.grid import Hummed, drifting_lines, evident_grid
+from mechid.signal.lines import prominence
+from mechid.signal.mains import MainsLine, mains_lines
+from mechid.signal.series import is_finite
+from mechid.signal.settings import HUM
+
+USUAL = (1, 2, 3)
+"""Multiples of a grid that is declared, whether they stand out or not."""
+WORDS = "mains hum is in the records"
+
+
+def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | None = None) -> Disturbance | None:
+    """Return mains hum as the longest record shows it: in what the model leaves at a point, or before any model.
+
+    A record whose rate varies shows best whether it is there: steps at 50 a second are lines of 50 Hz too, so that at a
+    steady rate lines at quarters of it do not count. Its frequency is the one that all records tell together, within
+    0.2 Hz of the nominal or declared one, or a record's own where that tells another; what a record of T s tells of a
+    frequency is far below 1/T. In what a model leaves, a line is followed where it drifts (`mechid.signal.grid`).
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,) or None
+        Where the model is to be taken from the record.
+    declared_hz : float or None
+        Its frequency where it is known to be there, with its usual multiples at least; 50 or 60 are the nominal ones.
+    """
+    longest = max(problem.targets, key=lambda t: (_varies(t), t.base.duration_s))
+    series = longest.leading.measured if q is None else misfit_series(problem.model, longest, q, _whole(longest))[0]
+    if not is_finite(series) or series.size < PRIORS.hum_samples:
+        return None
+    found = prominence(series, longest.base.sample_rate_hz)
+    seen = [one for one in mains_lines(found) if _varies(longest) or not _is_of_steps(one, longest, found.bin_hz)]
+    grids = {one.mains_hz for one in seen} if declared_hz is None else {_nominal(declared_hz)}
+    if not grids:
+        return None
+    grid = max(grids, key=lambda hz: sum(one.line.ratio for one in seen if one.mains_hz == hz))
+    own = [one for one in seen if one.mains_hz == grid]
+    multiples = sorted({one.multiple for one in own} | set(USUAL if declared_hz else ()))
+    hummed = [_hummed(problem, target, q) for target in problem.targets]
+    told = evident_grid(hummed, declared_hz or grid)
+    hz = _frequency(own) if own and declared_hz in (None, grid) else declared_hz or grid
+    each = told.own_hz if told else (hz,) * len(hummed)
+    lines = {}
+    for target, one, own_hz in zip(problem.targets, hummed, each, strict=True):
+        inside = _within([own_hz * multiple for multiple in multiples], target)
+        drift = drifting_lines if told and q is not None else _steady
+        lines[target.name] = tuple(hz for line in inside for hz in drift(one, line))
+    return Disturbance(f"{MAINS_PREFIX}{grid:g}Hz", WORDS, lines_hz=lines)
+
+
+def read_anew(problem: Problem, q: FloatArray, declared_hz: float) -> Problem:
+    """Return a problem whose declared hum is that of what the model leaves at a point, where its motion hides none."""
+    bare = replace(problem, targets=tuple(_without_lines(t) for t in problem.targets))
+    hum = mains(bare, q, declared_hz)
+    return with_disturbances(bare, [hum]) if hum else problem
+
+
+def grid_shown(problem: Problem, q: FloatArray) -> float | None:
+    """Return the frequency in Hz of the grid whose hum records have had removed, or that is left in them; else None.
+
+    What is left counts as hum where a record of varying rate shows it, or two of others: at one rate alone it may be
+    the mechanism's.
+    """
+    removed = sorted(lines_of(problem))
+    if removed:
+        nominal = min(HUM.mains_hz, key=lambda grid: sum(abs(math.remainder(hz, grid)) for hz in removed))
+        return statistics.median(hz / round(hz / nominal) for hz in removed)
+    hummed = [_hummed(problem, target, q) for target in problem.targets]
+    for nominal in HUM.mains_hz:
+        told = evident_grid(hummed, nominal)
+        shown = [t for t, shows in zip(problem.targets, told.shown, strict=True) if shows] if told else []
+        if told and (len(shown) > 1 or any(map(_varies, shown))):
+            return told.hz
+    return None
+
+
+def _without_lines(target: Target) -> Target:
+    return replace(target, channels=(replace(target.leading, turns=()), *target.channels[1:]))
+
+
+def _hummed(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
+    """Return the series of a target in which hum is looked for: as measured, or what the model leaves at a point."""
+    series = target.leading.measured if q is None else misfit_series(problem.model, target, q, _whole(target))[0]
+    rate, varies = abs(float(target.command.rate.rates[0])), _varies(target)
+
+    def is_clear(hz: float, reach: float) -> bool:
+        return varies or rate == 0.0 or abs(math.remainder(hz, 0.25 * rate)) > reach
+
+    return Hummed(series if is_finite(series) else np.zeros(0), target.base.sample_rate_hz, is_clear)
+
+
+def _nominal(hz: float) -> float:
+    return min(HUM.mains_hz, key=lambda grid: abs(grid - hz))
+
+
+def _varies(target: Target) -> bool:
+    """Tell whether the commanded rate of a record does."""
+    return len(set(target.command.rate.rates)) > 1
+
+
+def _is_of_steps(one: MainsLine, target: Target, bin_hz: float) -> bool:
+    """Tell whether a line is where a steady rate has its own: at quarters of it, one electrical turn."""
+    quarter_hz = 0.25 * abs(target.command.rate.rates[0])
+    return quarter_hz > 0.0 and abs(math.remainder(one.line.frequency_hz, quarter_hz)) < HUM.bins * bin_hz
+
+
+def _whole(target: Target) -> tuple[int, int]:
+    return 0, target.samples
+
+
+def _frequency(own: Sequence[MainsLine]) -> float:
+    """Return the grid's frequency, Hz, from its lines by least squares."""
+    weights = np.array([(one.multiple * one.line.amplitude / one.line.sigma) ** 2 for one in own])
+    return float(np.average([one.line.frequency_hz / one.multiple for one in own], weights=weights))
+
+
+def _steady(_: Hummed, hz: float) -> tuple[float, ...]:
+    return (hz,)
+
+
+def _within(lines: Sequence[float], target: Target) -> tuple[float, ...]:
+    """Return the lines that a record can have, and does not have projected out already."""
+    rate, there = target.base.sample_rate_hz, target.leading.turns
+    return () if there else tuple(hz for hz in lines if hz < min(HUM.highest_hz + 1.0, 0.5 * rate))
