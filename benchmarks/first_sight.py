@@ -1,7 +1,7 @@
 """What `mechid check` and `identify` say of declarations before any search: false alarms, and faults that were made.
 
     python benchmarks/first_sight.py [--seeds 0:30] [--bench-seeds 0:2] [--campaigns FOLDER ...]    # as declared
-    python benchmarks/first_sight.py --faults [--seeds 0:4]                                  # one fault at a time
+    python benchmarks/first_sight.py --faults [--only KIND] [--seeds 0:4]                    # one fault at a time
 
 The first line looks at the campaigns of the recovery benchmark, at the benches with one effect left out from the
 catalogue, at both with a model that lacks the housing, a detent or both detents, and at campaigns on disk. Nothing is
@@ -25,14 +25,14 @@ from mechid.campaign import Campaign, CampaignRecord, load_campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.contradiction.confirmed_sight import confirmed_sight
-from mechid.identification.contradiction.first_sight import SCALES, FirstSight
-from mechid.identification.contradiction.own_evidence import hum_lines, own_evidence
-from mechid.identification.contradiction.wrong_count import wrong_count_lines
 from mechid.identification.output_error.declaration import Reading, record_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
+from mechid.identification.readings.detectors import find_all
+from mechid.identification.readings.finding import DeclaredRecords, Finding
+from mechid.identification.readings.misreading import find_misreadings, with_rates_compared
+from mechid.identification.readings.rules import RULES
 from mechid.plant.mechanism import Mechanism
 from recovery.campaigns import campaign as recovery_campaign
 from recovery.mechanisms import FAMILIES, paper_table
@@ -44,7 +44,7 @@ def main() -> None:
     """Look at campaigns as declared, or at those with a fault."""
     arguments = _arguments()
     if arguments.faults:
-        faults(range(*arguments.seeds))
+        faults(range(*arguments.seeds), arguments.only)
     else:
         as_declared(arguments)
 
@@ -55,6 +55,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--bench-seeds", type=_range, default=(0, 2), metavar="A:B", help="of each effect left out")
     parser.add_argument("--campaigns", type=Path, nargs="*", default=[], metavar="FOLDER", help="on disk")
     parser.add_argument("--faults", action="store_true", help="one fault at a time, in the recovery benchmark's")
+    parser.add_argument("--only", default="", metavar="KIND", help='faults whose kind has this, e.g. "rate times"')
     return parser.parse_args()
 
 
@@ -63,22 +64,17 @@ def _range(text: str) -> tuple[int, int]:
     return int(first), int(last)
 
 
-def problem_of(campaign: Campaign) -> Problem:
+def records_of(campaign: Campaign) -> DeclaredRecords:
     """Return the records of a campaign as declared."""
-    return Problem(SearchSpace(campaign.mechanism), tuple(map(target_of, campaign.estimated)))
+    problem = Problem(SearchSpace(campaign.mechanism), tuple(map(target_of, campaign.estimated)))
+    return DeclaredRecords(campaign, problem)
 
 
-def sight_of(campaign: Campaign) -> FirstSight:
-    """Return the first sight of a campaign, on one core."""
+def misreadings_of(campaign: Campaign) -> tuple[Finding, ...]:
+    """Return what the spectra of a campaign contradict, as `identify` uses it, on one core."""
+    records = records_of(campaign)
     with one_core_algebra():
-        return confirmed_sight(problem_of(campaign), {})
-
-
-def own_lines_of(campaign: Campaign) -> list[str]:
-    """Return what the records of a campaign show by themselves."""
-    problem = problem_of(campaign)
-    with one_core_algebra():
-        return [*own_evidence(problem, ()), *wrong_count_lines(problem), *hum_lines(problem.targets)]
+        return with_rates_compared(records, tuple(find_misreadings(records)))
 
 
 def as_declared(arguments: argparse.Namespace) -> None:
@@ -86,13 +82,13 @@ def as_declared(arguments: argparse.Namespace) -> None:
     counted, alarms, seconds = Counter(), Counter(), []
     for kind, name, campaign in _right(arguments):
         began = time.process_time()
-        sight = sight_of(campaign)
-        lines = own_lines_of(campaign)
+        with one_core_algebra():
+            found = find_all(records_of(campaign))
         seconds.append(time.process_time() - began)
         counted[kind] += 1
-        if sight != FirstSight() or lines:
+        if found:
             alarms[kind] += 1
-            print(f"{kind} {name}: {sight}", *lines, flush=True)
+            print(f"{kind} {name}:", *(finding.line() for finding in found), sep="\n    ", flush=True)
     for kind, count in counted.items():
         print(f"{kind}: {alarms[kind]} alarms in {count} campaigns")
     print(f"CPU seconds: median {sorted(seconds)[len(seconds) // 2]:.2f}, worst {max(seconds):.2f}")
@@ -132,67 +128,67 @@ def _poorer() -> Iterator[tuple[str, Mechanism]]:
         yield words, mechanism_from_table(copy.deepcopy(table), "catalogue")
 
 
-def faults(seeds: range) -> None:
+def faults(seeds: range, only: str = "") -> None:
     """Print how often each kind of fault is named rightly, wrongly, or not."""
     found: dict[str, Counter[str]] = {}
     for seed in seeds:
         family = FAMILIES[1]
         campaign = recovery_campaign(family.catalogue(), family.truth(seed), seed, "all")
         for kind, names, made, right in _faulty(campaign):
-            sight = sight_of(made)
+            if only not in kind:
+                continue
+            findings = misreadings_of(made)
             of = found.setdefault(kind, Counter())
-            of[_judged(sight, names, right)] += 1
-            others = set(sight.otherwise) - set(names)
-            of["another record named"] += bool(others)
+            of[_judged(findings, names, right)] += 1
+            of["another record named"] += bool({n for one in findings for n in one.reading} - set(names))
     for kind, counts in found.items():
         print(f"{kind:32} " + ", ".join(f"{count} {words}" for words, count in sorted(counts.items()) if count))
 
 
-Right = Callable[[FirstSight, str], bool]
+Right = Callable[[Reading], bool]
 
 
-def _judged(sight: FirstSight, names: tuple[str, ...], right: Right) -> str:
-    if not names:
-        return "named" if right(sight, "") else "not named"
-    if not set(names) & set(sight.otherwise):
+def _judged(findings: tuple[Finding, ...], names: tuple[str, ...], right: Right | str) -> str:
+    if isinstance(right, str):
+        return "named" if any(right in finding.line() for finding in findings if not finding.records) else "not named"
+    readings = {name: one for finding in findings for name, one in finding.reading.items()}
+    if not set(names) & set(readings):
         return "not named"
-    sure = "" if set(names) <= set(sight.sure) else ", and not used"
-    return (
-        "named" if all(name in sight.otherwise and right(sight, name) for name in names) else "named otherwise"
-    ) + sure
+    used = {name for finding in findings if finding.is_confirmed for name in finding.reading}
+    named = "named" if all(name in readings and right(readings[name]) for name in names) else "named otherwise"
+    return named + ("" if set(names) <= used else ", and not used")
 
 
-def _faulty(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], Campaign, Right]]:
+def _faulty(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], Campaign, Right | str]]:
     """Yield kind of fault, records, campaign, and what tells whether it was named rightly."""
     names = [record.name for record in campaign.records]
-    for scale in SCALES:
+    for scale in RULES.torque_scales:
         wrong = {name: Reading(scale=1.0 / scale) for name in names}
-        yield f"unit of all {scale:g}", (), _taken(campaign, wrong), lambda s, _, k=scale: s.common_scale == k
+        yield f"unit of all {scale:g}", (), _taken(campaign, wrong), f"about {1.0 / scale:.3g} times"
         for name in names:
-            right = lambda s, n, k=scale: s.otherwise[n].scale == k  # noqa: E731
+            right = lambda one, k=scale: one.scale == k  # noqa: E731
             yield f"unit of one {scale:g}", (name,), _taken(campaign, {name: wrong[name]}), right
     for name in names:
         true = campaign.record(name).command
         coarse = true.microsteps <= 2
         other = {"stepping": "micro", "microsteps": 16} if coarse else {"stepping": "full", "microsteps": 1}
         kind = f"{'full' if coarse else 'micro'} steps declared as {other['stepping']}"
-        yield kind, (name,), _commanded(campaign, name, **other), lambda s, n, c=coarse: _is_coarse(s, n) == c
+        yield kind, (name,), _commanded(campaign, name, **other), lambda one, c=coarse: _is_coarse(one) == c
         for factor in RATES:
             rate = RateProfile(true.rate.times_s, tuple(factor * one for one in true.rate.rates))
-            right = lambda s, n, was=true.rate: _near(s, n, max(was.rates))  # noqa: E731
+            right = lambda one, was=true.rate: _near(one, max(was.rates))  # noqa: E731
             yield f"rate times {factor:g}", (name,), _commanded(campaign, name, rate=rate), right
     for one, other in combinations(names, 2):
-        swapped = lambda s, n, pair=(one, other): s.otherwise[n].swapped in pair  # noqa: E731
+        swapped = lambda found, pair=(one, other): found.swapped in pair  # noqa: E731
         yield "two swapped", (one, other), _exchanged(campaign, one, other), swapped
 
 
-def _is_coarse(sight: FirstSight, name: str) -> bool | None:
-    steps = sight.otherwise[name].microsteps
-    return None if steps is None else steps <= 2
+def _is_coarse(reading: Reading) -> bool | None:
+    return None if reading.microsteps is None else reading.microsteps <= 2
 
 
-def _near(sight: FirstSight, name: str, rate: float) -> bool:
-    found = sight.otherwise[name].rate
+def _near(reading: Reading, rate: float) -> bool:
+    found = reading.rate
     return found is not None and abs(max(found.rates) / rate - 1.0) < 0.02
 
 

@@ -17,6 +17,44 @@ PACKAGE = Path(mechid.__file__).parent
 """As it is imported: that of the checkout, or of a wheel that is tested."""
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 LONGEST_FILE = 350
+TESTS = ROOT / "tests"
+LEAST_LINES = 150
+"""A module of so many lines has a test file of its name."""
+FOLDERS_WITHOUT_A_PACKAGE = {
+    "measured": "campaigns on measured data by others: whole jobs, of no module by itself",
+    "kernel/golden": "texts that tests/kernel/test_source.py compares with",
+}
+WITHOUT_A_TEST_FILE = {
+    name + ".py"
+    for name in (
+        "identification/conclude",
+        "identification/contradiction/agreement",
+        "identification/contradiction/alternatives",
+        "identification/contradiction/first_sight",
+        "identification/contradiction/own_timing",
+        "identification/contradiction/record_sight",
+        "identification/contradiction/wrong_count",
+        "identification/diagnosis/candidate",
+        "identification/diagnosis/diagnosis",
+        "identification/diagnosis/pictures",
+        "identification/diagnosis/search",
+        "identification/diagnosis/steps",
+        "identification/diagnosis/stretches",
+        "identification/diagnosis/with_laws",
+        "identification/disturbance/disturbance",
+        "identification/disturbance/scores",
+        "identification/grading",
+        "identification/refit/bootstrap",
+        "identification/refit/profile",
+        "identification/refit/reopened",
+        "identification/result/fit",
+        "identification/result/fit_file",
+        "identification/stages/beside",
+        "identification/stages/disturbances",
+        "interface/identification",
+    )
+}
+"""Modules whose tests do not lie in a file of their name yet. It only gets shorter: nothing is added here."""
 NAMES_THAT_SAY_NOTHING = {"base", "common", "helper", "helpers", "misc", "tools", "util", "utils"}
 
 
@@ -57,6 +95,49 @@ def test_what_scripts_import_of_mechid_is_there(folder: str) -> None:
     assert asked
     lost = [one for one in sorted(asked) if not _is_there(*one[:2])]
     assert not lost
+
+
+def test_test_folders_mirror_the_packages() -> None:
+    """Truth: the folders of the package; where a test goes follows from the module that it tests."""
+    folders = {path.parent.relative_to(TESTS).as_posix() for path in TESTS.rglob("*") if path.suffix in (".py", ".txt")}
+    strange = {name for name in folders - FOLDERS_WITHOUT_A_PACKAGE.keys() if not (PACKAGE / name).is_dir()}
+    assert not strange
+    assert folders >= FOLDERS_WITHOUT_A_PACKAGE.keys()
+
+
+def test_a_module_of_some_size_has_a_test_file_of_its_name() -> None:
+    """Truth: the files. Settings are values alone, which `test_a_setting_is_frozen_and_says_what_it_is` looks at."""
+    assert _without_a_test_file() - WITHOUT_A_TEST_FILE == set()
+
+
+def test_a_module_that_has_got_its_test_file_is_no_longer_listed() -> None:
+    assert WITHOUT_A_TEST_FILE - _without_a_test_file() == set()
+
+
+def _without_a_test_file() -> set[str]:
+    names = [path.relative_to(PACKAGE) for path in SOURCES if _lines(path) >= LEAST_LINES]
+    tested = {name for name in names if (TESTS / name.parent / f"test_{name.stem.strip('_')}.py").is_file()}
+    return {name.as_posix() for name in names if name not in tested and name.stem not in ("__init__", "settings")}
+
+
+def _lines(path: Path) -> int:
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
+@pytest.mark.parametrize(
+    "path",
+    [path for path in SOURCES if path.stem == "settings"],
+    ids=lambda path: path.relative_to(PACKAGE).as_posix(),
+)
+def test_a_setting_is_frozen_and_says_what_it_is(path: Path) -> None:
+    """Truth: the text of the module; behind each field stands a sentence on it."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef):
+            assert any("frozen=True" in ast.unparse(decorator) for decorator in node.decorator_list), node.name
+            for field, behind in zip(node.body, [*node.body[1:], None], strict=True):
+                if isinstance(field, ast.AnnAssign):
+                    said = isinstance(behind, ast.Expr) and isinstance(behind.value, ast.Constant)
+                    assert said, f"{node.name}.{ast.unparse(field.target)}"
 
 
 def _is_there(module: str, name: str) -> bool:

@@ -46,6 +46,13 @@ def test_such_sentences_are_found(stale):
     assert TO_COME.search(stale)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_test_that_a_page_names_is_there(page):
+    """Truth: the files; a page that says what holds it is worth what its test is."""
+    named = re.findall(r"\btests/(?:[\w.-]+/)*(?:[\w-]+\.py)?", page.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
 def page(name):
     return " ".join((ROOT / "docs" / name).read_text(encoding="utf-8").split())
 

@@ -6,6 +6,8 @@ FREQUENCY_HZ = np.array([0.0, 18.0, 61.0])
 DAMPING = np.array([0.0, 0.01, 0.005])
 INTERFACE = np.array([0.05, 0.2, -0.1])
 LINE_OF_SIGHT = np.array([[0.05, -0.12, 0.02], [0.0, 0.03, 0.07]])
+TRANSLATION, TILT = np.array([0.3, -0.2, 0.1]), np.array([0.05, 0.02, -0.07])
+"""Shapes at the interface along two further directions, tx and ry."""
 NAMES = ("los_x", "los_y")
 
 

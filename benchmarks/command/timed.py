@@ -17,7 +17,7 @@ BEGAN = time.time()
 PARTS = {
     "records": ("mechid.campaign", "load_campaign"),
     "kernel": ("mechid.cli.kernel_notice", "prepare_kernel"),
-    "first sight": ("mechid.identification.identify", "first_seen"),
+    "first sight": ("mechid.identification.identify", "read_as_found"),
     "search": ("mechid.reports.identified", "identify"),
     "multi-start": ("mechid.identification.stages.growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),

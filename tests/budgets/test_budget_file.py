@@ -1,4 +1,4 @@
-"""Budget files: what the example says, and every wrong entry answered with its place and the remedy."""
+"""Budget files. Truth: the example as it is written, and a line with place and remedy for every wrong entry."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The ``conditioning`` and ``time`` of a record in campaign.toml."""
+"""The ``conditioning`` and ``time`` of a record. Truth: the file as written, and the whole record."""
 
 import numpy as np
 import pytest

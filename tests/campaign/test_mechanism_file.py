@@ -1,4 +1,4 @@
-"""The mechanism file: what it may say, and what stands for what it leaves out."""
+"""The mechanism file, and what stands for what it leaves out. Truth: the declarations of the blocks, the file."""
 
 import numpy as np
 import pytest

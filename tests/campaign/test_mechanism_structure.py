@@ -1,4 +1,4 @@
-"""Mechanism files that choose from the block library: read, written back, and refused with the nearest right word."""
+"""What of a mechanism file shapes the equations. Truth: the mechanism read back; the nearest right word."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A mechanism that is written reads back as it was."""
+"""A mechanism as text. Truth: the mechanism itself, which is read back to the last digit."""
 
 import math
 from dataclasses import replace

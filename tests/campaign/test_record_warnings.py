@@ -1,4 +1,4 @@
-"""What is odd about a record and yet usable is said, and names the record."""
+"""What is odd about a record and yet usable. Truth: the oddity that was put into the file; the record is named."""
 
 import numpy as np
 import pytest

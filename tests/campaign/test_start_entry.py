@@ -1,4 +1,4 @@
-"""The start of a record in the campaign file: estimated, in motion, with a time that does not count."""
+"""The start of a record in the campaign file. Truth: sizes by hand, and the rate commanded where the file begins."""
 
 import numpy as np
 import pytest

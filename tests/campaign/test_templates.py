@@ -1,4 +1,4 @@
-"""New files: they explain themselves, are refused until they are filled in, and load then."""
+"""New files, refused until they are filled in. Truth: what is read of them once they are."""
 
 import re
 import tomllib

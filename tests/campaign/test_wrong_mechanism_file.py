@@ -1,4 +1,4 @@
-"""A mechanism file that is wrong: where, what was found, and what to write."""
+"""A mechanism file that is wrong. Truth: the place, what was put there, and what to write instead."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""``mechid profile`` and ``mechid bootstrap`` on a finished fit: files, tables, going on, refusals."""
+"""``mechid profile`` and ``mechid bootstrap``. Truth: the standard errors of a nearly linear fit, and earlier draws."""
 
 import csv
 import json

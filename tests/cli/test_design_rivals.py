@@ -1,4 +1,4 @@
-"""``mechid design --diagnosis``: what is refused, and what is said where there is nothing to tell apart."""
+"""``mechid design --diagnosis``. Truth: the diagnosis written by hand, and exit code 3 with one line."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Ctrl-C while identifying: the best so far is kept, marked, and the exit code is 130."""
+"""Ctrl-C while identifying. Truth: exit code 130, and the best values so far in a file marked as such."""
 
 import json
 import os

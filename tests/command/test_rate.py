@@ -1,4 +1,4 @@
-"""Rate profiles and the tables they are read from."""
+"""Rate profiles and the tables they are read from. Truth: the numbers written, and a line for each fault."""
 
 import re
 

@@ -1,14 +1,10 @@
 """A fleet of finished fits. Truth: synthetic fleets of known mean, spread, trend, changes and outliers."""
 
-import json
-
 import numpy as np
 
 import mechid
 from estimates import free, known
 from mechid.fleets.cautions import cautions
-from mechid.fleets.numbers import fleet_data
-from mechid.identification.result.estimate_file import json_text
 from synthetic_fleet import MEANS, NAMES, Truth, drawn, quoted, write_fit, write_fleet_file
 
 
@@ -102,16 +98,3 @@ def test_covariates_that_go_together_and_known_values_that_differ_are_said(tmp_p
     said = " ".join(cautions(made(tmp_path, write_fleet_file(tmp_path, entries))))
     assert "cycles and date go together over the campaigns (correlation 1.00)" in said
     assert "load.inertia is a known number in the mechanism files, and not the same in all" in said
-
-
-def test_one_unit_alone_and_no_unit_at_all(tmp_path):
-    one = made(tmp_path, write_fit(tmp_path / "a", {"gear.stiffness": free(900.0, 1.0)}))
-    assert parameter(one, "gear.stiffness").spread is None
-    broken = tmp_path / "b"
-    broken.mkdir()
-    (broken / "estimate.json").write_text("{", encoding="utf-8")
-    none = made(tmp_path, broken)
-    assert (none.failed, none.parameters) == (("b",), ())
-    assert "is damaged" in none.runs[0].said
-    for fleet in (one, none):
-        assert json.loads(json_text(fleet_data(fleet, tmp_path)))["format"] == "mechid-fleet/1"

@@ -14,9 +14,10 @@ from mechid.analysis.information import record_information
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.errors import InputFileError
-from mechid.identification.contradiction.alternatives import first_moments, judge
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED
+from mechid.identification.readings.alternatives import judge
+from mechid.identification.readings.trial import first_moments
 from mechid.reports.overview import campaign_data
 from paper import constant
 from runs import base, run_twin

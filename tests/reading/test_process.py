@@ -1,4 +1,4 @@
-"""The process that reads: what befalls it is one error here, and the next call is as good as the first."""
+"""The process that reads. Truth: one error here for whatever befalls it there; the next call is as the first."""
 
 import ctypes
 import math
@@ -82,8 +82,11 @@ def test_a_hang_that_holds_the_interpreter_is_ended():
 
 
 def test_a_larger_file_has_more_time(monkeypatch):
+    """Truth: the same call, which is ended where the file is small."""
     monkeypatch.setattr(process, "PATIENCE_S", 0.2)
-    call(time.sleep, 0.6, size=int(2 * process.SLOWEST))
+    assert call(time.sleep, 0.6, size=int(2 * process.SLOWEST)) is None
+    with pytest.raises(UnreadableError):
+        call(time.sleep, 0.6)
 
 
 def test_one_process_serves_all_threads():

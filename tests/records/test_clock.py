@@ -1,4 +1,4 @@
-"""The clock: stamps made from a known rate are read back as that rate, everything else is refused."""
+"""The clock. Truth: the rate that stamps were made from; everything else is refused at its row."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which column becomes what: the contract's rules, one by one, and a message for every refusal."""
+"""Which column becomes what. Truth: the rules of the contract, one by one, and a line for every refusal."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The text reader: small files by named builders, each with the arrays and the clock expected."""
+"""The text reader. Truth: the arrays and the clock that each small file was built from."""
 
 import hashlib
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Every format: the arrays a file was written from come back, and whatever is wrong is one line."""
+"""Every format. Truth: the arrays that a file was written from; whatever is wrong is one line."""
 
 import sys
 

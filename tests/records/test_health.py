@@ -1,4 +1,4 @@
-"""What is odd about a channel: dead, clipped, or just at rest."""
+"""Dead and clipped channels. Truth: the samples that were cut, counted by hand; healthy ones pass in silence."""
 
 import tomllib
 

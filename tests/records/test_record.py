@@ -1,4 +1,4 @@
-"""The record itself, and the campaigns of the independent simulator."""
+"""The record itself. Truth: counts by hand, NumPy's reader, and campaigns of the independent simulator."""
 
 import tracemalloc
 

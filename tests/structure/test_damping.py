@@ -1,4 +1,4 @@
-"""Damping in percent: read where the file says so, asked about where it looks so, believed where it is stated."""
+"""Damping in percent. Truth: the ratio that was written as percent; what only looks like it is asked about."""
 
 import numpy as np
 import pytest

@@ -6,9 +6,8 @@ import pytest
 from mechid.errors import InputFileError
 from mechid.structure import Location, Modes, Selection, read_structure
 from mechid.structure.selection import DIRECTIONS
-from three_modes import DAMPING, FREQUENCY_HZ, INTERFACE, LINE_OF_SIGHT
+from three_modes import DAMPING, FREQUENCY_HZ, INTERFACE, LINE_OF_SIGHT, TILT, TRANSLATION
 
-TRANSLATION, TILT = np.array([0.3, -0.2, 0.1]), np.array([0.05, 0.02, -0.07])
 F = np.array([0.7, 4.0, 9.0, 31.0])
 
 
@@ -16,24 +15,6 @@ def expected(shape):
     """Return the sum over the modes, (n, m)."""
     w, wk = 2.0 * np.pi * F[:, None], 2.0 * np.pi * FREQUENCY_HZ
     return (shape / (wk**2 - w**2 + 2j * DAMPING * wk * w)) @ LINE_OF_SIGHT.T
-
-
-@pytest.fixture
-def toml(tmp_path):
-    """Return a modal table with two directions beside the mechanism's own."""
-    lines = ['line_of_sight = ["x", "y"]', 'axis = "rz"']
-    for k, (f, zeta) in enumerate(zip(FREQUENCY_HZ, DAMPING, strict=True)):
-        lines += [
-            "[[mode]]",
-            f"frequency_hz = {f}",
-            f"damping = {zeta}",
-            f"interface = {INTERFACE[k]}",
-            f"line_of_sight = {LINE_OF_SIGHT[:, k].tolist()}",
-            f"directions = {{ tx = {TRANSLATION[k]}, ry = {TILT[k]} }}",
-        ]
-    path = tmp_path / "modes.toml"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    return path
 
 
 def test_a_modal_table_in_toml(toml):

@@ -1,4 +1,4 @@
-"""One structure written in every format reads back to the same transfer functions, those of the sum over modes."""
+"""One structure in every format. Truth: the transfer functions of the sum over its modes."""
 
 import sys
 

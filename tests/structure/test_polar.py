@@ -1,4 +1,4 @@
-"""Magnitude and phase: levels in dB are refused, and a phase is read in the unit that it has."""
+"""Magnitude and phase. Truth: the sum over modes; levels in dB are refused, a phase is read in its own unit."""
 
 import numpy as np
 import pytest

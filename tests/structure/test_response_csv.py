@@ -5,27 +5,7 @@ import pytest
 
 import mechid
 from mechid.structure import Selection, read_structure
-from three_modes import DAMPING, FREQUENCY_HZ, INTERFACE, LINE_OF_SIGHT, receptance
-
-TRANSLATION, TILT = np.array([0.3, -0.2, 0.1]), np.array([0.05, 0.02, -0.07])
-
-
-@pytest.fixture
-def toml(tmp_path):
-    """Return a modal table with two directions beside the mechanism's own."""
-    lines = ['line_of_sight = ["x", "y"]', 'axis = "rz"']
-    for k, (f, zeta) in enumerate(zip(FREQUENCY_HZ, DAMPING, strict=True)):
-        lines += [
-            "[[mode]]",
-            f"frequency_hz = {f}",
-            f"damping = {zeta}",
-            f"interface = {INTERFACE[k]}",
-            f"line_of_sight = {LINE_OF_SIGHT[:, k].tolist()}",
-            f"directions = {{ tx = {TRANSLATION[k]}, ry = {TILT[k]} }}",
-        ]
-    path = tmp_path / "modes.toml"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    return path
+from three_modes import receptance
 
 
 def test_responses_in_csv(toml, tmp_path):

@@ -1,4 +1,4 @@
-"""Units: every factor is the definition of the unit; what is no unit of the quantity is refused."""
+"""Factors to SI. Truth: the definition of each unit; what is no unit of the quantity is refused."""
 
 import math
 import subprocess

@@ -16,9 +16,10 @@ from diagnosis_folder import DETENT, detent, left, less
 from mechid.command import Command, RateProfile
 from mechid.web import Explorer, Source, read_diagnosed
 from mechid.web.estimate import Estimate
+from mechid.web.session import Session
 from synthetic import COMMANDS, displaced, measured
+from turned import TRUTH
 
-TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
 SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 20.0), (0.8, 100.0)]))
 HOSTILE = "<img src=x onerror=document.title='taken'> <script> \"quoted\" 'µ' " + 60 * "long"
 """Would be markup where it is not escaped."""
@@ -44,6 +45,14 @@ def campaign():
 @pytest.fixture(scope="session")
 def source(campaign):
     return Source(campaign, workers=1)
+
+
+@pytest.fixture
+def session(source):
+    """Yield a tab without a browser."""
+    made = Session(source)
+    yield made
+    made.cancel()
 
 
 @contextmanager

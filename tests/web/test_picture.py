@@ -5,23 +5,8 @@ import pytest
 
 import synthetic
 from mechid.identification.identify import make_problem
-from mechid.web.session import Session
 from mechid.web.state import campaign_at
-
-TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
-
-
-@pytest.fixture
-def session(source):
-    made = Session(source)
-    yield made
-    made.cancel()
-
-
-def at_truth(session):
-    for name, value in TRUTH.items():
-        session.turn(name, value)
-    return session
+from turned import TRUTH, at_truth
 
 
 def test_a_picture_is_the_simulation_of_the_settings_and_its_residual_is_the_noise(session):

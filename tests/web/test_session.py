@@ -18,22 +18,9 @@ from mechid.web.fit_run import FitRun, RunState
 from mechid.web.fit_shown import course
 from mechid.web.session import MOST_SHOWN, Session
 from mechid.web.shown import shown_data
+from turned import TRUTH, at_truth
 
-TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
 SECONDS = 60.0
-
-
-@pytest.fixture
-def session(source):
-    made = Session(source)
-    yield made
-    made.cancel()
-
-
-def at_truth(session):
-    for name, value in TRUTH.items():
-        session.turn(name, value)
-    return session
 
 
 def ended(session):

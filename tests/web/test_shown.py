@@ -10,6 +10,7 @@ from mechid.units import unit_words
 from mechid.web import Source
 from mechid.web.session import Session
 from mechid.web.shown import page_data, shown_data
+from turned import at_truth
 
 
 def test_each_channel_is_shown_beside_the_model_in_its_own_unit(tmp_path):
@@ -29,22 +30,6 @@ def test_each_channel_is_shown_beside_the_model_in_its_own_unit(tmp_path):
         (panel,) = shown_data(session, pictures, session.effects(), {})["records"]
         assert dict(panel["numbers"])["residual"].endswith(unit_words(quantity))
     assert {scene.match.quantity for scene in session.scenes.values()} == set(NOISE)
-
-
-TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
-
-
-@pytest.fixture
-def session(source):
-    made = Session(source)
-    yield made
-    made.cancel()
-
-
-def at_truth(session):
-    for name, value in TRUTH.items():
-        session.turn(name, value)
-    return session
 
 
 def test_what_the_page_says_is_plain_json_with_the_numbers_of_the_pictures(session, campaign):

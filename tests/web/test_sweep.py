@@ -10,9 +10,9 @@ import synthetic
 from mechid.web import sweep as module
 from mechid.web.session import Session
 from mechid.web.sweep import sweep_picture
+from turned import TRUTH
 
 AMPLITUDE = 0.05
-TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
 
 
 @pytest.fixture

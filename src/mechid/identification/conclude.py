@@ -13,7 +13,6 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
 from mechid.identification.as_written import as_written
-from mechid.identification.contradiction.departure import departure
 from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
 from mechid.identification.effects.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
@@ -32,6 +31,7 @@ from mechid.identification.result.parameter_estimate import ParameterEstimate, P
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import promised_fall
+from mechid.identification.stages.departure import departure
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.further_errors import clock_warnings
 from mechid.identification.uncertainty.noise_levels import raised_warnings

@@ -20,11 +20,11 @@ from mechid.identification.identifiability.visibility import refuse_free_supply
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
+from mechid.identification.readings.detectors import read_as_found
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.disturbances import fit_with_disturbances, without_imitations
-from mechid.identification.stages.first_seen import first_seen
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
 from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
@@ -88,7 +88,7 @@ def identify(
     state = SearchState(problem, problem.start, problem.whole())
     with one_core_algebra():
         if near is None:
-            campaign, state = first_seen(campaign, state, seed)
+            campaign, state = read_as_found(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
 
         def keep_so_far(at: SearchState) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mechid.campaign import Campaign, load_campaign
 from mechid.identification.identifiability.visibility import start_warnings
-from mechid.identification.stages.first_seen import declaration_warnings
+from mechid.identification.readings.detectors import declaration_warnings
 from mechid.shown import Shown
 
 

@@ -21,9 +21,9 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.contradiction import agreement
-from mechid.identification.contradiction.agreement import _first_look, start_points
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.readings import agreement
+from mechid.identification.readings.agreement import _first_look, start_points
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.profile import profiles
 from mechid.identification.search.settings import SEARCH

@@ -12,7 +12,13 @@ from mechid.identification.diagnosis.laws import promise_of_law
 from mechid.identification.diagnosis.proposal import proposal_of
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.effects.effect import distance_from_null
-from mechid.identification.effects.selection import confirms, counts, drop_unneeded, likely_effects, with_one_more
+from mechid.identification.effects.selection import (
+    add_likeliest,
+    drop_unneeded,
+    is_confirmed,
+    is_significant,
+    likely_effects,
+)
 from mechid.identification.identify import identify
 from synthetic import TRUTH, bench, displaced, truth
 
@@ -35,7 +41,7 @@ def own_names(model, effect):
 
 def measured_with(model, effect):
     """Return a model whose records hold an effect of a known size, made by itself without noise."""
-    wide = model.having(effect)
+    wide = model.put_in(effect)
     values = model.problem.coordinates.values(model.q)
     free = {name: SIZES[effect] for name in own_names(wide, effect) if not name.endswith(("phase_deg", "stiction"))}
     at = wide.at({**values, **free})
@@ -53,7 +59,7 @@ def measured_with(model, effect):
 @KINDS
 def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
     """Truth: at its null value it changes nothing; without it, the problem is the same to the last bit."""
-    wide = plain.having(effect)
+    wide = plain.put_in(effect)
     assert effect in wide.effects
     assert wide.problem.size > plain.problem.size
     there = wide.where(plain)
@@ -61,7 +67,7 @@ def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
     if effect != LAW:  # a law has no null value
         assert there.cost == pytest.approx(plain.cost, rel=1e-9)
         assert np.all(distance_from_null(wide.problem, there.q)[own] == 0.0)
-    less = there.lacking(effect)
+    less = there.take_out(effect)
     assert less.problem.coordinates.names == plain.problem.coordinates.names
     assert less.problem.norms(plain.q, plain.setting.windows) == plain.problem.norms(plain.q, plain.setting.windows)
 
@@ -73,15 +79,15 @@ def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path)
     model = model.fitted(model)
     if effect == LAW:
         law = next(law for law in model.other_laws if law.name == LAW)
-        assert counts(promise_of_law(model, law)[0], model.rules, model.rules.share)
+        assert is_significant(promise_of_law(model, law)[0], model.rules, model.rules.share)
         more = model.with_effect(effect)
     else:
         assert likely_effects(model, model.scores())[0] == effect
-        more = with_one_more(model, {})
+        more = add_likeliest(model, {})
     assert more.effects == (effect,)
-    assert confirms(model, more)
+    assert is_confirmed(model, more)
     idle = next(name for name in (DISTURBANCE, TERM) if name != effect)
-    both = more.having(idle).fitted(more)
+    both = more.put_in(idle).fitted(more)
     (dropped,) = [name for name, _ in drop_unneeded(both, both.effects)]
     assert dropped == idle
     proposal = proposal_of(more)

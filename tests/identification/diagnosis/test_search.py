@@ -33,7 +33,7 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     """Truth: the rule as the documentation has it: a half where more than noise is left, and three that imitate."""
 
     def score(share):
-        return Score(chi_square=1000.0, dof=1, share=share, worth=1e5)
+        return Score(chi_square=1000.0, dof=1, share=share, effective_samples=1e5)
 
     def left(ratio):
         return SimpleNamespace(over_noise=ratio)

@@ -20,7 +20,7 @@ def test_the_score_tells_which_it_is(clock):
     plain = make_problem(one, 1)
     q = plain.coordinates.point(truth)
     found = scores(plain, q, plain.whole(), possible(plain, one, q))
-    assert max(found, key=lambda name: found[name].over) == "clock"
+    assert max(found, key=lambda name: found[name].excess) == "clock"
     assert {name: score.dof for name, score in found.items()} == {
         "clock": 1,
         "record.clock": 3,

@@ -8,14 +8,14 @@ import pytest
 from mechid.identification.effects.rules import DURING_FIT, IN_DIAGNOSIS, EffectRules
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import (
+    add_likeliest,
     better_law,
-    confirms,
-    counts,
     drop_unneeded,
     gain,
+    is_confirmed,
     is_needed,
+    is_significant,
     likely_effects,
-    with_one_more,
 )
 
 SAMPLES = 1000.0
@@ -42,7 +42,7 @@ class Sum:
         return max(self.cost - SAMPLES, 0.0)
 
     @property
-    def worth(self):
+    def effective_samples(self):
         return SAMPLES
 
     @property
@@ -68,7 +68,7 @@ class Sum:
 def test_the_likeliest_effect_is_fitted_and_stays(rules):
     model = Sum({"small": 500.0, "large": 1200.0}, rules)
     tried = {}
-    assert with_one_more(model, tried).effects == ("large",)
+    assert add_likeliest(model, tried).effects == ("large",)
     assert model.fits == ["large"]
     assert tried == {}
 
@@ -77,13 +77,13 @@ def test_where_the_likeliest_breaks_its_promise_as_many_are_fitted_as_the_rules_
     """Truth: one during a fit; in a diagnosis the second too, and what failed is not fitted again."""
     takes, promised = {"promising": 10.0, "second": 1100.0}, {"promising": 1500.0}
     model = Sum(takes, DURING_FIT, promised=promised)
-    assert with_one_more(model, {}) is None
+    assert add_likeliest(model, {}) is None
     assert model.fits == ["promising"]
     model, tried = Sum(takes, IN_DIAGNOSIS, promised=promised), {}
-    assert with_one_more(model, tried).effects == ("second",)
+    assert add_likeliest(model, tried).effects == ("second",)
     assert tried == {"promising": "explains 0.5 % of the misfit in a fit"}
     model.fits.clear()
-    assert with_one_more(model, tried).effects == ("second",)
+    assert add_likeliest(model, tried).effects == ("second",)
     assert model.fits == ["second"]
 
 
@@ -94,16 +94,16 @@ def test_an_effect_has_to_explain_its_share(share, during, in_diagnosis):
     """Truth: half of the misfit during a fit, a tenth in a diagnosis."""
     for rules, stays in ((DURING_FIT, during), (IN_DIAGNOSIS, in_diagnosis)):
         less = Sum({"one": share * 2.0 * SAMPLES}, rules)
-        assert confirms(less, less.with_effect("one")) is stays
+        assert is_confirmed(less, less.with_effect("one")) is stays
 
 
 @BOTH
 def test_no_effect_counts_below_its_least_chi_square_or_its_freedom(rules):
     """Truth: 30, and k ln N for N samples."""
-    assert counts(Score(30.1, 1, 1.0, SAMPLES), rules)
-    assert not counts(Score(30.0, 1, 1.0, SAMPLES), rules)
-    assert not counts(Score(40.0, 6, 1.0, SAMPLES), rules)
-    assert not counts(Score(1e3, 1, 0.2, SAMPLES), rules, least_share=0.3)
+    assert is_significant(Score(30.1, 1, 1.0, SAMPLES), rules)
+    assert not is_significant(Score(30.0, 1, 1.0, SAMPLES), rules)
+    assert not is_significant(Score(40.0, 6, 1.0, SAMPLES), rules)
+    assert not is_significant(Score(1e3, 1, 0.2, SAMPLES), rules, least_share=0.3)
 
 
 def test_the_gain_is_counted_in_effective_samples():
@@ -115,7 +115,7 @@ def test_the_gain_is_counted_in_effective_samples():
 
 def test_a_fit_that_cannot_be_simulated_explains_nothing():
     broken = Sum({"one": 0.0}, DURING_FIT, whole=float("inf"))
-    assert not confirms(broken, broken.with_effect("one"))
+    assert not is_confirmed(broken, broken.with_effect("one"))
 
 
 def test_false_discoveries_are_held_down_in_a_diagnosis_alone():

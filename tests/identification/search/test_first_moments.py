@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
-from mechid.identification.contradiction.own_timing import rests_too_long
 from mechid.identification.identifiability.visibility import unseen_parameters
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.readings.timing import find_long_rest
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_window, robust_cost
@@ -98,10 +98,10 @@ def test_starts_are_simulated_side_by_side_up_to_a_late_window():
 def test_a_rest_too_long_for_the_window_is_said_with_what_to_write():
     """Truth: 3 s of rest; what is written leaves out most of it and keeps the first step."""
     made = rested("full_46", 3.0)
-    line = rests_too_long(problem(made).targets[0])
+    line = find_long_rest(problem(made).targets[0]).line()
     assert "record full_46" in line
     assert "window_s = [2.9" in line
-    assert rests_too_long(problem(rested("full_46", 0.5)).targets[0]) == ""
+    assert find_long_rest(problem(rested("full_46", 0.5)).targets[0]) is None
 
 
 def test_parameters_are_seen_behind_a_rest_longer_than_a_second():

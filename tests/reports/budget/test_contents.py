@@ -1,4 +1,4 @@
-"""The report of a budget: its verdict from the dict of numbers, its page in a real browser."""
+"""The report of a budget. Truth: the dict of its numbers, and its page in a real browser."""
 
 import copy
 import io

@@ -1,4 +1,4 @@
-"""Figures that are drawn beside what goes on, and the processes that draw them."""
+"""Figures that are drawn beside what goes on. Truth: the same sheet drawn within this process; the files left."""
 
 import os
 import signal

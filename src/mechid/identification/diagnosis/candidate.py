@@ -14,7 +14,7 @@ from mechid.identification.effects.disturbance import Disturbance
 from mechid.identification.effects.effect import Beside, lifted, terms_beside
 from mechid.identification.effects.pruning import needed_effects
 from mechid.identification.effects.rules import IN_DIAGNOSIS, EffectRules
-from mechid.identification.effects.scores import Landscape, Score, landscape_at, worth_of
+from mechid.identification.effects.scores import Landscape, Score, count_effective_samples, landscape_at
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve
@@ -149,9 +149,9 @@ class Model:
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""
-        return self.reduced_to(effects).fitted(self)
+        return self.restricted_to(effects).fitted(self)
 
-    def reduced_to(self, effects: Collection[str]) -> Model:
+    def restricted_to(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, not fitted."""
         terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
         return replace(self, terms=tuple(terms), disturbances=tuple(disturbances))
@@ -231,9 +231,9 @@ class Model:
 
     def with_effect(self, effect: str) -> Model:
         """Return it with one more effect, fitted and grown anew."""
-        return self.having(effect).fitted(self).regrown()
+        return self.put_in(effect).fitted(self).regrown()
 
-    def having(self, effect: str) -> Model:
+    def put_in(self, effect: str) -> Model:
         """Return it with one more effect where that is nothing, or a law at its start; not fitted."""
         if effect in self._listed:
             return replace(self, terms=(*self.terms, effect))
@@ -242,15 +242,15 @@ class Model:
         law = next(law for law in self.other_laws if law.name == effect)
         return self.in_place_of(law, law.mechanism)
 
-    def lacking(self, effect: str) -> Model:
+    def take_out(self, effect: str) -> Model:
         """Return it without one of its effects, not fitted."""
         rest = [name for name in self.effects if name != effect]
-        return self._without_law(effect) if effect in self.laws else self.reduced_to(rest)
+        return self._without_law(effect) if effect in self.laws else self.restricted_to(rest)
 
     def without(self, effect: str) -> Model:
         """Return it without one of its effects, fitted; what has been fitted once is kept."""
         if effect not in self._less:
-            self._less[effect] = self.lacking(effect).fitted(self)
+            self._less[effect] = self.take_out(effect).fitted(self)
         return self._less[effect]
 
     @cached_property
@@ -258,10 +258,12 @@ class Model:
         return {}
 
     @cached_property
-    def worth(self) -> float:
+    def effective_samples(self) -> float:
         """Effective samples of all records where it is; all samples where it cannot be simulated."""
         whole = float(self.setting.samples)
-        return worth_of(self.problem, self.q, self.setting.windows) if math.isfinite(self.cost) else whole
+        return (
+            count_effective_samples(self.problem, self.q, self.setting.windows) if math.isfinite(self.cost) else whole
+        )
 
     def _without_law(self, name: str) -> Model:
         base, values = self.setting.problem.space.mechanism, self.problem.coordinates.values(self.q)
@@ -279,8 +281,10 @@ class Model:
     def is_better_than(self, other: Model) -> bool:
         """Tell whether the Bayesian criterion prefers it, the noise being what the better of the two leaves."""
         better = min(self, other, key=lambda one: one.cost)
-        penalty = math.log(max(better.worth, math.e))
-        mine, others = (better.worth * one.cost / better.cost + one.freedom * penalty for one in (self, other))
+        penalty = math.log(max(better.effective_samples, math.e))
+        mine, others = (
+            better.effective_samples * one.cost / better.cost + one.freedom * penalty for one in (self, other)
+        )
         return mine < others
 
     def at(self, values: Mapping[str, float]) -> Model:
@@ -302,7 +306,7 @@ class Model:
     def fitted(self, near: Model, *, steps: int | None = None) -> Model:
         """Return it at its optimum, sought from that of another in so many steps at most."""
         most = self.rules.steps if steps is None else steps
-        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.worth, most)
+        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.effective_samples, most)
 
     def regrown(self) -> Model:
         """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
@@ -313,7 +317,7 @@ class Model:
         if self.over_noise <= self.rules.followed or not self.is_of_whole_records:
             return self
         growth = grow_horizons(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)
-        other = self._fitted_from(growth.q, self.worth, self.rules.steps) if growth.complete else self
+        other = self._fitted_from(growth.q, self.effective_samples, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self
 
     def _fitted_from(self, q: FloatArray, worth: float, steps: int) -> Model:
@@ -325,4 +329,8 @@ class Model:
 
         found = leave_corner(problem, solved(q), solved)
         there = self._at_point(found.q)
-        return there._fitted_from(there.q, there.worth, steps) if there.worth > self.rules.finer * worth else there
+        return (
+            there._fitted_from(there.q, there.effective_samples, steps)
+            if there.effective_samples > self.rules.finer * worth
+            else there
+        )

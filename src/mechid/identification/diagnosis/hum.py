@@ -10,6 +10,7 @@ from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance,
 from mechid.identification.effects.mains import mains
 from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import scores
+from mechid.identification.effects.selection import is_significant
 from mechid.identification.result.missing import Missing
 
 
@@ -25,6 +26,4 @@ def hum_left(model: Model, estimate: Mapping[str, Any]) -> list[Missing]:
     if seen is None:
         return []
     score = scores(bare, q, model.setting.windows, [seen])[seen.name]
-    return [
-        one for one in named if one.name == seen.name and score.over > 0.0 and score.chi_square > RULES.least_chi_square
-    ]
+    return [one for one in named if one.name == seen.name and is_significant(score, RULES)]

@@ -18,7 +18,7 @@ from mechid.identification.diagnosis.steps import Step, add_effects, drop_effect
 from mechid.identification.effects.effect import lifted
 from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import Score
-from mechid.identification.effects.selection import better_law, confirms, counts, gain, share_of_misfit
+from mechid.identification.effects.selection import better_law, gain, is_confirmed, is_significant, share_of_misfit
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 
@@ -31,11 +31,11 @@ def add_hidden_laws(model: Model, tried: dict[str, str], say: Tell) -> tuple[Mod
     while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
         asked.add(law.name)
         score, start = promise_of_law(model, law)
-        if not counts(score, RULES, RULES.share):
+        if not is_significant(score, RULES, RULES.share):
             continue
         say(f"{law.name} is fitted")
         more = model.in_place_of(law, start).fitted(model).regrown()
-        if confirms(model, more):
+        if is_confirmed(model, more):
             model, removed = drop_effects(more, say)
             steps += [step(more, added=law.name), *removed]
         else:
@@ -99,7 +99,7 @@ def _promising(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -
         for less, law in [(less, laws[name, number]) for less, laws in of_each if (name, number) in laws]:
             trial = _after_some_steps_with(less, law)
             most = max(most, gain(less, trial).share)
-            if confirms(less, trial):
+            if is_confirmed(less, trial):
                 found.append((name, trial))
                 break
         else:
@@ -134,7 +134,9 @@ def promise_of_law(model: Model, law: Law) -> tuple[Score, Mechanism]:
         if fall > best:
             best, at = fall, law.at(mechanism, amplitude)
     fall = max(best, 0.0)
-    return Score(model.worth * fall / model.cost, len(law.own), share_of_misfit(model, fall), model.worth), at
+    return Score(
+        model.effective_samples * fall / model.cost, len(law.own), share_of_misfit(model, fall), model.effective_samples
+    ), at
 
 
 def _linear_fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import COLLINEAR, Landscape, Score
-from mechid.identification.effects.selection import counts, scores_of_misfit, share_of_misfit
+from mechid.identification.effects.selection import is_significant, scores_of_misfit, share_of_misfit
 
 NOT_LOOKED_FOR = "not looked for"
 
@@ -37,7 +37,7 @@ def weighed(model: Model) -> dict[str, str]:
     The effect that comes nearest to what is asked for is first.
     """
     landscape = model.landscape()
-    scores = sorted(landscape.scores().items(), key=lambda item: item[1].over, reverse=True)
+    scores = sorted(landscape.scores().items(), key=lambda item: item[1].excess, reverse=True)
     whys = {
         name: f"would take {100.0 * share_of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
         f"{s.chi_square:.3g} for {s.dof}; {_asked_for(s):.3g} is asked for"
@@ -53,8 +53,8 @@ def not_carried(landscape: Landscape) -> dict[str, str]:
     for name, J in landscape.effects.items():
         if name in landscape.too_wide:
             whys[name] = (
-                f"{J.shape[1]} numbers beside the {free} that are free are as many as the {landscape.worth:.3g} "
-                "independent samples that these records are worth"
+                f"{J.shape[1]} numbers beside the {free} that are free are as many as the "
+                f"{landscape.effective_samples:.3g} independent samples that these records are worth"
             )
         elif not _is_seen(landscape.free, J):
             whys[name] = unseen
@@ -75,12 +75,12 @@ def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
     scores = scores_of_misfit(model, landscape.scores())
     return {
         name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
-        f"records are worth {s.worth:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
+        f"records are worth {s.effective_samples:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
         for name, s in scores.items()
-        if s.share >= RULES.share and not counts(s, RULES)
+        if s.share >= RULES.share and not is_significant(s, RULES)
     }
 
 
 def _asked_for(s: Score) -> float:
     """Return the chi-square from which an effect of a score's freedom counts."""
-    return max(RULES.least_chi_square, s.chi_square - s.over)
+    return max(RULES.least_chi_square, s.chi_square - s.excess)

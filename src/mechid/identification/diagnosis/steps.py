@@ -13,7 +13,13 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.locked import locked
 from mechid.identification.effects.effect import distance_from_null, lifted
 from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
-from mechid.identification.effects.selection import confirms, drop_unneeded, is_needed, likely_effects, with_one_more
+from mechid.identification.effects.selection import (
+    add_likeliest,
+    drop_unneeded,
+    is_confirmed,
+    is_needed,
+    likely_effects,
+)
 from mechid.plant.superset import extensions_at
 
 
@@ -50,18 +56,18 @@ def step(model: Model, *, added: str = "", removed: str = "") -> Step:
 
 def with_criteria(end: Model, steps: Sequence[Step]) -> list[Step]:
     """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
-    penalty = math.log(max(end.worth, math.e))
-    return [replace(one, bic=end.worth * one.cost / end.cost + one.free * penalty) for one in steps]
+    penalty = math.log(max(end.effective_samples, math.e))
+    return [replace(one, bic=end.effective_samples * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
 def add_effects(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
     while len(model.effects) < RULES.most:
-        better = with_one_more(model, tried, say)
+        better = add_likeliest(model, tried, say)
         if better is None and model.over_noise > RULES.followed and model.is_of_whole_records:
             wider = _with_seen_periods(model)
-            better = with_one_more(wider, tried, say) if wider else None
+            better = add_likeliest(wider, tried, say) if wider else None
         if better is None and model.over_noise > RULES.followed:
             better = _with_an_exchange(model, say)
         if better is None:
@@ -95,7 +101,7 @@ def _with_an_exchange(model: Model, say: Tell) -> Model | None:
 
     What came first may have imitated another effect, as far as that was to be seen then.
     """
-    better = next((other for other in exchanged_models(model, say) if confirms(model, other)), None)
+    better = next((other for other in exchanged_models(model, say) if is_confirmed(model, other)), None)
     return better.regrown() if better else None
 
 
@@ -114,7 +120,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     The fit begins where the derivatives say that the other explains most nearly the same: from a point with
     neither, what one step of a stick/slip or an impact hides would have to be found again.
     """
-    both = model.having(other)
+    both = model.put_in(other)
     both = replace(both, q=lifted(model.problem, model.q, both.problem))
     problem, q = both.problem, both.q
     J = problem.joint(q, model.setting.windows).jacobian
@@ -123,7 +129,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     if np.all(np.isfinite(J)):
         move[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ move[lost], rcond=None)[0]
     there = replace(both, q=problem.coordinates.clip(q + move))
-    return there.lacking(effect).fitted(there)
+    return there.take_out(effect).fitted(there)
 
 
 def drop_effects(model: Model, say: Tell) -> tuple[Model, list[Step]]:

@@ -18,7 +18,7 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.laws import add_law
 from mechid.identification.diagnosis.steps import add_effects, drop_effects, exchanged_models
 from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
-from mechid.identification.effects.selection import with_one_more
+from mechid.identification.effects.selection import add_likeliest
 from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons
 from mechid.identification.search.multistart import candidates, multistart
 from mechid.identification.uncertainty.noise_levels import noise_levels
@@ -127,7 +127,7 @@ def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterat
     """
     here, tried = model.fitted(model), dict[str, str]()
     more = here
-    while (better := with_one_more(more, tried, say)) is not None:
+    while (better := add_likeliest(more, tried, say)) is not None:
         more = better
         yield more, before, 0
     more, _ = drop_effects(add_effects(more, tried, say)[0], say)

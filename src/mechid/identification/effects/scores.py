@@ -43,19 +43,19 @@ class Score:
         Degrees of freedom that takes.
     share : float
         Of the sum.
-    worth : float
-        Effective samples of all records.
+    effective_samples : float
+        Of all records.
     """
 
     chi_square: float
     dof: int
     share: float
-    worth: float
+    effective_samples: float
 
     @property
-    def over(self) -> float:
+    def excess(self) -> float:
         """By how much it exceeds what its degrees of freedom cost by the Bayesian criterion, k ln N."""
-        return self.chi_square - self.dof * math.log(max(self.worth, math.e))
+        return self.chi_square - self.dof * math.log(max(self.effective_samples, math.e))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +69,8 @@ class Landscape:
         Derivatives to what is free.
     effects : mapping of str to (m, k)
         Derivatives to each effect.
-    worth : float
-        Effective samples of all records.
+    effective_samples : float
+        Of all records.
     failed : tuple of str
         Effects of which there are no derivatives: the simulation with them fails.
     """
@@ -78,14 +78,14 @@ class Landscape:
     residual: FloatArray
     free: FloatArray
     effects: Mapping[str, FloatArray]
-    worth: float
+    effective_samples: float
     failed: tuple[str, ...] = ()
 
     @property
     def too_wide(self) -> tuple[str, ...]:
         """Effects with which as much would be free as there are effective samples: a fit explains anything then."""
         free = self.free.shape[1]
-        return tuple(name for name, J in self.effects.items() if free + J.shape[1] >= self.worth)
+        return tuple(name for name, J in self.effects.items() if free + J.shape[1] >= self.effective_samples)
 
     def score(self, *names: str) -> Score:
         """Return what some effects together would take."""
@@ -93,7 +93,9 @@ class Landscape:
         rest = _least(self.residual, self.free)
         fall = max(rest - _least(self.residual, np.column_stack([self.free, further])), 0.0)
         left = max(rest - fall, SMALLEST)  # the noise is what is left with it, as in an F test
-        return Score(self.worth * fall / left, further.shape[1], fall / max(rest, SMALLEST), self.worth)
+        return Score(
+            self.effective_samples * fall / left, further.shape[1], fall / max(rest, SMALLEST), self.effective_samples
+        )
 
     def scores(self) -> dict[str, Score]:
         """Return what each effect by itself would take."""
@@ -105,7 +107,7 @@ class Landscape:
         for other in self.effects:
             if other != name:
                 both, alone = self.score(name, other), self.score(other)
-                if both.over < own.over and both.over < alone.over:
+                if both.excess < own.excess and both.excess < alone.excess:
                     yield other
 
 
@@ -214,7 +216,7 @@ def _followed_coordinates(plain: Problem, q: FloatArray, wide: Problem) -> Float
     return out
 
 
-def worth_of(problem: Problem, q: FloatArray, windows: Windows) -> float:
+def count_effective_samples(problem: Problem, q: FloatArray, windows: Windows) -> float:
     """Return the effective samples of the residuals at a point, all channels together."""
     return by_own_residuals(problem, q, windows)[1]
 

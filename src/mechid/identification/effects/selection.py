@@ -43,8 +43,8 @@ class Candidate(Protocol):
         """What of it is beyond noise."""
 
     @property
-    def worth(self) -> float:
-        """Effective samples of all records."""
+    def effective_samples(self) -> float:
+        """Of all records."""
 
     @property
     def freedom(self) -> int:
@@ -70,7 +70,9 @@ def gain(less: Model, more: Model) -> Score:
     """Return what a model explains beyond another one, scored by effective samples."""
     fall = max(less.cost - more.cost, 0.0)
     freedom = max(more.freedom - less.freedom, 1)
-    return Score(more.worth * fall / more.cost, freedom, share_of_misfit(less, fall), more.worth)
+    return Score(
+        more.effective_samples * fall / more.cost, freedom, share_of_misfit(less, fall), more.effective_samples
+    )
 
 
 def share_of_misfit(model: Candidate, fall: float) -> float:
@@ -78,20 +80,20 @@ def share_of_misfit(model: Candidate, fall: float) -> float:
     return fall / max(model.misfit, fall, 1.0)
 
 
-def counts(score: Score, rules: EffectRules, least_share: float = 0.0) -> bool:
+def is_significant(score: Score, rules: EffectRules, least_share: float = 0.0) -> bool:
     """Tell whether what an effect explains is more than chance, and than what its freedom costs."""
     enough = least_share <= 0.0 or score.share >= least_share
-    return score.chi_square > rules.least_chi_square and score.over > 0.0 and enough
+    return score.chi_square > rules.least_chi_square and score.excess > 0.0 and enough
 
 
-def confirms(less: Model, more: Model) -> bool:
+def is_confirmed(less: Model, more: Model) -> bool:
     """Tell whether a fit with a further effect explains enough for the effect to stay."""
-    return counts(gain(less, more), more.rules, more.rules.share)
+    return is_significant(gain(less, more), more.rules, more.rules.share)
 
 
 def is_needed(less: Model, model: Model) -> bool:
     """Tell whether a fit without an effect that a model has already is clearly worse."""
-    return counts(gain(less, model), model.rules, model.rules.share_to_stay)
+    return is_significant(gain(less, model), model.rules, model.rules.share_to_stay)
 
 
 def scores_of_misfit(model: Candidate, scores: Mapping[str, Score]) -> dict[str, Score]:
@@ -108,18 +110,18 @@ def likely_effects(model: Candidate, scores: Mapping[str, Score]) -> list[str]:
 
         chances = false_discovery_control([chdtrc(s.dof, s.chi_square) for s in found.values()])
         sure = {name for name, chance in zip(found, chances, strict=True) if chance <= rules.false_discoveries}
-    likely = [name for name, s in found.items() if name in sure and counts(s, rules, rules.share_of_score)]
-    return sorted(likely, key=lambda name: -found[name].over)
+    likely = [name for name, s in found.items() if name in sure and is_significant(s, rules, rules.share_of_score)]
+    return sorted(likely, key=lambda name: -found[name].excess)
 
 
-def with_one_more(model: Model, tried: dict[str, str], say: Say = silent) -> Model | None:
+def add_likeliest(model: Model, tried: dict[str, str], say: Say = silent) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms; `tried` gets those that it does not."""
     for name in likely_effects(model, model.scores())[: model.rules.tries]:
         if name in tried:
             continue
         say(f"{name} is fitted")
         more = model.with_effect(name)
-        if confirms(model, more):
+        if is_confirmed(model, more):
             return more
         tried[name] = f"explains {100.0 * gain(model, more).share:.3g} % of the misfit in a fit"
     return None

@@ -14,12 +14,12 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.contradiction.agreement import explains
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, without
 from mechid.identification.effects.effect import Beside, distance_from_null, law_beside, lifted, terms_beside
 from mechid.identification.effects.pruning import groups_of, needed_effects, needed_groups
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart

@@ -17,8 +17,8 @@ from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, carried, with_disturbances, without
 from mechid.identification.effects.effect import law_beside, lifted
 from mechid.identification.effects.rules import DURING_FIT, EffectRules
-from mechid.identification.effects.scores import Score, scores, worth_of
-from mechid.identification.effects.selection import better_law, drop_unneeded, gain, with_one_more
+from mechid.identification.effects.scores import Score, count_effective_samples, scores
+from mechid.identification.effects.selection import add_likeliest, better_law, drop_unneeded, gain
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
@@ -78,9 +78,9 @@ class SearchedModel:
         return max(self.cost - sum(t.samples for t in self.state.problem.targets), 0.0)
 
     @cached_property
-    def worth(self) -> float:
+    def effective_samples(self) -> float:
         """Effective samples of all records."""
-        return worth_of(self.state.problem, self.state.q, self.state.windows)
+        return count_effective_samples(self.state.problem, self.state.q, self.state.windows)
 
     @property
     def freedom(self) -> int:
@@ -133,7 +133,7 @@ class SearchedModel:
 
     def is_better_than(self, other: SearchedModel) -> bool:
         """Tell whether the Bayesian criterion prefers it to another one, at the noise as released."""
-        penalty = math.log(max(other.worth, math.e))
+        penalty = math.log(max(other.effective_samples, math.e))
         return self.cost < other.cost + (other.freedom - self.freedom) * penalty
 
 
@@ -159,7 +159,7 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
 
 def _with_all_asked_for(model: SearchedModel) -> SearchedModel:
     """Return the model with the disturbances that explain what a fit without them leaves."""
-    while better := with_one_more(model, {}):
+    while better := add_likeliest(model, {}):
         model = better
         for _, fewer in drop_unneeded(better, better.effects[:-1]):
             model = fewer

@@ -15,22 +15,28 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
-from mechid.identification.contradiction.agreement import Agreement, agreement, agreement_without, carried, explains
-from mechid.identification.contradiction.agreement_text import agreement_warnings
-from mechid.identification.contradiction.common_reading import common_readings
-from mechid.identification.contradiction.departure import departure
-from mechid.identification.contradiction.wrong_value import wrong_values
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
+from mechid.identification.readings.agreement import (
+    Agreement,
+    agreement,
+    agreement_without,
+    disagreements,
+    explains,
+    transfer_point,
+)
+from mechid.identification.readings.all_records import common_readings
+from mechid.identification.readings.file_values import wrong_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.run_up import run_up
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
+from mechid.identification.stages.departure import departure
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_levels_of_residuals
@@ -110,7 +116,7 @@ def _grown(
     if beside is not None:
         return beside
     readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
-    if not any(reading.complete for reading in readings):  # else it is no lack of the mechanism
+    if not any(reading.is_confirmed for reading in readings):  # else it is no lack of the mechanism
         beside = settled_louder(watch, *louder, fitted)
         if beside is not None:
             return beside
@@ -147,9 +153,9 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
-    begun = grow_horizons(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
+    begun = grow_horizons(own, transfer_point(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
     on_progress = partial(_note_growth, watch, state, 1, growth)
-    q = carried(own, begun.q, problem)
+    q = transfer_point(own, begun.q, problem)
     whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
     return whole if whole.complete else growth
 
@@ -179,16 +185,16 @@ def _grown_otherwise(
         return state, rest.growth
     wrong = [] if explained or rest else wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
     if wrong:  # nothing else helps against a value that is wrong by a hundred
-        return watch.note(replace(state, contradicted={one.parameter.name: one.words for one in wrong})), growth
+        return watch.note(replace(state, contradicted={one.parameter: one.text for one in wrong})), growth
     said = [] if explained else common_readings(problem, growth, seed, journal)
     if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
         growth = _grow_best(watch, state, found, seed, growth)
         said = common_readings(problem, growth, seed, journal) if explained and not growth.complete else []
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
-    if not any(reading.complete for reading in said):  # then it is no noise that stops the growth
+    if not any(reading.is_confirmed for reading in said):  # then it is no noise that stops the growth
         state, growth = louder if louder[0] is not state else (state, growth)
-    return (state if growth.complete else state.saying(*(reading.line for reading in said))), growth
+    return (state if growth.complete else state.saying(*(reading.line() for reading in said))), growth
 
 
 def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
@@ -220,7 +226,7 @@ def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> Search
     state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
         agreed.growth.q, agreed.growth.horizons
     )
-    return state.saying(*agreement_warnings(campaign, agreed))
+    return state.saying(*(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed)))
 
 
 def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candidate]:

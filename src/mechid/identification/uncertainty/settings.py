@@ -19,7 +19,7 @@ class NoiseRules:
     campaigns are followed below it (docs/real_data.md)."""
     mostly_explained: float = 0.05
     """Share of what moves in a channel that is left where a model explains most of it. With it a current behind a
-    low-pass gets no needless extra terms (tests/identification/uncertainty/test_raised_noise.py)."""
+    low-pass gets no needless extra terms (tests/identification/uncertainty/test_noise_levels.py)."""
 
     # The others are choices; no benchmark distinguishes values near them.
 

@@ -1,0 +1,300 @@
+"""Records that contradict the others: found by leaving them out, and read as the others' model follows them.
+
+One record of the other polarity, run backwards, or started elsewhere stops the search of all: no start explains it
+together with the others. So where the first start does not grow to the ends of all records, the search is repeated
+without one or more of them, and the model of the rest judges those left out. Nothing of this runs where the records
+agree. Records that all differ from their declaration in the same way agree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import chain, combinations
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import target_of
+from mechid.identification.readings.alternatives import ReadingScore, judge, saturation_words
+from mechid.identification.readings.finding import Confidence, Finding, reading_words
+from mechid.identification.readings.rules import RULES
+from mechid.identification.readings.trial import first_moments
+from mechid.identification.search.box import sample_box
+from mechid.identification.search.first_moments import first_residual, first_samples, robust_cost
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.multistart import Candidate, refine
+from mechid.identification.search.settings import SEARCH
+from mechid.units import unit_words
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """The problem with its records as they are read, how far it is followed, and the decision on each record.
+
+    Attributes
+    ----------
+    problem : Problem
+    growth : Growth
+    judged : mapping of record name to (declared, taken)
+        Scores of the records that are read otherwise than declared.
+    left_out : mapping of record name to str
+        Records that the others' model follows in no reading, each with a clause on its misfit, which may be empty.
+    """
+
+    problem: Problem
+    growth: Growth
+    judged: Mapping[str, tuple[ReadingScore, ReadingScore]] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def taken(self) -> dict[str, Reading]:
+        """Readings of the records that are not read as declared."""
+        own = {name: after.taken for name, (_, after) in self.judged.items()}
+        return {**own, **{name: Reading(left_out=True) for name in self.left_out}}
+
+
+@dataclass(frozen=True)
+class _Rest:
+    """Records that agree, how far they are followed together, and the names of the other records."""
+
+    problem: Problem
+    growth: Growth
+    others: tuple[str, ...]
+
+
+def agreement(
+    problem: Problem,
+    growth: Growth,
+    seed: int,
+    *,
+    explained: bool,
+    tell: Tell = lambda line: None,
+    journal: Journal | None = None,
+) -> Agreement | None:
+    """Return the agreement of most records where some contradict the others; None where none does.
+
+    Parameters
+    ----------
+    problem : Problem
+        All records as declared.
+    growth : Growth
+        Growth from the best start, not complete.
+    seed : int
+    explained : bool
+        Whether that start explains the first 60 ms of all records: then only those records may contradict that it
+        does not follow through their first moments.
+    tell : callable
+        Called with a line on each attempt.
+    journal : Journal or None
+        Keeps the growths, so that a run can be resumed.
+    """
+    looks = {t.name: first_moments(t) for t in problem.targets}
+    suspects = [name for name, look in looks.items() if not explained or growth.horizons[name] < look]
+    if len(looks) < 2 or not suspects:
+        return None
+    rest = _find_agreeing(problem, suspects, looks, seed, tell, journal)
+    return _judge_others(problem, rest, looks, seed, tell, journal) if rest else None
+
+
+def agreement_without(
+    problem: Problem,
+    names: Sequence[str],
+    q: FloatArray,
+    seed: int,
+    tell: Tell = lambda line: None,
+    journal: Journal | None = None,
+) -> Agreement | None:
+    """Return the agreement of all records but some, from a point near by; None where the others do not agree.
+
+    Parameters
+    ----------
+    problem : Problem
+        All records as declared.
+    names : sequence of str
+        Records that may contradict the others. As their first moments may be followed all the same, they are judged
+        over the whole record.
+    q : (n,)
+        Point at which the others are nearly followed.
+    seed : int
+    tell, journal
+        As in `agreement`.
+    """
+    looks = {t.name: min(t.samples, RULES.judged_samples) for t in problem.targets}
+    others = problem.only([name for name in looks if name not in names])
+    start = transfer_point(problem, q, others)
+    grown = grow_horizons(others, start, np.random.default_rng((seed, 1, 1)), journal=journal)
+    rest = _Rest(others, grown, tuple(names))
+    return _judge_others(problem, rest, looks, seed, tell, journal) if grown.complete else None
+
+
+def _judge_others(
+    problem: Problem, rest: _Rest, looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
+) -> Agreement:
+    """Return the agreement in which the model of the rest has judged the other records."""
+    judged: dict[str, tuple[ReadingScore, ReadingScore]] = {}
+    lost: dict[str, str] = {}
+    for name in rest.others:
+        tell(f"record {name} against the others")
+        declared, found = _choose_reading(problem, rest, name, looks[name], seed, journal)
+        if found is None:
+            target = next(t for t in problem.targets if t.name == name)
+            lost[name] = saturation_words(rest.problem, rest.growth.q, target.beginning(looks[name]))
+        elif found.taken != DECLARED:
+            judged[name] = declared, found
+    made = Agreement(problem, rest.growth, judged, lost)
+    whole = problem_as_read(problem, made.taken)
+    grown = grow_horizons(
+        whole, transfer_point(rest.problem, rest.growth.q, whole), np.random.default_rng((seed, 1, 0)), journal=journal
+    )
+    return replace(made, problem=whole, growth=grown)
+
+
+def explains(problem: Problem, start: Candidate) -> bool:
+    """Tell whether a refined start explains the first window of all records."""
+    firsts = (first_samples(t) * len(t.channels) for t in problem.targets)
+    return start.cost <= SEARCH.good_cost * sum(firsts)
+
+
+def transfer_point(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
+    """Return a point in another problem of the same mechanism, with new parameters of records at their start."""
+    at = problem.coordinates
+    known = dict(zip(at.own_names, at.of_records(q).tolist(), strict=True))
+    return np.concatenate([at.of_mechanism(q), to.coordinates.records_point(known)])
+
+
+def _find_agreeing(
+    problem: Problem, suspects: list[str], looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
+) -> _Rest | None:
+    """Return the most records that agree, found by leaving out one suspect, then two, fewer than half of all.
+
+    Of two records that contradict each other the first is believed: it fixes the reference.
+    """
+    points = start_points(problem, seed)
+    costs = _first_look(problem, points)
+    furthest: _Rest | None = None
+    for others in _sets_to_leave_out(suspects, list(looks), costs):
+        rest = problem.only([name for name in looks if name not in others])
+        tell(f"without {', '.join(others)}")
+        start = _find_start(problem, rest, points, costs)
+        if start is None:
+            continue
+        grown = grow_horizons(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
+        if grown.complete:
+            return _Rest(rest, grown, others)
+        if furthest is None and all(n >= looks[name] for name, n in grown.horizons.items()):
+            furthest = _Rest(rest, grown, others)
+    return furthest
+
+
+def _sets_to_leave_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[tuple[str, ...]]:
+    """Return the sets of records to leave out: fewest first, then those whose rest contradicts itself least."""
+    if len(names) == 2:
+        return [(name,) for name in suspects[::-1]]
+
+    def discord(others: tuple[str, ...]) -> tuple[int, float]:
+        own = costs[:, [name not in others for name in names]]
+        return len(others), float(own.sum(axis=1).min() - own.min(axis=0).sum())
+
+    most = (len(names) - 1) // 2
+    return sorted(chain.from_iterable(combinations(suspects, size) for size in range(1, most + 1)), key=discord)
+
+
+def explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | None:
+    """Return a refined start from some points that explains the first window of all records, or None."""
+    return _find_start(problem, problem, points, _first_look(problem, points))
+
+
+def start_points(problem: Problem, seed: int) -> list[FloatArray]:
+    """Return the points of the multi-start, all with the records' own parameters at their start."""
+    tail = problem.coordinates.of_records(problem.start)
+    return [np.concatenate([row, tail]) for row in sample_box(problem.space, SEARCH.points, seed)]
+
+
+def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
+    """Return the cost of each record's first window at each point, (points, records)."""
+    return np.array(mapped(partial(_first_window_costs, problem), points, problem.workers))
+
+
+def _first_window_costs(problem: Problem, q: FloatArray) -> list[float]:
+    """Return the robust cost of each record's first window."""
+    return [robust_cost(first_residual(problem, t, q)) for t in problem.targets]
+
+
+def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs: FloatArray) -> Candidate | None:
+    """Return a refined start that explains the first window of the records of `rest`, or None."""
+    names = [t.name for t in problem.targets]
+    own = costs[:, [names.index(t.name) for t in rest.targets]].sum(axis=1)
+    order = [i for i in np.argsort(own, kind="stable")[: RULES.start_batches * SEARCH.batch] if np.isfinite(own[i])]
+    for first in range(0, len(order), SEARCH.batch):
+        batch = order[first : first + SEARCH.batch]
+        starts = [Candidate(transfer_point(problem, points[i], rest), own[i]) for i in batch]
+        refined = mapped(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
+        best = min(refined, key=lambda c: c.cost)
+        if explains(rest, best):
+            return best
+    return None
+
+
+def _choose_reading(
+    problem: Problem, rest: _Rest, name: str, look: int, seed: int, journal: Journal | None
+) -> tuple[ReadingScore, ReadingScore | None]:
+    """Return the declared reading of a record, and the one to be used; None where none is followed.
+
+    Mostly the others' model follows one reading at once. Where it does not, the others may not determine all that this
+    record shows: then the likeliest readings are grown together with them, the declared one first.
+    """
+    target = next(t for t in problem.targets if t.name == name)
+    declared, *others = judge(rest.problem, rest.growth.q, target, look)
+    for found in (declared, *others[:1]):
+        if found.follows:
+            return declared, found
+    for number, option in enumerate((declared, *others[: RULES.grown_readings]), 2):
+        own = target if option.taken == DECLARED else target_as_read(target, option.taken)
+        more = replace(rest.problem, targets=(*rest.problem.targets, own))
+        start = transfer_point(rest.problem, rest.growth.q, more)
+        if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
+            return declared, option
+    return declared, None
+
+
+def disagreements(campaign: Campaign, agreed: Agreement) -> Iterator[Finding]:
+    """Yield a finding for each record that is read otherwise, then for each that is left out."""
+    for name, (declared, found) in agreed.judged.items():
+        yield _read_otherwise(campaign.record(name), declared, found)
+    for name, clause in agreed.left_out.items():
+        why = clause or "no other sign, direction, start angle, time offset, gain or steps make their model follow it"
+        yield Finding(
+            (name,),
+            "left out",
+            f"left out of the fit: it contradicts the others, and {why}",
+            'look at how it was recorded, or give it use = "validate"',
+        )
+
+
+def _read_otherwise(record: CampaignRecord, declared: ReadingScore, found: ReadingScore) -> Finding:
+    """Report a reading; the costs are over the record's first moments, under the others' model."""
+    target = target_of(record)
+    seconds = (found.samples - 1) / target.base.sample_rate_hz
+    words, remedy = reading_words(record, found.taken)
+    counted = found.samples * len(target.channels)
+    before, after = (target.leading.sigma * math.sqrt(score.cost / counted) for score in (declared, found))
+    return Finding(
+        (record.name,),
+        "contradicts the others",
+        f"not followed as declared, but with {words}: under the model of the other records the residual of its first "
+        f"{seconds:.3g} s is {before:.3g} {unit_words(record.leading)} RMS as declared and {after:.3g} as read here, "
+        f"the log-likelihood higher by {0.5 * (declared.cost - found.cost):.3g}",
+        f"if that is right, write {remedy} for it in the campaign file",
+        Confidence.CONFIRMED,
+        {record.name: found.taken},
+    )

@@ -1,0 +1,282 @@
+"""Alternative readings of a record, judged under a model that other records have determined.
+
+A record whose torque has the other sign, whose command ran the other way or in other steps, which started from another
+position of the drive or at another instant, cannot be followed as declared, and is followed at once as it was recorded.
+Short simulations tell which reading that is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.command import Command, MeasuredCommand, RateProfile
+from mechid.command.stepping import MOST_MICROSTEPS, stepping_of
+from mechid.identification.output_error.declaration import Reading, target_as_read
+from mechid.identification.output_error.misfit import residual
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.identification.readings.rules import RULES
+from mechid.identification.readings.trial import samples_until
+from mechid.identification.search.gates import followed_samples
+from mechid.plant.mechanism import Mechanism
+from mechid.signal.trend import fit_line
+from mechid.units import unit_words
+
+SAME_CYCLES = 1e-9
+"""Distance from whole cycles that is rounding."""
+
+
+@dataclass(frozen=True)
+class ReadingScore:
+    """A reading of a record, its cost over so many samples (sigmas squared), and whether it is followed there."""
+
+    taken: Reading
+    cost: float
+    follows: bool
+    samples: int
+
+
+def harmonic_orders(mechanism: Mechanism) -> tuple[float, ...]:
+    """Return the periods of each harmonic of the rotor's angle in one electrical turn; empty without a stepper."""
+    return tuple(h.orders for h in mechanism.harmonics if h.of_rotor)
+
+
+def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
+    """Return the turns of the start angle that records of one mechanism can tell apart, least first.
+
+    A drive may have stood at any of its microsteps, or at a half step: which of its full steps has both phases on is
+    not always known. Turns that leave all detents as they are give the same records; the least of them is returned.
+    """
+    count = math.lcm(command.microsteps, 2) * 4
+    turns = sorted(
+        (360.0 * k / count for k in range(1 - count // 2, count // 2 + 1)), key=lambda turn: (abs(turn), -turn)
+    )
+    different: list[float] = []
+    for turn in turns:
+        if not any(_is_same(turn - other, command, orders) for other in different):
+            different.append(turn)
+    return tuple(different)
+
+
+def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
+    """Tell whether a turn of a whole record leaves its torque as it is."""
+    cycles = [turn * order / 360.0 for order in orders]
+    if command.waveform == "square":
+        cycles.append(turn / 90.0)
+    return all(abs(c - round(c)) < SAME_CYCLES for c in cycles)
+
+
+def variants(command: Command, orders: Sequence[float]) -> tuple[Reading, ...]:
+    """Return all readings by sign, direction and start angle; the declared one comes first.
+
+    A record that measured channels drive has no direction or start of its own.
+    """
+    if isinstance(command, MeasuredCommand):
+        return Reading(), Reading(polarity=-1)
+    return tuple(
+        Reading(
+            polarity=polarity,
+            direction=direction,
+            start_angle_deg=None if turn == 0.0 else _wrapped(command.start_angle_deg + turn),
+        )
+        for turn in turns_deg(command, orders)
+        for direction in (1, -1)
+        for polarity in (1, -1)
+    )
+
+
+def other_steppings(command: Command) -> tuple[Reading, ...]:
+    """Return the readings with twice or half as many steps to a full step.
+
+    The driver was set differently at the same rate, or the same pulses were counted as those of another setting, so
+    that the rate of full steps differs too.
+    """
+    if isinstance(command, MeasuredCommand):
+        return ()
+    own, found = command.microsteps, []
+    counts = [2 * own] * (2 * own <= MOST_MICROSTEPS) + [own // 2] * (own % 2 == 0)
+    for microsteps in counts:
+        taken = Reading(stepping=stepping_of(microsteps), microsteps=microsteps)
+        found += [taken, replace(taken, rate=_at_share(command.rate, own / microsteps))]
+    return tuple(found)
+
+
+def _at_share(rate: RateProfile, share: float) -> RateProfile:
+    return RateProfile(rate.times_s, tuple(share * one for one in rate.rates))
+
+
+def _wrapped(angle_deg: float) -> float:
+    """Return an angle in (-180, 180]."""
+    return 180.0 - (180.0 - angle_deg) % 360.0
+
+
+def judge(problem: Problem, q: FloatArray, target: Target, look: int) -> list[ReadingScore]:
+    """Return the declared reading of a record, then the alternative ones, the likeliest first.
+
+    Parameters
+    ----------
+    problem : Problem
+        Records that agree.
+    q : (n,)
+        Point at which these are followed.
+    target : Target
+        The record to be judged.
+    look : int
+        Number of its samples over which it is judged.
+    """
+    orders = harmonic_orders(problem.space.mechanism)
+    start = target.beginning(look)
+    here = np.asarray(q[: problem.space.size])
+    known = start.settled
+    options = variants(target.command, orders)
+    costs = _reading_costs(problem, here, known, options)
+    declared = _score(problem, here, known, options[0], costs[0])
+    if declared.follows:
+        return [declared]
+    order = sorted(range(1, len(options)), key=lambda i: costs[i])
+    late = _best_time_offset(problem, here, known)
+    found = [_score(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
+    longer = target.beginning(min(target.samples, RULES.judged_samples)).settled  # of a sweep, first moments are small
+    gains = dict.fromkeys(_nearest_gain(problem, here, one) for one in (known, longer))
+    found += [late] if late else []
+    found += [_score_gain(problem, here, known, gain) for gain in gains if gain is not None]
+    if not any(one.follows for one in found):
+        others = other_steppings(target.command)
+        costs = _reading_costs(problem, here, known, others) if others else []
+        found += [_score(problem, here, known, o, c) for o, c in zip(others, costs, strict=True) if math.isfinite(c)]
+    return [declared, *_likeliest(found)]
+
+
+def _likeliest(found: list[ReadingScore]) -> list[ReadingScore]:
+    """Return readings by likelihood; of those nearly as likely as the best, the least change first."""
+    least = min((j.cost for j in found), default=math.inf)
+
+    def place(j: ReadingScore) -> tuple[bool, bool, float, float]:
+        near = j.cost <= least + RULES.likelihood_margin
+        return not j.follows, not near, j.taken.changes if near else 0.0, j.cost
+
+    return sorted(found, key=place)
+
+
+def _reading_costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Reading]) -> list[float]:
+    """Return ||r||^2 of a target under each reading, in sigmas squared; inf where the simulation fails."""
+    targets = tuple(replace(target_as_read(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
+    many = replace(problem, targets=targets)
+    return [norm**2 for norm in many.norms(q, many.whole())]
+
+
+def _score(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
+    own = target_as_read(target, replace(taken, time_offset_s=None))
+    if taken.time_offset_s is not None:
+        own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
+    alone = replace(problem, targets=(own,))
+    return ReadingScore(taken, cost, followed_samples(alone, own, q) >= own.samples, own.samples)
+
+
+def side_by_side(problem: Problem, q: FloatArray, target: Target) -> tuple[FloatArray, FloatArray]:
+    """Return the simulated and the measured leading channel of a record, each without its offset and drift.
+
+    The record need not be one of the problem's. NaN where it cannot be simulated.
+    """
+    alone = replace(problem, targets=(target,))  # without the coordinates that only other records have
+    modelled = np.array(alone.model.predict(target, q, target.samples)[0])
+    measured = np.array(target.leading.measured[:])
+    if np.all(np.isfinite(modelled)):
+        for y in (modelled, measured):
+            fit_line(y, 2).take_from(y)
+    return modelled, measured
+
+
+def _nearest_gain(problem: Problem, q: FloatArray, target: Target) -> float | None:
+    """Return the factor that brings a record nearest to the model; None where that is no plausible gain error."""
+    modelled, measured = side_by_side(problem, q, target)
+    if not np.all(np.isfinite(modelled)):
+        return None
+    common = float(measured @ modelled)
+    scale = float(modelled @ modelled) / common if common > 0.0 else 0.0
+    if not RULES.least_gain < scale < 1.0 / RULES.least_gain or abs(scale - 1.0) < RULES.same_gain:
+        return None
+    return scale
+
+
+def _score_gain(problem: Problem, q: FloatArray, target: Target, gain: float) -> ReadingScore:
+    taken = Reading(scale=gain)
+    return _score(problem, q, target, taken, _reading_costs(problem, q, target, [taken])[0])
+
+
+def _best_time_offset(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
+    """Return the likeliest time offset within half the time of the first full step either way."""
+    from scipy.optimize import minimize_scalar  # takes 0.1 s to load, and `check` has no use for it
+
+    reach = _offset_reach(target)
+    if reach < 1 or isinstance(target.command, MeasuredCommand):
+        return None
+    shift = _best_shift(problem, q, target, reach)
+    tick = target.base.interval_s
+
+    def cost(offset_s: float) -> float:
+        moved = target_as_read(target, Reading(time_offset_s=(offset_s, offset_s, offset_s)))
+        alone = replace(problem, targets=(moved.settled,))
+        return float(min(alone.norm(alone.targets[0], q, (0, target.samples)) ** 2, 1e300))
+
+    about = target.time_offset.value + shift * tick
+    fine = minimize_scalar(cost, bounds=(about - tick, about + tick), method="bounded", options={"xatol": 1e-3 * tick})
+    limits = target.time_offset.value - reach * tick, target.time_offset.value + reach * tick
+    if not limits[0] < fine.x < limits[1]:
+        return None
+    return _score(problem, q, target, Reading(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
+
+
+def _offset_reach(target: Target) -> int:
+    """Return half the samples of time offset that equal another start angle."""
+    return samples_until(target, 1.0) // 2
+
+
+def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:
+    """Return the shift, in samples, at which the model's leading channel fits best; it rests before its beginning."""
+    longer = replace(target, base=replace(target.base, samples=target.samples + reach))
+    y = replace(problem, targets=(longer,)).model.predict(longer, q, longer.samples)[0]
+    y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
+    n, measured = target.samples, target.leading.measured[:]
+    spread = [float(np.var(residual(y[reach - k : reach - k + n], measured))) for k in range(-reach, reach + 1)]
+    return int(np.argmin(spread)) - reach
+
+
+def saturation_words(problem: Problem, q: FloatArray, target: Target) -> str:
+    """Return how a sensor saturates beside the model of the other records, as a clause; empty where it does not.
+
+    Parameters
+    ----------
+    problem : Problem
+        Records that agree.
+    q : (n,)
+        Point at which these are followed.
+    target : Target
+        The examined samples of the record that contradicts them.
+    """
+    modelled, measured = side_by_side(problem, np.asarray(q[: problem.space.size]), target.settled)
+    largest = float(np.abs(modelled).max())
+    if not np.isfinite(largest) or largest == 0.0:
+        return ""
+    y = modelled / largest
+    (gain, cubic), bent = _fitted(np.stack((y, y**3)), measured)
+    _, straight = _fitted(y[np.newaxis], measured)
+    short = -cubic / gain if gain > 0.0 else 0.0
+    if straight < RULES.bend_gain * bent or short < RULES.least_bend:
+        return ""
+    return (
+        f"the larger its {target.leading.quantity.replace('_', ' ')}, the more it falls short of the others' model, by "
+        f"{100.0 * short:.2g} % at {largest:.3g} {unit_words(target.leading.quantity)}, as where a transducer or its "
+        "amplifier saturates"
+    )
+
+
+def _fitted(rows: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
+    """Return the least-squares factors of rows, (k, N), to samples, and the norm of the residual."""
+    factors = np.asarray(np.linalg.lstsq(rows.T, y, rcond=None)[0], dtype=np.float64)
+    return factors, float(np.linalg.norm(y - factors @ rows))
