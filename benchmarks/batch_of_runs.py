@@ -18,8 +18,7 @@ import numpy as np
 from bench_sweep import RESULTS, machine
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.refit.bootstrap import bootstrap
-from mechid.identification.refit.reopened import reopened
-from mechid.interface.finished_fit import finished_fit
+from mechid.interface.fits import load_fit
 from mechid.simulation.batch import SETS, Batch
 from mechid.simulation.simulator import Simulator, TimeBase
 
@@ -46,11 +45,9 @@ def main() -> None:
 
 def sweeps(fit: Path, repeats: int) -> list[dict[str, float]]:
     """Return seconds of each set's sweep alone and in a batch, and the error of the batch, for each spread."""
-    found = finished_fit(fit, None)
-    known = found.campaign.mechanism
-    estimated = {name: p["value"] for name, p in found.estimate["parameters"].items() if name in known.parameters}
-    mechanism = known.with_values(estimated)
-    command = next(r.command for r in found.campaign.records if r.name == "sweep")
+    found = load_fit(fit)
+    mechanism = found.mechanism
+    command = next(r.command for r in found.required_campaign.records if r.name == "sweep")
     simulator = Simulator(mechanism.plant, command, TimeBase(1e4, 600_000))
     p, rng = mechanism.kernel_values(), np.random.default_rng(1)
     whole = p == np.round(p)
@@ -90,8 +87,7 @@ def _sweep(simulator: Simulator, points: np.ndarray, repeats: int) -> dict[str, 
 
 def draws(fit: Path, count: int) -> dict[str, float]:
     """Return seconds a draw side by side and one by one, and how far apart the draws end, in standard deviations."""
-    found = finished_fit(fit, None)
-    optimum = reopened(found.campaign, found.estimate, workers=1)
+    optimum = load_fit(fit).optimum_on(1)
     with one_core_algebra():
         bootstrap(optimum, SETS)  # kernels compiled
         began = time.process_time()

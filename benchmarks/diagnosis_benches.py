@@ -11,7 +11,6 @@ is not repeated, so a run may be stopped, taken up again, and done in pieces.
 """
 
 import argparse
-import json
 import math
 import tempfile
 import time
@@ -29,13 +28,14 @@ from incomplete.names import false_names, names_of, unnamed
 from incomplete.summary import errors_of, rms
 from incomplete_benches import ESTIMATES, append, effect_named, read, seeds_from
 from mechid.campaign import Campaign, load_campaign
-from mechid.identification.diagnosis.completion import examined, identified_with
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from mechid.identification.identify import identify
-from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.estimate_file import write_estimate
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing
-from mechid.writing import write_whole
+from mechid.identification.run import Companion, IdentifyRun, completed_fit, examined
 from recovery.mechanisms import FAMILIES
 
 OUT = Path("build/diagnosis")
@@ -106,33 +106,32 @@ def diagnosed(effect: str, seed: int, fits: Path, *, complete: bool) -> dict[str
     line = {"effect": effect, "seed": seed, "size": dict(bench.size)}
     began, began_cpu = time.perf_counter(), time.process_time()
     if complete:
-        fit, found = examined(campaign)
-        estimate = fit.to_dict()
+        fit, found = examined(campaign, IdentifyRun(), Companion())
     else:
-        estimate, line["search_s"] = _estimate(campaign, fits / ESTIMATES / f"{effect}-{seed}.json")
+        fit, line["search_s"] = _fit_of(campaign, fits / ESTIMATES / f"{effect}-{seed}.json")
         began, began_cpu = time.perf_counter(), time.process_time()
-        found = None if estimate["grade"] == Grade.FAILED else diagnose(campaign, estimate)
+        found = None if fit.grade is Grade.FAILED else diagnose(fit)
     line |= {
-        "grade": estimate["grade"],
+        "grade": str(fit.grade),
         "wall_s": time.perf_counter() - began,
         "cpu_s": time.process_time() - began_cpu,
     }
     if found is None:
         return {**line, "missing": [], "words": "the fit has failed", "completed": None}
     line |= _said_of(found)
-    return {**line, "completed": _completed(campaign, estimate, found, bench.truth)} if complete else line
+    return {**line, "completed": _completed(fit, found, bench.truth)} if complete else line
 
 
-def _estimate(campaign: Campaign, path: Path) -> tuple[dict[str, Any], float | None]:
-    """Return the estimate of a file, made where there is none, and how long that took."""
+def _fit_of(campaign: Campaign, path: Path) -> tuple[Fit, float | None]:
+    """Return the fit in a file, made where there is none, and how long that took."""
     if path.exists():
-        return json.loads(path.read_text()), None
+        return read_fit(path, campaign), None
     began = time.perf_counter()
     fit = identify(campaign)
     took = time.perf_counter() - began
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, json_text(fit.to_dict()))
-    return json.loads(path.read_text()), took
+    write_estimate(fit, path)
+    return read_fit(path, campaign), took
 
 
 def _said_of(found: Diagnosis) -> dict[str, Any]:
@@ -156,19 +155,18 @@ def _entry(one: Missing) -> dict[str, Any]:
     }
 
 
-def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) -> dict[str, Any]:
+def _completed(fit: Fit, found: Diagnosis, truth: Any) -> dict[str, Any]:
     """Return grade, reasons, and parameters beside the truth, after the mechanism has what is proposed."""
     began, began_cpu = time.perf_counter(), time.process_time()
-    if found.mechanism is None:
-        fit = estimate
-    else:
-        fit = identified_with(replace(campaign, mechanism=found.mechanism), found).to_dict()
+    if found.mechanism is not None:
+        fit = completed_fit(replace(fit.required_campaign, mechanism=found.mechanism), found, IdentifyRun())
+    estimates = {name: fit.parameters[name] for name in truth}
     own = {
-        name: {"truth": value, **{key: fit["parameters"][name][key] for key in ("value", "unit", "std_error")}}
-        for name, value in truth.items()
+        name: {"truth": truth[name], "value": p.value, "unit": p.unit, "std_error": p.std_error}
+        for name, p in estimates.items()
     }
     took = {"wall_s": time.perf_counter() - began, "cpu_s": time.process_time() - began_cpu}
-    return {"grade": fit["grade"], "reasons": fit["grade_reasons"], **took, "parameters": own}
+    return {"grade": str(fit.grade), "reasons": [one.to_dict() for one in fit.reasons], **took, "parameters": own}
 
 
 def entries_of(line: dict[str, Any]) -> list[tuple[str, ...]]:

@@ -22,7 +22,7 @@ from incomplete.recording import Run, recorded
 from mechid.analysis import validate
 from mechid.budgets.emission import emission
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.residual_source import EDGES_HZ
@@ -31,6 +31,7 @@ from mechid.campaign import load_campaign
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import identify
+from mechid.identification.result.fit_file import read_fit
 from mechid.reports import report_data, write_results
 from mechid.structure import Modes, Structure
 
@@ -97,7 +98,7 @@ def compared(effect, seed, folder):
     began = time.time()
     bench, fit = estimated(effect, seed, folder)
     fitted_s = time.time() - began
-    flying = read_flying(folder / "fit" / "estimate.json", Flight())
+    flying = flying_estimate(read_fit(folder / "fit" / "estimate.json"), Flight())
     resonance = bench.runs["micro_res"].command["rate"]
     rows = [row for at in HELD_OUT for row in _at_rate(effect, seed, flying, *at[:2], round(at[2] * resonance, 2))]
     return {

@@ -21,9 +21,7 @@ from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
 from mechid.exports.handover import Trial, handover
 from mechid.exports.trials import sample_rate_hz, substeps
-from mechid.identification.result.estimate_file import FILE_NAME
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.interface.finished_fit import finished_fit
+from mechid.interface.export import read_with_campaign
 from mechid.simulation.simulator import Simulator, TimeBase
 
 SECONDS = 60.0
@@ -55,11 +53,9 @@ def main() -> None:
     parser.add_argument("fit", type=Path)
     parser.add_argument("--rounds", type=int, default=10)
     arguments = parser.parse_args()
-    finished = finished_fit(arguments.fit, None)
-    mechanism = read_estimated_mechanism(finished.estimate, arguments.fit / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, folder=arguments.fit)
+    what = handover(*read_with_campaign(arguments.fit)[:2])
     with tempfile.TemporaryDirectory() as folder:
-        contenders = {"kernel": kernel(mechanism), "C text": c_text(what, Path(folder))}
+        contenders = {"kernel": kernel(what.mechanism), "C text": c_text(what, Path(folder))}
         contenders |= units(what, Path(folder))
         seconds = {name: min(run() for _ in range(arguments.rounds)) for name, run in contenders.items()}
     for name, found in seconds.items():

@@ -32,8 +32,7 @@ from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.bootstrap import bootstrap
-from mechid.identification.refit.reopened import reopened
-from mechid.interface.finished_fit import finished_fit
+from mechid.interface.fits import load_fit
 
 ALONE = 200
 """Batches sent alone, of which the shortest counts."""
@@ -121,9 +120,8 @@ def noting(lines=200):
 
 def drawn(fit, draws):
     """Return processor seconds a draw, here and lent to one and two workers, and megabytes of the problem."""
-    found = finished_fit(fit, None)
     with one_core_algebra():
-        optimum = reopened(found.campaign, found.estimate)
+        optimum = load_fit(fit).optimum_on(1)
         bootstrap(optimum, 2)
         began = time.process_time()
         here = bootstrap(optimum, draws)

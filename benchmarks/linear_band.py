@@ -17,9 +17,7 @@ from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.linear import linear_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import response_of
-from mechid.identification.result.estimate_file import FILE_NAME
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.interface.finished_fit import finished_fit
+from mechid.interface.export import read_with_campaign
 
 DRAWS = 500
 FREQUENCIES_HZ = np.geomspace(1.0, 400.0, 60)
@@ -30,9 +28,7 @@ TOLD = 1e-9
 def main() -> None:
     """Print a row a model."""
     folder, campaign = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    finished = finished_fit(folder, campaign)
-    mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, folder=folder)
+    what = handover(*read_with_campaign(folder, campaign)[:2])
     linear = linear_of(what, Options(rates=(), samples=DRAWS))
     print("| model | draws within two sigma: mean | least | most | deltas | fraction off by |")
     print("|---|---|---|---|---|---|")

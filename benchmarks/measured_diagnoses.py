@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 
 from measured_halves import copied, half
-from mechid.campaign import Campaign
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit
@@ -27,19 +26,19 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             campaign = copied(name, Path(folder))
             fit = identify(campaign)
-            print(f"{name}: grade {fit.grade}, {said(campaign, fit)}", flush=True)
+            print(f"{name}: grade {fit.grade}, {said(fit)}", flush=True)
             if len(campaign.estimated) == 1:
                 for k, which in enumerate(("first", "second")):
                     part = half(campaign, fit, k)
-                    print(f"  {which} half: {said(part, identify(part))}", flush=True)
+                    print(f"  {which} half: {said(identify(part))}", flush=True)
 
 
-def said(campaign: Campaign, fit: Fit) -> str:
+def said(fit: Fit) -> str:
     """Return what a diagnosis names, what is left, and how records held out are predicted without and with it."""
     if fit.grade == Grade.FAILED:
         return "the fit has failed"
     began = time.process_time()
-    found = diagnose(campaign, fit)
+    found = diagnose(fit)
     before, after = found.over_noise
     held = "; ".join(f"{h.record} {h.before:.3g} to {h.after:.3g}" for h in found.held_out)
     held = f"; held out: {held}" if held else ""

@@ -24,7 +24,7 @@ from bench_sweep import RESULTS, machine
 from mechid.budgets.attractors import steady_states
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.over_rate import torque_bands
@@ -33,6 +33,7 @@ from mechid.budgets.shares import deviations
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.result.fit_file import read_fit
 
 RATES = np.linspace(10.0, 120.0, 240)
 COMPARED = 0.05
@@ -100,7 +101,9 @@ def main():
     parser.add_argument("--anew", type=int, default=3)
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
-    estimate = replace(read_flying(arguments.estimate, Flight()), discrepancy=Discrepancy())  # parameters alone
+    estimate = replace(
+        flying_estimate(read_fit(arguments.estimate), Flight()), discrepancy=Discrepancy()
+    )  # parameters alone
     rows = {}
     with one_core_algebra():
         for mode in modes():

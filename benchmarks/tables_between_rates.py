@@ -16,9 +16,7 @@ from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import handover
 from mechid.exports.stepping import steppings, usual_rates
 from mechid.exports.tables.bulk import order_loads
-from mechid.identification.result.estimate_file import FILE_NAME
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.interface.finished_fit import finished_fit
+from mechid.interface.export import read_with_campaign
 
 ORDERS = 4.0
 """Up to here a row each; all together below."""
@@ -27,9 +25,7 @@ ORDERS = 4.0
 def main() -> None:
     """Print a row an order and stepping."""
     folder, campaign = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    finished = finished_fit(folder, campaign)
-    mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, folder=folder)
+    what = handover(*read_with_campaign(folder, campaign)[:2])
     estimate, ways = estimate_on_base(what), steppings(what.trials)
     rates = usual_rates(estimate.mechanism, ways)
     print("| stepping | order | largest line, N m | median error | 95 % of rates below | largest | at steps/s |")

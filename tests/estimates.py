@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+from whole_estimate import whole_estimate
+
 STEPPING = {"stepping": "full", "microsteps": 1, "start_angle_deg": 45.0, "waveform": "cosine", "start": "commanded"}
 
 
@@ -15,13 +17,14 @@ def record(rms, *, use="estimate", samples=10_000, effective=None, used=None, di
         "residual_rms": rms,
         "fit_percent": None if rms is None else 90.0,
         "effective_samples": effective or (rms and samples),
+        "orders": [],
     }
     return {
         "use": use,
         "samples": used or samples,
         "offset": 0.01,
         "drift": 0.0,
-        "validation": {"command": STEPPING | command, "channels": {"torque": channel}},
+        "validation": {"command": STEPPING | command, "judged_from_s": None, "channels": {"torque": channel}},
     }
 
 
@@ -47,7 +50,7 @@ def write(folder: Path, records, parameters, outcome="converged", plant="p", gra
         "provenance": {"plant": plant},
     }
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "estimate.json").write_text(json.dumps(content))
+    (folder / "estimate.json").write_text(json.dumps(whole_estimate(content)))
     return folder
 
 

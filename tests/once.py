@@ -17,5 +17,7 @@ def once(tmp_path_factory, name, make):
     kept = folder / f"{name}.pickle"
     with one_process(kept):
         if not kept.exists():
-            kept.write_bytes(pickle.dumps(make()))
+            made = kept.with_suffix(f".{os.getpid()}")  # where nothing is locked, nobody reads half of it
+            made.write_bytes(pickle.dumps(make()))
+            made.replace(kept)
         return pickle.loads(kept.read_bytes())

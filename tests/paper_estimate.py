@@ -8,6 +8,7 @@ import numpy as np
 from layouts import changed, mechanism_of, paper_table
 from mechid.campaign import mechanism_text
 from paper import ESTIMATED
+from whole_estimate import whole_estimate
 
 FREE = (
     "stepper.coil_resistance",
@@ -69,7 +70,7 @@ def write_estimate(folder, mechanism, content):
     }
     content["provenance"] = {**content.get("provenance", {}), **own}
     path = folder / "estimate.json"
-    path.write_text(json.dumps(content), encoding="utf-8")
+    path.write_text(json.dumps(whole_estimate(content)), encoding="utf-8")
     return path
 
 

@@ -1,7 +1,6 @@
 """A budget of the paper's mechanism, small enough for tests: the example with few rates, and a hostile name."""
 
-from mechid.budgets.budget import make_budget
-from mechid.budgets.budget_file import read_budget_file
+import mechid
 from mechid.budgets.example import BUDGET, write_example
 from once import once
 from paper_estimate import write_estimate_of_paper
@@ -22,6 +21,6 @@ def small_budget(tmp_path_factory):
         write_estimate_of_paper(folder, fit_percent=99.0)
         write_example(folder)
         (folder / "budget.toml").write_text(TEXT, encoding="utf-8")
-        return make_budget(read_budget_file(folder / "budget.toml"))
+        return mechid.budget(folder / "budget.toml")
 
     return once(tmp_path_factory, "small_budget", make)

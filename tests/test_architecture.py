@@ -28,21 +28,6 @@ WITHOUT_A_TEST_FILE = {
     name + ".py"
     for name in (
         "identification/conclude",
-        "identification/contradiction/agreement",
-        "identification/contradiction/alternatives",
-        "identification/contradiction/first_sight",
-        "identification/contradiction/own_timing",
-        "identification/contradiction/record_sight",
-        "identification/contradiction/wrong_count",
-        "identification/diagnosis/candidate",
-        "identification/diagnosis/diagnosis",
-        "identification/diagnosis/pictures",
-        "identification/diagnosis/search",
-        "identification/diagnosis/steps",
-        "identification/diagnosis/stretches",
-        "identification/diagnosis/with_laws",
-        "identification/disturbance/disturbance",
-        "identification/disturbance/scores",
         "identification/grading",
         "identification/refit/bootstrap",
         "identification/refit/profile",
@@ -50,7 +35,6 @@ WITHOUT_A_TEST_FILE = {
         "identification/result/fit",
         "identification/result/fit_file",
         "identification/stages/beside",
-        "identification/stages/disturbances",
         "interface/identification",
     )
 }

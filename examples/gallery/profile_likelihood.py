@@ -7,7 +7,7 @@ import mechid
 
 fit = mechid.load_fit("mechid-demo")
 name = "friction.coulomb"
-profile, estimate = mechid.profile(fit.campaign, fit, name)[name], fit.parameters[name]
+profile, estimate = mechid.profile(fit, name)[name], fit.parameters[name]
 value = np.array([point.value for point in profile.points])
 order = np.argsort(value)
 figure, ax = plt.subplots(figsize=(8, 3.6), layout="constrained")

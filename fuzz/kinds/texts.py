@@ -27,15 +27,15 @@ def write_estimate(draw: Draw, folder: Path) -> dict[str, Any]:
 def read_estimate(folder: Path, written: dict[str, Any]) -> None:
     """Read it as a table, as a member of a fleet, or as a fit, and write that again."""
     from mechid.campaign import load_campaign
-    from mechid.fleets.estimates import read_unit
+    from mechid.fleets.estimates import estimate_of
     from mechid.identification.result.estimate_file import estimate_text, read_estimate
-    from mechid.identification.result.fit_file import read_fit
+    from mechid.identification.result.fit_file import read_fit, read_numbers
 
     path = folder / "estimate.json"
     if written["asked"] == "estimate":
         read_estimate(path)
     elif written["asked"] == "unit":
-        read_unit(folder)
+        estimate_of(read_numbers(folder))
     else:
         fit = read_fit(path, load_campaign(folder))
         text = estimate_text(fit)

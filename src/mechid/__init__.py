@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mechid.designs.design import Design
     from mechid.designs.design_file import DesignOptions
     from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
-    from mechid.exports.export import Exported, export
+    from mechid.exports.export import Exported
     from mechid.fleets.fleet import Fleet
     from mechid.identification.computation.progress import Progress
     from mechid.identification.diagnosis.diagnosis import Diagnosis
@@ -45,8 +45,10 @@ if TYPE_CHECKING:
     from mechid.interface.diagnose import diagnose
     from mechid.interface.equations import equations, kernel_source
     from mechid.interface.explore import explore
+    from mechid.interface.export import export
+    from mechid.interface.fits import load_fit
     from mechid.interface.fleet import fleet
-    from mechid.interface.identification import identify, identify_into, load_fit
+    from mechid.interface.identification import identify, identify_into
     from mechid.interface.look import look
     from mechid.interface.reading import load_mechanism, load_record, load_structure
     from mechid.interface.refits import Profiles, bootstrap, profile
@@ -82,7 +84,7 @@ _NAMES = {
     "designs.design": ("Design",),
     "designs.design_file": ("DesignOptions",),
     "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
-    "exports.export": ("Exported", "export"),
+    "exports.export": ("Exported",),
     "fleets.fleet": ("Fleet",),
     "identification.computation.progress": ("Progress",),
     "identification.diagnosis.diagnosis": ("Diagnosis",),
@@ -99,8 +101,10 @@ _NAMES = {
     "interface.diagnose": ("diagnose",),
     "interface.equations": ("equations", "kernel_source"),
     "interface.explore": ("explore",),
+    "interface.export": ("export",),
     "interface.fleet": ("fleet",),
-    "interface.identification": ("identify", "identify_into", "load_fit"),
+    "interface.fits": ("load_fit",),
+    "interface.identification": ("identify", "identify_into"),
     "interface.look": ("look",),
     "interface.reading": ("load_mechanism", "load_record", "load_structure"),
     "interface.refits": ("Profiles", "bootstrap", "profile"),

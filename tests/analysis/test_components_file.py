@@ -1,10 +1,12 @@
 """components.json. Truth: what was written, to its six digits."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from mechid.analysis.components_file import FILE_NAME, components_text, read_components
 from mechid.analysis.side_components import side_lines
 from mechid.errors import InputFileError
@@ -26,7 +28,8 @@ def test_the_file_holds_what_was_measured(tmp_path):
     records = side_records(lambda rate: EXERTED, (39.0, 41.0), np.random.default_rng(0))
     content = components_text(records, {"plant": "p"})
     (tmp_path / FILE_NAME).write_text(json.dumps(content).replace("NaN", "null"), encoding="utf-8")
-    read = read_components({"provenance": {"plant": "p"}}, tmp_path)
+    fit = fit_by_hand(None, provenance={"plant": "p"}, folder=tmp_path)
+    read = read_components(fit)
     assert read.mounting == MOUNTING
     for found, true in zip(read.records, records.records, strict=True):
         assert (found.name, found.components, found.stepping) == (true.name, true.components, true.stepping)
@@ -34,8 +37,8 @@ def test_the_file_holds_what_was_measured(tmp_path):
             np.testing.assert_allclose(a.power, b.power, rtol=1e-5, atol=1e-12)
             np.testing.assert_allclose(side_lines(a).lines, side_lines(b).lines, rtol=1e-4, atol=1e-9)
     with pytest.raises(InputFileError, match="is of another fit"):
-        read_components({"provenance": {"plant": "q"}}, tmp_path)
+        read_components(replace(fit, provenance={"plant": "q"}))
     (tmp_path / FILE_NAME).write_text('{"format": "mechid-components/1"}', encoding="utf-8")
     with pytest.raises(InputFileError, match="is damaged at 'orders'"):
-        read_components({}, tmp_path)
-    assert read_components({}, tmp_path / "elsewhere") is None
+        read_components(fit)
+    assert read_components(replace(fit, folder=tmp_path / "elsewhere")) is None

@@ -7,8 +7,8 @@ import pytest
 
 from fits_by_hand import fit_by_hand
 from mechid.analysis.information import record_information
-from mechid.identification.result.fit import RecordFit
 from mechid.identification.result.parameter_estimate import ParameterEstimate
+from mechid.identification.result.record_result import RecordFit
 from mechid.simulation.resonances import resonances
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
 

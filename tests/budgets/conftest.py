@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.numbers import budget_data
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit_file import read_fit
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from once import once
 from paper_estimate import write_estimate_of_paper
@@ -24,7 +25,7 @@ MODE = OperatingMode(name="scan", command=MICRO, rates=np.array([37.3]), settle_
 @pytest.fixture(scope="session")
 def flying(tmp_path_factory):
     """Return what flies of the paper's estimate."""
-    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    return flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
 
 
 @pytest.fixture(scope="session")

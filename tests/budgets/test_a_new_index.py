@@ -16,6 +16,7 @@ from mechid.budgets.pointing_error import PointingError, Source
 from mechid.budgets.profile_run import ProfileResponse
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit_file import read_fit
 from mechid.reports.budget.files import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
@@ -118,7 +119,8 @@ def test_what_it_needs_of_a_budget_file(tmp_path, old, new, said):
 def test_it_is_in_the_budget_and_its_report(tmp_path):
     """Truth: a million draws of the phases of the slew's lines and the wheel's, each with its gain, and of the noise;
     the words of the row. A free body does it no harm."""
-    made = make_budget(budget_file(tmp_path, REQUIREMENT))
+    asked = budget_file(tmp_path, REQUIREMENT)
+    made = make_budget(asked, read_fit(asked.estimate))
     data = json.loads(json_text(budget_data(made)))
     (row,) = (r for r in data["requirements"] if (r["index"], r["mode"]) == ("SDE", "slew"))
     (response,) = made.modes[0].responses

@@ -8,8 +8,9 @@ import pytest
 from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.example import BUDGET, STRUCTURE, write_example
 from mechid.budgets.findings import findings
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.errors import InputFileError
+from mechid.identification.result.fit_file import read_fit
 from paper_estimate import write_estimate_of_paper
 
 
@@ -53,10 +54,12 @@ def test_a_value_of_the_flight_that_looks_like_percent_is_asked_about(folder):
     file = read_budget_file(changed(folder, "[structure]", mode))
     values = {**file.flight.values, "load.mode.0.damping": 0.5}
     flight = replace(file.flight, values=values)
-    told = list(findings(replace(file, flight=flight), read_flying(file.estimate, flight), ()))
+    told = list(findings(replace(file, flight=flight), flying_estimate(read_fit(file.estimate), flight), ()))
     (asked,) = (line for line in told if "percent" in line)
     assert asked.startswith("budget.toml: flight.values: load.mode.0.damping = 0.5: is this in percent?")
-    assert not any("percent" in line for line in findings(file, read_flying(file.estimate, file.flight), ()))
+    assert not any(
+        "percent" in line for line in findings(file, flying_estimate(read_fit(file.estimate), file.flight), ())
+    )
 
 
 def test_files_that_are_there_stay(folder):

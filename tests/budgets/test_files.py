@@ -14,9 +14,10 @@ from mechid.budgets.budget import make_budget
 from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.carried import Carried
 from mechid.budgets.files import write_budget
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.numbers import budget_data
 from mechid.budgets.residual_source import ResidualSource
+from mechid.identification.result.fit_file import read_fit
 from paper_estimate import write_estimate_of_paper
 
 BUDGET = """\
@@ -76,19 +77,19 @@ def of_bench(rng, rate):
 def made(tmp_path_factory):
     """Return a budget of an estimate that left something of its records, and the folder of its files."""
     folder = tmp_path_factory.mktemp("budget")
-    write_estimate_of_paper(folder, fit_percent=99.0)
+    fit = read_fit(write_estimate_of_paper(folder, fit_percent=99.0))
     (folder / "budget.toml").write_text(BUDGET, encoding="utf-8")
     (folder / "structure.toml").write_text(MODES, encoding="utf-8")
     rng = np.random.default_rng(3)
     source = ResidualSource(tuple(of_bench(rng, rate) for rate in (18.0, 19.5, 20.5, 22.0)), Carried(None))
 
-    def with_residual(path, flight):
-        read = read_flying(path, flight)
+    def with_residual(fit, flight):
+        read = flying_estimate(fit, flight)
         return replace(read, residual=source, discrepancy=replace(read.discrepancy, of_profiles_alone=True))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(budget_module, "read_flying", with_residual)
-        budget = make_budget(read_budget_file(folder / "budget.toml"))
+        patch.setattr(budget_module, "flying_estimate", with_residual)
+        budget = make_budget(read_budget_file(folder / "budget.toml"), fit)
     write_budget(budget, folder / "out")
     return budget, folder / "out"
 

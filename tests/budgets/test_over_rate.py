@@ -8,13 +8,14 @@ import pytest
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.over_rate import level_curve, rms_bands, torque_bands, total_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.residual_source import ResidualHere
+from mechid.identification.result.fit_file import read_fit
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 from states_by_hand import state_by_hand
@@ -39,7 +40,7 @@ LINES = {0.5: 0.3, 1.0: 1.0, 2.0: 0.4}
 @pytest.fixture(scope="module")
 def estimate(tmp_path_factory):
     """Return an estimate of one parameter that moves each line by 5 %."""
-    flying = read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    flying = flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
     return replace(
         flying, names=("gear.damping",), covariance=np.eye(1), discrepancy=Discrepancy(of_profiles_alone=True)
     )

@@ -14,7 +14,7 @@ from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.emission import UPPER, WITHIN, emission
 from mechid.budgets.ensemble import make_ensemble
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
@@ -24,7 +24,7 @@ from mechid.budgets.standing import RESIDUAL, standing
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.identification.result.fit_file import read_fit
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.structure import Modes, Structure
@@ -64,12 +64,12 @@ def lines(amplitude, order, rate):
 def estimate(tmp_path_factory):
     """Return where the estimate of the paper's mechanism is, without the detent that is left out."""
     path = write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))
-    return path, read_estimated_mechanism(json.loads(path.read_text(encoding="utf-8")), path)
+    return path, read_fit(path).mechanism
 
 
 @pytest.fixture(scope="module")
 def flying(estimate):
-    read = read_flying(estimate[0], Flight())
+    read = flying_estimate(read_fit(estimate[0]), Flight())
     return replace(read, discrepancy=Discrepancy(of_profiles_alone=True))
 
 
@@ -248,11 +248,11 @@ def test_the_way_from_the_rotor(estimate, flying):
 
 
 def test_of_another_fit_it_is_refused(estimate, tmp_path):
-    content = json.loads(estimate[0].read_text(encoding="utf-8"))
-    assert read_residual(content, tmp_path) is None
-    own = {"format": FORMAT, "orders": list(TRACKED), "records": {}, "provenance": content["provenance"]}
+    fit = replace(read_fit(estimate[0]), folder=tmp_path)
+    assert read_residual(fit) is None
+    own = {"format": FORMAT, "orders": list(TRACKED), "records": {}, "provenance": fit.provenance}
     (tmp_path / "residual.json").write_text(json.dumps(own), encoding="utf-8")
-    assert read_residual(content, tmp_path) == ()
+    assert read_residual(fit) == ()
     for wrong, says in (
         ({"provenance": {}}, "is of another fit"),
         ({"orders": []}, "another version"),
@@ -260,7 +260,7 @@ def test_of_another_fit_it_is_refused(estimate, tmp_path):
     ):
         (tmp_path / "residual.json").write_text(json.dumps({**own, **wrong}), encoding="utf-8")
         with pytest.raises(InputFileError, match=says):
-            read_residual(content, tmp_path)
+            read_residual(fit)
     (tmp_path / "residual.json").write_text("{", encoding="utf-8")
     with pytest.raises(InputFileError, match="is damaged"):
-        read_residual(content, tmp_path)
+        read_residual(fit)

@@ -13,7 +13,7 @@ from mechid.budgets.ensemble import make_ensemble
 from mechid.budgets.example import write_example
 from mechid.budgets.findings import findings
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import Response, respond
 from mechid.budgets.operating_mode import OperatingMode
@@ -24,6 +24,7 @@ from mechid.budgets.standing import DISCREPANCY, SAMPLING, nominal_level, standi
 from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
+from mechid.identification.result.fit_file import read_fit
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 from states_by_hand import state_by_hand
@@ -56,7 +57,7 @@ def line(amplitude, rate=20.0, slopes=()):
 @pytest.fixture(scope="module")
 def certain(tmp_path_factory):
     """Return an estimate without uncertainty."""
-    flying = read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    flying = flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
     return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=Discrepancy())
 
 
@@ -180,28 +181,25 @@ def test_the_ecss_sum_of_a_line_with_other_sources(certain):
 
 
 def test_what_the_model_misses_of_each_line(tmp_path, certain):
-    """Truth: the report's errors of the orders, where it is of the same fit; a line's level is off by as much."""
+    """Truth: the errors of the orders in the record's validation; a line's level is off by as much."""
     path = write_estimate_of_paper(tmp_path, fit_percent=90.0)
-    provenance = json.loads(path.read_text(encoding="utf-8"))["provenance"]
-    row = {
-        "name": "sweep",
-        "quantity": "torque",
-        "order": 1.0,
-        "amplitude_error_percent": 3.0,
-        "phase_error_deg": np.degrees(0.04),
+    order = dict.fromkeys(("measured", "modelled", "peak_rate", "peak_measured", "peak_modelled"), 1.0) | {"windows": 1}
+    order |= {"order": 1.0, "amplitude_error_percent": 3.0, "phase_error_deg": np.degrees(0.04)}
+    other = {**order, "order": 2.0, "amplitude_error_percent": None, "phase_error_deg": None}
+    channel = {"samples": 9, "samples_sha256": "", "effective_samples": 9, "residual_rms": 1.0, "fit_percent": 90.0}
+    channels = {
+        "rotor_rate": {**channel, "orders": [{**order, "amplitude_error_percent": 50.0}]},
+        "torque": {**channel, "orders": [order, other]},
     }
-    rows = [row, row | {"quantity": "rotor_rate", "amplitude_error_percent": 50.0}]
-    report = {"provenance": provenance, "orders": rows}
-    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    missed = read_flying(tmp_path / "estimate.json", Flight()).discrepancy
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["records"]["sweep"]["validation"] = {"command": {}, "judged_from_s": None, "channels": channels}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    missed = flying_estimate(read_fit(path), Flight()).discrepancy
     assert missed.orders == pytest.approx({1.0: 0.05})
     np.testing.assert_allclose(missed.of_lines(np.array([0.5, 1.0])), [0.1, 0.05])
     off = standing(requirement(), "m", [(1.0, line(2.0))], replace(certain, discrepancy=missed), NOBODY).level
     assert off.sigma / off.value == pytest.approx(0.05, rel=0.15)
     assert off.shares[DISCREPANCY] == pytest.approx(1.0)
-    report["provenance"] = provenance | {"seed": 2}
-    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy.orders == {}
 
 
 SCAN = OperatingMode(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.mode_budget import ModeBudget
@@ -16,6 +16,7 @@ from mechid.budgets.requirement import Requirement
 from mechid.budgets.standing import nominal_level
 from mechid.budgets.steadiness import steadiness, steadiness_words
 from mechid.command import Command, RateProfile
+from mechid.identification.result.fit_file import read_fit
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 from states_by_hand import state_by_hand
@@ -57,7 +58,7 @@ def motion(rate, amplitude, *reached, periods=1, multiplier=0.5, follows=True):
 @pytest.fixture(scope="module")
 def estimate(tmp_path_factory):
     """Return an estimate of one parameter, which moves each line by 5 %."""
-    flying = read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    flying = flying_estimate(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("estimate"))), Flight())
     return replace(flying, names=("gear.damping",), covariance=np.eye(1))
 
 

@@ -9,7 +9,7 @@ import pytest
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.ensemble import make_ensemble
 from mechid.budgets.flight_entry import Flight
-from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
@@ -19,6 +19,7 @@ from mechid.budgets.standing import nominal_level, standing
 from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import coverage_factor
 from mechid.command import Command, RateProfile
+from mechid.identification.result.fit_file import read_fit
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 
@@ -89,16 +90,18 @@ def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
     content = json.loads(path.read_text(encoding="utf-8"))
     content["records"]["sweep"]["noise_sigma"] = noise
     path.write_text(json.dumps(content), encoding="utf-8")
-    assert read_flying(path, Flight()).discrepancy.overall == pytest.approx(expected, abs=1e-12)
+    assert flying_estimate(read_fit(path), Flight()).discrepancy.overall == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_noise_level_that_rests_on_the_residual_excuses_nothing(tmp_path):
     """Truth: as above, with nothing of the noise known beforehand."""
     path = write_estimate_of_paper(tmp_path, fit_percent=95.0)
     content = json.loads(path.read_text(encoding="utf-8"))
-    content["records"]["sweep"] |= {"noise_sigma": 1e-3, "noise_rests_on": "residual", "noise_known": 0.0}
+    torque = {"unit": "N m", "use": "validate", "fit_percent": 95.0, "residual_rms": 1e-3, "noise_sigma": 1e-3}
+    torque |= {"offset": None, "drift": None, "rejected_runs": [], "noise_rests_on": "residual", "noise_known": 0.0}
+    content["records"]["sweep"] |= {"noise_sigma": 1e-3, "channels": {"torque": torque}}
     path.write_text(json.dumps(content), encoding="utf-8")
-    assert read_flying(path, Flight()).discrepancy.overall == pytest.approx(0.05, abs=1e-12)
+    assert flying_estimate(read_fit(path), Flight()).discrepancy.overall == pytest.approx(0.05, abs=1e-12)
 
 
 def test_a_spread_makes_an_ensemble(flying):

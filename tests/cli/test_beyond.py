@@ -79,7 +79,7 @@ def test_a_campaign_that_has_changed_since_is_refused(fitted, refused, tmp_path)
     line = refused(
         3, "profile", fitted / "fit", "--campaign", other, "--parameter", "housing.gain", "--out", tmp_path / "p"
     )
-    assert "campaign.toml: not as in the fit; identify anew" in line
+    assert "campaign.toml is not the file that was identified; identify anew" in line
 
 
 def test_a_fit_that_does_not_say_its_campaign_wants_it(fitted, refused, tmp_path):

@@ -14,6 +14,7 @@ from estimates import free
 from mechid.campaign.bench import write_bench
 from mechid.cli.identification import INTERRUPTED
 from mechid.fleets import unit_run
+from mechid.identification import run as identification
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import identified
 from synthetic_fleet import drawn, write_fit, write_fleet_file
@@ -96,7 +97,7 @@ def test_another_seed_is_another_identification_and_a_fit_beside_its_campaign_is
 
 @pytest.mark.usefixtures("without_reports")
 def test_an_interrupted_fleet_goes_on_from_its_journals(run, units, tmp_path, monkeypatch):
-    out, real = tmp_path / "fleet", identified.identify
+    out, real = tmp_path / "fleet", identification.search
 
     def interrupted_at_the_second(campaign, **options):
         fit = real(campaign, **options)
@@ -104,11 +105,11 @@ def test_an_interrupted_fleet_goes_on_from_its_journals(run, units, tmp_path, mo
             return fit
         return replace(fit, outcome=FitOutcome.INTERRUPTED)
 
-    monkeypatch.setattr(identified, "identify", interrupted_at_the_second)
+    monkeypatch.setattr(identification, "search", interrupted_at_the_second)
     result = run("fleet", *units, "--out", out, "--workers", 1)
     assert result.exit_code == INTERRUPTED
     assert not (out / "fleet.json").exists()
-    monkeypatch.setattr(identified, "identify", real)
+    monkeypatch.setattr(identification, "search", real)
     result = run("fleet", *units, "--out", out, "--workers", 1)
     assert result.exit_code == 0, result.stderr
     assert {label: how for label, (how, _) in hows(out).items()} == {"FM1": "taken_up", "FM2": "resumed"}

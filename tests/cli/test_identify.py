@@ -8,6 +8,7 @@ import pytest
 
 from mechid.campaign import read_mechanism
 from mechid.campaign.bench import TRUTH
+from mechid.identification import run as identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
@@ -104,7 +105,7 @@ def ended(monkeypatch, staged):
     def end(**changes):
         from dataclasses import replace
 
-        monkeypatch.setattr(identified, "identify", lambda *_, **__: replace(fit, **changes))
+        monkeypatch.setattr(identification, "search", lambda *_, **__: replace(fit, **changes))
         monkeypatch.setattr(identified, "_report", lambda *_: [])  # tests/cli/test_report.py has it
         monkeypatch.setattr(identified.Illustration, "begin", lambda *_: None)
 

@@ -9,10 +9,11 @@ from contextlib import nullcontext
 import pytest
 from typer.testing import CliRunner
 
+import mechid
 from mechid.campaign import load_campaign
 from mechid.cli.app import app
 from mechid.identification import conclude
-from mechid.identification.diagnosis import completion
+from mechid.identification import run as identification
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.outcome import UNEXAMINED
 from mechid.reports import identified
@@ -63,7 +64,7 @@ def disturbed(monkeypatch, module, name, error):
 def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, monkeypatch, name, error):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
-        disturbed(patched, identified, name, error)
+        disturbed(patched, identified if name == "validate" else identification, name, error)
         result = run("identify", wrong / "bench", "--out", out)
     assert result.exit_code == (130 if isinstance(error, KeyboardInterrupt) else result.exit_code) != 0
     assert sorted(path.name for path in out.iterdir()) == RESULTS
@@ -83,7 +84,7 @@ def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, mon
 
 
 def test_a_diagnosis_that_is_interrupted_leaves_the_estimate(run, wrong, tmp_path, monkeypatch):
-    disturbed(monkeypatch, completion, "diagnose", KeyboardInterrupt())
+    disturbed(monkeypatch, identification, "diagnose", KeyboardInterrupt())
     result = run("identify", wrong / "bench", "--complete", "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert numbers(tmp_path / "out")[1][-1] == UNEXAMINED
@@ -91,8 +92,8 @@ def test_a_diagnosis_that_is_interrupted_leaves_the_estimate(run, wrong, tmp_pat
 
 
 def test_from_python_an_interrupted_examination_leaves_the_fit(wrong, monkeypatch):
-    disturbed(monkeypatch, completion, "with_suggestions", KeyboardInterrupt())
-    fit = completion.identify(load_campaign(wrong / "bench"))
+    disturbed(monkeypatch, identification, "with_suggestions", KeyboardInterrupt())
+    fit = mechid.identify(load_campaign(wrong / "bench"))
     assert fit.warnings[-1] == UNEXAMINED
     whole, _ = numbers(wrong / "whole")
     assert str(fit.grade) == whole["grade"]

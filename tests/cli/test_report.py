@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from mechid.campaign import load_campaign
+from mechid.identification import run as identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
-from mechid.reports import identified
 
 NAMES = ["report.html", "report.json", "report.md"]
 
@@ -95,7 +95,7 @@ def test_a_failed_fit_has_a_report_too(run, staged, tmp_path, monkeypatch):
     fit = identify(load_campaign(staged), workers=1)
     wild = fit.mechanism.with_values({"gear.stiffness": float("nan")})
     failed = replace(fit, mechanism=wild, outcome=FitOutcome.FAILED, grade=Grade.FAILED)
-    monkeypatch.setattr(identified, "identify", lambda *_, **__: failed)
+    monkeypatch.setattr(identification, "search", lambda *_, **__: failed)
     result = run("identify", staged, "--out", tmp_path / "out")
     assert result.exit_code == 5
     assert "no report was made" not in result.stderr

@@ -10,6 +10,7 @@ from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.campaign import read_mechanism
 from mechid.campaign.campaign import record_parameter_name
 from paper_estimate import estimate_of, write_estimate
+from whole_estimate import whole_estimate
 
 STRUCTURE = """\
 axis = "rz"
@@ -118,8 +119,8 @@ def test_what_belongs_to_a_record_stays_with_a_line(run, tmp_path):
     for name in own:
         content["parameters"][name] = {"value": 1e-4, "std_error": 1e-6, "status": "free"}
     names = [*content["correlation"]["names"], *own]
-    content["correlation"] = {"names": names, "matrix": np.eye(3).tolist()}
-    path.write_text(json.dumps(content), encoding="utf-8")
+    content["correlation"] = content["covariance"] = {"names": names, "matrix": np.eye(3).tolist()}
+    path.write_text(json.dumps(whole_estimate(content)), encoding="utf-8")
     result = run("budget", budget, "--out", tmp_path / "out")
     assert result.exit_code == 0, result.stderr
     for name in own:

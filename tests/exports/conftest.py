@@ -9,8 +9,7 @@ from mechid.command import Command, RateProfile
 from mechid.exports.export import Exported, exported
 from mechid.exports.handover import Handover, Trial, handover
 from mechid.exports.tables.options import Options
-from mechid.identification.result.estimate_file import read_estimate
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.identification.result.fit_file import read_fit
 from mechid.simulation.simulator import TimeBase
 from paper_estimate import write_estimate_of_paper
 
@@ -35,9 +34,7 @@ class Tables:
 @pytest.fixture(scope="session")
 def paper(tmp_path_factory):
     """Return what an estimate of the paper's mechanism hands on, with two short records' commands."""
-    path = write_estimate_of_paper(tmp_path_factory.mktemp("fit"))
-    content = read_estimate(path)
-    what = handover(content, read_estimated_mechanism(content, path), None, folder=path.parent)
+    what = handover(read_fit(write_estimate_of_paper(tmp_path_factory.mktemp("fit"))), None)
     trials = (Trial("full_46", FULL, BASE), Trial("sweep", SWEEP, BASE))
     return replace(what, trials=trials)
 

@@ -19,4 +19,4 @@ def fitted():
 def lacking(fitted):
     """Return a campaign that lacks a harmonic, and its diagnosis."""
     bench, fit = fitted
-    return bench, diagnose(bench, fit, workers=1)
+    return bench, diagnose(fit, workers=1)

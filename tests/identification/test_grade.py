@@ -12,10 +12,10 @@ from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
+from mechid.identification.result.record_result import RecordFit
 
 EVENT = "the model's friction goes from stuck to forward"
 FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}
@@ -289,3 +289,46 @@ def test_every_grade_and_cause_has_words():
     assert set(GRADE_WORDS) == set(Grade)
     assert set(CAUSE_WORDS) == set(Cause)
     assert len(set(CAUSE_WORDS.values())) == len(Cause)
+
+
+def held_out(residual_over_noise, fit_percent):
+    """Return a held-out record of which a fit leaves so much."""
+    own = record("half", use="validate")
+    rms = residual_over_noise * own.noise_sigma
+    channel = replace(own.channels["torque"], residual_rms=rms, fit_percent=fit_percent)
+    return replace(own, residual_rms=rms, fit_percent=fit_percent, channels={"torque": channel})
+
+
+@pytest.mark.parametrize(
+    ("over_noise", "fit_percent", "grade", "cause"),
+    [
+        (1.06, 98.0, Grade.A, None),
+        (1.9, 97.0, Grade.A, None),
+        (2.1, 96.0, Grade.B, Cause.HELD_OUT),
+        (25.0, 51.0, Grade.B, Cause.HELD_OUT),
+        (25.0, 49.0, Grade.C, Cause.HELD_OUT_LOST),
+        (np.nan, np.nan, Grade.C, Cause.HELD_OUT_LOST),
+        (1.5, 20.0, Grade.A, None),  # a record that is mostly noise
+    ],
+)
+def test_a_held_out_record_predicted_far_worse_than_its_noise_is_a_reason(over_noise, fit_percent, grade, cause):
+    found = graded(fit(record("full"), record("sweep"), held_out(over_noise, fit_percent)), EVIDENCE)
+    assert found.grade is grade
+    assert [reason.cause for reason in found.reasons] == ([cause] if cause else [])
+    if cause and np.isfinite(over_noise):
+        text = only(found).text
+        assert (
+            f"the model leaves {over_noise:.3g} times its noise, and of fitted records at most 1 times theirs" in text
+        )
+        assert (f"{100.0 - fit_percent:.3g} % of what was measured" in text) is (grade is Grade.C)
+
+
+def test_a_held_out_record_no_worse_than_the_fitted_ones_is_no_reason_of_its_own():
+    """Truth: what is missing leaves three times the noise of a fitted record, and four of the one held out."""
+    own = record("full")
+    channel = replace(own.channels["torque"], residual_rms=3.0 * own.noise_sigma)
+    worse = replace(own, residual_rms=channel.residual_rms, channels={"torque": channel})
+    found = graded(fit(worse, held_out(4.0, 90.0)), EVIDENCE)
+    assert [reason.cause for reason in found.reasons] == [Cause.UNEXPLAINED]
+    found = graded(fit(worse, held_out(6.1, 90.0)), EVIDENCE)
+    assert [reason.cause for reason in found.reasons] == [Cause.HELD_OUT, Cause.UNEXPLAINED]

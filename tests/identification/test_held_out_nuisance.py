@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mechid.analysis import compare, validate
-from mechid.analysis.prediction import as_fitted, predict
+import mechid
+from mechid.analysis import validate
+from mechid.analysis.prediction import predict
 from mechid.analysis.residual_file import residual_content
 from mechid.campaign import load_campaign
 from mechid.campaign.campaign import record_parameter_name
@@ -22,7 +23,7 @@ from mechid.errors import UsageError
 from mechid.identification.held_out_nuisance import first_part, with_nuisance
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.target import target_of
-from mechid.identification.refit.reopened import as_recorded
+from mechid.identification.result.as_fitted import campaign_as_fitted, record_as_fitted
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -83,15 +84,14 @@ def test_without_a_range_nothing_is_fitted_and_the_record_is_predicted_as_declar
 
 def test_every_prediction_takes_it(example):
     of, fit = example
-    held = as_fitted(of.record("held"), fit)
+    held = record_as_fitted(of.record("held"), fit)
     assert held.time_offset.value == fit.records["held"].nuisance.values[OFFSET]
     assert not held.time_offset.is_free
     p = predict(of.record("held"), fit)["torque"]
     assert p.measured.size == 10_001
     assert p.judged_from == fit.records["held"].nuisance.samples
     assert p.judged.base.start_s == pytest.approx(fit.records["held"].nuisance.until_s)
-    content = json.loads(json.dumps(fit.to_dict()))
-    assert as_recorded(of, content).record("held").time_offset.value == pytest.approx(LATE_S, abs=1e-5)
+    assert campaign_as_fitted(of, fit).record("held").time_offset.value == pytest.approx(LATE_S, abs=1e-5)
 
 
 def test_the_explorer_begins_with_it(example):
@@ -243,4 +243,4 @@ def test_terminal_report_and_file_say_it_and_a_fit_read_again_has_it(folder):
 @pytest.mark.slow
 def test_fits_judged_by_other_parts_are_not_compared(folder):
     with pytest.raises(UsageError, match=r'record "held": judged as a whole, from 0.35\d* s on in free'):
-        compare(folder[0][0] / "fit", folder[1][0] / "fit")
+        mechid.compare(folder[0][0] / "fit", folder[1][0] / "fit")

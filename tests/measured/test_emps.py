@@ -4,10 +4,28 @@ A. Janot, M. Gautier, M. Brunot, Data Set and Reference Models of EMPS, Workshop
 Benchmarks, 2019.
 """
 
+import json
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from mechid.analysis import validate
+from mechid.campaign import load_campaign, read_mechanism
+from mechid.campaign.prediction import simulate
+from mechid.identification.beside.beside import lifted, terms_beside
+from mechid.identification.conclude import conclude
+from mechid.identification.identify import make_problem
+from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.solve import solve
+from mechid.identification.stages.growth import vouched
+from mechid.identification.stages.needed_terms import drop_unneeded_terms
+from mechid.plant.superset import superset_of
 from mechid.records import ChannelSpec, RecordSpec, read_record
+from mechid.reports import report_data
+from mechid.reports.fit.results import write_results
 from mechid.signal.decimation import decimate
 
 pytestmark = [pytest.mark.data, pytest.mark.slow]
@@ -78,3 +96,38 @@ def test_the_exact_dependence_is_reported(by_direction):
     assert dependent == ["friction.asymmetry"]
     assert "drive.offset and friction.asymmetry" in frozen["friction.asymmetry"]
     assert set(frozen) <= {"friction.asymmetry", "load.start_rate"}  # of which the record may say less than its range
+
+
+SYMMETRIC = {"load.mass": 90.5, "load.start_rate": 0.0, "drive.offset": 3.376, "friction.coulomb": 21.87}
+SYMMETRIC |= {"friction.viscous": 192.0}
+"""Values at which friction that is the same in both directions follows the record, 2.45 mm off."""
+
+
+def test_friction_by_direction_that_a_fit_adds_is_in_all_that_is_left(example, tmp_path, figure):
+    """Truth: a simulation of the mechanism file that is left, and the residual of the file that has the law.
+
+    A search comes to terms on this record with some seeds only, so it begins at the end of a growth with them.
+    """
+    campaign = load_campaign(example("emps"))
+    plain = make_problem(campaign, 2)
+    vouched_for, _ = vouched(SearchState(plain, plain.start, plain.whole()), SYMMETRIC)
+    plain = replace(vouched_for.problem, substeps=5)
+    superset = superset_of(campaign.mechanism, grown_only=True)
+    added = terms_beside(superset, [term.name for term in superset.terms])
+    wide = added.problem(plain)
+    q = solve(wide, lifted(plain, plain.coordinates.point(SYMMETRIC), wide), wide.whole(), steps=30, tolerance=1e-6).q
+    state = SearchState(wide, q, wide.whole(), outcome=FitOutcome.CONVERGED, searched=True, beside=added)
+    fit = conclude(campaign, drop_unneeded_terms(state, plain), seed=0, seconds=1.0)
+    validation = validate(campaign, fit)
+    write_results(fit, report_data(fit, validation=validation), tmp_path, validation=validation)
+    own = json.loads((tmp_path / "estimate.json").read_text(encoding="utf-8"))["records"]["emps"]
+    run = simulate(replace(campaign, mechanism=read_mechanism(tmp_path / "mechanism.toml")), "emps")
+    rest = campaign.record("emps").data.channel("position").data - np.asarray(run.values["position"])
+    rms = math.sqrt(float(np.mean((rest - rest.mean()) ** 2)))
+    assert own["residual_rms"] == pytest.approx(rms, rel=1e-4)  # finer steps of integration
+    assert own["validation"]["channels"]["position"]["residual_rms"] == pytest.approx(rms, rel=1e-6)
+    assert own["followed_percent"] == 100.0
+    assert own["fit_percent"] > 97.5
+    assert [one.name for one in fit.missing] == ["friction.directional"]
+    assert 'law = "directional"  # added by mechid' in (tmp_path / "mechanism.toml").read_text(encoding="utf-8")
+    figure("EMPS: friction by direction, added by the fit", 1e3 * rms, most=2.05, unit="mm RMS")

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any, TypeVar
 
 from mechid.analysis.residual_emission import TRACKED
 from mechid.errors import InputFileError
+from mechid.identification.result.fit import Fit
 from mechid.reading.whole import read_result
 
 Content = TypeVar("Content")
 
 
 def read_beside(
-    estimate: Mapping[str, Any], path: Path, form: str, stale: str, made: Callable[[Mapping[str, Any]], Content]
+    fit: Fit, name: str, form: str, stale: str, made: Callable[[Mapping[str, Any]], Content]
 ) -> Content | None:
-    """Return what is made of a file's content; None where there is no such file.
+    """Return what is made of a file's content; None where the fit was read from no folder, or that has no such file.
 
     Parameters
     ----------
-    estimate : mapping
-        Content of estimate.json.
-    path : Path
+    fit : Fit
+        Read from a folder.
+    name : str
+        Of the file there.
     form : str
         The `format` that the file has to have.
     stale : str
@@ -36,6 +37,9 @@ def read_beside(
     InputFileError
         The file is damaged, or of another fit.
     """
+    if fit.folder is None:
+        return None
+    path = fit.folder / name
     try:
         content = json.loads(read_result(path))
     except FileNotFoundError:
@@ -45,7 +49,7 @@ def read_beside(
     try:
         if content["format"] != form or content["orders"] != list(TRACKED):
             raise InputFileError(f"{path}: is of another version of mechid; {stale}")
-        if content["provenance"] != estimate.get("provenance"):
+        if content["provenance"] != fit.provenance:
             raise InputFileError(f"{path}: is of another fit than estimate.json beside it; {stale}")
         return made(content)
     except (KeyError, TypeError, ValueError) as error:

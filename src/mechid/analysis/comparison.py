@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mechid.analysis.criteria import Score, score, shared_effective_samples
-from mechid.analysis.hypothesis import Believed, Hypothesis, read_hypotheses
+from mechid.analysis.hypothesis import Believed, Hypothesis, hypotheses_of
 from mechid.analysis.preference import Preference, cautions, preference
 from mechid.parameter import Status
 from mechid.shown import Shown
 from mechid.units import angle_difference
+
+if TYPE_CHECKING:
+    from mechid.identification.result.fit import Fit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,33 +70,17 @@ class Comparison(Shown):
     cautions: tuple[str, ...]
 
 
-def compare(*folders: Path | str) -> Comparison:
-    """Compare finished fits of the same records.
-
-    Parameters
-    ----------
-    *folders : Path
-        Two or more result folders of `mechid identify`, or their estimate.json.
-
-    Returns
-    -------
-    Comparison
-        Hypotheses, their scores, parameters side by side in the file's units, and the preference.
+def compare(fits: Mapping[str, Fit]) -> Comparison:
+    """Compare finished fits of the same records, by their names; `mechid.compare` reads them.
 
     Raises
     ------
     UsageError
-        Fewer than two, one twice, or fits of different records.
+        Fits of different records, or one in memory that does not hold its campaign.
     InputFileError
-        An estimate.json is missing, wrong, or without validation.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> mechid.compare("fit_rigid", "fit_housing").preference.preferred  # doctest: +SKIP
-    'fit_housing'
+        An estimate.json is wrong or without validation.
     """
-    hypotheses = read_hypotheses(folders)
+    hypotheses = hypotheses_of(fits)
     effective = shared_effective_samples(hypotheses)
     scores = tuple(score(h, effective) for h in hypotheses)
     return Comparison(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -102,22 +101,21 @@ def components_text(measured: SideRecords, provenance: Mapping[str, Any]) -> dic
     }
 
 
-def read_components(estimate: Mapping[str, Any], folder: Path) -> SideRecords | None:
-    """Return the components of an estimate's records; None where no components.json lies beside it.
+def side_records(fit: Fit, validation: Mapping[str, RecordValidation]) -> SideRecords | None:
+    """Return the components of the records of a fit in memory, rounded as components.json holds them."""
+    content = components_content(fit, validation)
+    return None if content is None else _records(content)
 
-    Parameters
-    ----------
-    estimate : mapping
-        Content of estimate.json.
-    folder : Path
-        Where that lies.
+
+def read_components(fit: Fit) -> SideRecords | None:
+    """Return the components of the records of a fit by its folder's components.json; None where there is none.
 
     Raises
     ------
     InputFileError
         The file is damaged, or of another fit.
     """
-    return read_beside(estimate, folder / FILE_NAME, FORMAT, STALE, _records)
+    return read_beside(fit, FILE_NAME, FORMAT, STALE, _records)
 
 
 def _records(content: Mapping[str, Any]) -> SideRecords:

@@ -1,21 +1,26 @@
-"""A finished fit as one hypothesis among several: what of its estimate.json a comparison rests on."""
+"""A finished fit as one hypothesis among several: what a comparison rests on."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from mechid.analysis.fit_residuals import FitResiduals, ValidationSummary
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.output_error.declaration import LEFT_OUT
-from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.parameter import Status
 from mechid.plant.tables import TABLES, table_of
 
+if TYPE_CHECKING:
+    from mechid.identification.result.fit import Fit
+    from mechid.identification.result.parameter_estimate import ParameterEstimate
+    from mechid.identification.result.record_result import RecordFit
+
+LEFT_OUT = "left out"
+"""The use of a record that the campaign file gives to estimate from, and that contradicted the others."""
 SHOWN = 8
 """Digits of a digest that tell one from another in a message."""
 
@@ -113,35 +118,78 @@ class Hypothesis:
         return len(self.free) + sum(r.projected + 1 for r in self.used_for("estimate"))
 
 
-def read_hypotheses(folders: Sequence[Path | str]) -> tuple[Hypothesis, ...]:
-    """Return the finished fits of some folders, all of the same records.
-
-    Parameters
-    ----------
-    folders : sequence of Path
-        Two or more result folders of `mechid identify`, or their estimate.json.
+def hypotheses_of(fits: Mapping[str, Fit]) -> tuple[Hypothesis, ...]:
+    """Return finished fits of the same records as hypotheses, each with its name.
 
     Raises
     ------
     UsageError
-        Fewer than two, one twice, or fits of different records.
+        Fits of different records, or one in memory that does not hold its campaign.
     InputFileError
-        An estimate.json is missing, wrong, or without validation.
+        An estimate.json is wrong or without validation.
     """
-    files = [_file(Path(folder)) for folder in folders]
-    if len(files) < 2:
-        raise UsageError(f"compare: found {len(files)} folder; give two or more result folders of mechid identify")
-    twice = [file for i, file in enumerate(files) if file.resolve() in {f.resolve() for f in files[:i]}]
-    if twice:
-        raise UsageError(f"{twice[0]}: given twice; give each result folder once")
-    found = [_hypothesis(file, name) for file, name in zip(files, short_names([f.parent for f in files]), strict=True)]
+    found = [_hypothesis(name, fit) for name, fit in fits.items()]
     for other in found[1:]:
         _refuse_other_records(found[0], other)
     return tuple(found)
 
 
-def _file(path: Path) -> Path:
-    return path if path.suffix == ".json" else path / FILE_NAME
+def _hypothesis(name: str, fit: Fit) -> Hypothesis:
+    summaries = FitResiduals(fit).summaries
+    if fit.records.keys() - summaries.keys():
+        raise InputFileError(f"{fit.source}: no 'validation'; it was written by another version, identify anew")
+    return Hypothesis(
+        name=name,
+        grade=fit.grade,
+        synthetic=fit.synthetic,
+        outcome=fit.outcome,
+        equations=str(fit.provenance.get("plant", "")),
+        parameters={n: _believed(n, p) for n, p in key_by_period_or_order(fit.parameters).items()},
+        records={n: _evidence(r, summaries[n]) for n, r in fit.records.items()},
+    )
+
+
+def key_by_period_or_order(parameters: Mapping[str, ParameterEstimate]) -> dict[str, ParameterEstimate]:
+    """Return parameters with the number of each entry of a list replaced by its period or order.
+
+    It is the same harmonic wherever it stands in its list.
+    """
+    tables: dict[str, str] = {}
+    for name, p in parameters.items():
+        listed = TABLES.get(table_of(name))
+        if listed and listed.entry and name.rpartition(".")[2] == listed.told_by:
+            unit = "" if p.unit == "1" else p.unit
+            tables[name.rpartition(".")[0]] = f"{listed.name}.{p.value:.9g}{unit}"
+    if len(set(tables.values())) < len(tables):
+        return dict(parameters)
+    split = ((*name.rpartition("."), p) for name, p in parameters.items())
+    return {f"{tables.get(table, table)}{dot}{key}": p for table, dot, key, p in split}
+
+
+def _believed(name: str, p: ParameterEstimate) -> Believed:
+    return Believed(name=name, unit=p.unit, value=p.value, std_error=p.std_error, status=p.status)
+
+
+def _evidence(r: RecordFit, summary: ValidationSummary) -> RecordEvidence:
+    channel = next(iter(summary.channels.values()))
+    return RecordEvidence(
+        name=r.name,
+        use=LEFT_OUT if r.taken.left_out else r.use,
+        digest=channel.samples_sha256,
+        used=r.samples,
+        samples=channel.samples,
+        effective_samples=channel.effective_samples,
+        residual_rms=channel.residual_rms,
+        fit_percent=channel.fit_percent,
+        projected=(r.offset is not None) + (r.drift is not None) + 2 * _lines(r),
+        command=summary.command,
+        judged_from_s=summary.judged_from_s,
+    )
+
+
+def _lines(r: RecordFit) -> int:
+    """Return how many lines were removed of a record's leading channel."""
+    return max((len(channel.lines) for channel in r.channels.values()), default=0)
 
 
 def short_names(folders: Sequence[Path]) -> list[str]:
@@ -158,70 +206,6 @@ def short_names(folders: Sequence[Path]) -> list[str]:
         if len(set(names)) == len(names):
             return names
     return list(map(str, folders))
-
-
-def _hypothesis(file: Path, name: str) -> Hypothesis:
-    content = read_estimate(file)
-    try:
-        return Hypothesis(
-            name=name,
-            grade=Grade(content["grade"]),
-            synthetic=is_synthetic(content),
-            outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
-            equations=str(content["provenance"].get("plant", "")),
-            parameters={n: _believed(n, p) for n, p in entries_by_what_tells_them(content["parameters"]).items()},
-            records={n: _evidence(n, r) for n, r in content["records"].items()},
-        )
-    except (KeyError, TypeError, ValueError, StopIteration) as error:
-        what = f"no {error}" if isinstance(error, KeyError) else "an entry is not what this mechid writes"
-        raise InputFileError(f"{file}: {what}; it was written by another version, identify anew") from error
-
-
-def entries_by_what_tells_them(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return parameters with the number of each entry of a list replaced by its period or order.
-
-    It is the same harmonic wherever it stands in its list.
-    """
-    tables: dict[str, str] = {}
-    for name, p in parameters.items():
-        listed = TABLES.get(table_of(name))
-        if listed and listed.entry and name.rpartition(".")[2] == listed.told_by:
-            unit = "" if p["unit"] == "1" else p["unit"]
-            tables[name.rpartition(".")[0]] = f"{listed.name}.{p['value']:.9g}{unit}"
-    if len(set(tables.values())) < len(tables):
-        return dict(parameters)
-    split = ((*name.rpartition("."), p) for name, p in parameters.items())
-    return {f"{tables.get(table, table)}{dot}{key}": p for table, dot, key, p in split}
-
-
-def _believed(name: str, p: Mapping[str, Any]) -> Believed:
-    return Believed(name=name, unit=p["unit"], value=_number(p["value"]), std_error=p["std_error"], status=p["status"])
-
-
-def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
-    channel = next(iter(r["validation"]["channels"].values()))
-    return RecordEvidence(
-        name=name,
-        use=LEFT_OUT if r.get("taken", {}).get("use") else r["use"],
-        digest=channel["samples_sha256"],
-        used=r["samples"],
-        samples=channel["samples"],
-        effective_samples=_number(channel["effective_samples"]),
-        residual_rms=_number(channel["residual_rms"]),
-        fit_percent=_number(channel["fit_percent"]),
-        projected=(r["offset"] is not None) + (r["drift"] is not None) + 2 * _lines(r),
-        command=r["validation"]["command"],
-        judged_from_s=r["validation"].get("judged_from_s"),
-    )
-
-
-def _lines(r: Mapping[str, Any]) -> int:
-    """Return how many lines were removed of a record's leading channel."""
-    return max((len(channel.get("lines", ())) for channel in r.get("channels", {}).values()), default=0)
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _refuse_other_records(first: Hypothesis, other: Hypothesis) -> None:

@@ -7,14 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mechid.analysis.prediction import as_fitted
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
-from mechid.identification.result.fit import Fit, RecordFit
+from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Parameter, Status
 
 
@@ -90,11 +91,9 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
     What every record has of its own is told by each of that one; the mechanism's, their mean, by none.
     """
     free = tuple(name for name, p in fit.parameters.items() if p.status == Status.FREE)
-    own = {q.name: q for q in campaign.mechanism.parameters.values()}
-    values = {n: p.value for n, p in fit.parameters.items() if n in own and own[n].is_free}
-    mechanism = campaign.mechanism.with_values(values)
+    mechanism = fit.mechanism
     targets = []
-    taken = [r for record in campaign.records if record.data and (r := as_fitted(record, fit)).use == "estimate"]
+    taken = [r for record in campaign.records if record.data and (r := record_as_fitted(record, fit)).use == "estimate"]
     for record in taken:
         target = _as_left(target_of(record), fit.records[record.name])
         targets.append(replace(target, own=tuple(_as_found(q, fit) for q in target.own)))

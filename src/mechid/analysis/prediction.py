@@ -12,10 +12,8 @@ from mechid.campaign import CampaignRecord
 from mechid.campaign.campaign import key_in_record
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
-from mechid.identification.effects.campaign_disturbances import Declared, recalled_record
-from mechid.identification.effects.disturbance import with_lines
-from mechid.identification.output_error.declaration import record_as_read
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
@@ -102,26 +100,9 @@ class Prediction:
         return math.isfinite(self.removed.offset)
 
 
-def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
-    """Return a record of the campaign as a fit took it: sign, command, use, disturbances, nuisance if held out."""
-    own = fit.records.get(record.name)
-    record = recalled_record(record, _found_by(fit), fit.mechanism.plant)
-    record = with_lines(record, own.lines if own else ())
-    if own is None:
-        return record
-    record = record_as_read(record, own.taken)
-    return record.holding(own.nuisance.values) if own.nuisance else record
-
-
-def _found_by(fit: Fit) -> dict[str, Declared]:
-    """Return the parameters that a fit has because its records ask for them, as it began with them, by dotted name."""
-    own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
-    return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
-
-
 def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     """Return the channels of a record, as the fit took it, beside the prediction of that fit; the leading one first."""
-    record = as_fitted(record, fit)
+    record = record_as_fitted(record, fit)
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
     clock_ppm = values[record.clock.name] if record.clock else 0.0

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mechid.analysis.criteria import Score
-from mechid.analysis.hypothesis import Hypothesis
+from mechid.analysis.hypothesis import LEFT_OUT, Hypothesis
 from mechid.analysis.settings import RESIDUAL
-from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Status
 
 LEVELS = ((2.0, "hardly"), (6.0, "slightly"), (10.0, "clearly"), (math.inf, "decisively"))

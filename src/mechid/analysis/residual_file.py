@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -84,22 +83,20 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
     }
 
 
-def read_residual(estimate: Mapping[str, Any], folder: Path) -> tuple[ResidualRecord, ...] | None:
-    """Return what is left of the records of an estimate; None where no residual.json lies beside it.
+def residual_records(fit: Fit, validation: Mapping[str, RecordValidation]) -> tuple[ResidualRecord, ...]:
+    """Return what is left of the records of a fit in memory, rounded as residual.json holds it."""
+    return _records(residual_content(fit, validation))
 
-    Parameters
-    ----------
-    estimate : mapping
-        Content of estimate.json.
-    folder : Path
-        Where that lies.
+
+def read_residual(fit: Fit) -> tuple[ResidualRecord, ...] | None:
+    """Return what is left of the records of a fit by its folder's residual.json; None where there is none.
 
     Raises
     ------
     InputFileError
         The file is damaged, or of another fit.
     """
-    return read_beside(estimate, folder / FILE_NAME, FORMAT, STALE, _records)
+    return read_beside(fit, FILE_NAME, FORMAT, STALE, _records)
 
 
 def _records(content: Mapping[str, Any]) -> tuple[ResidualRecord, ...]:

@@ -11,13 +11,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mechid.analysis.order_tracking import OrderError, order_errors
-from mechid.analysis.prediction import Prediction, as_fitted, predict
+from mechid.analysis.prediction import Prediction, predict
 from mechid.analysis.residual_emission import ResidualAtRate, residual_emission
 from mechid.analysis.side_components import SideAtRate, side_components
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.nuisance import Nuisance
 from mechid.records import COMPONENTS, Mounting
@@ -191,7 +192,7 @@ def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> Vali
 def _validated(
     record: CampaignRecord, campaign: Campaign, fit: Fit, predicted: Mapping[str, Prediction]
 ) -> RecordValidation:
-    fitted = as_fitted(record, fit)
+    fitted = record_as_fitted(record, fit)
     components = _components(fitted) if TORQUE in predicted else ()
     return RecordValidation(
         name=record.name,

@@ -18,7 +18,7 @@ from mechid.budgets.coupling import coupled_modes, largest_loop_gain
 from mechid.budgets.emission import emission
 from mechid.budgets.ensemble import Ensemble, make_ensemble
 from mechid.budgets.findings import findings
-from mechid.budgets.flying_mechanism import Estimate, on_modes, read_flying
+from mechid.budgets.flying_mechanism import Estimate, flying_estimate, on_modes
 from mechid.budgets.line_of_sight import LineOfSight, Response, respond
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
@@ -35,6 +35,7 @@ from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_sta
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.workforce import working_on
+from mechid.identification.result.fit import Fit
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
@@ -94,13 +95,15 @@ class Budget(Shown):
 
 
 def make_budget(
-    file: BudgetFile, workers: int = 1, listener: Listener | None = None, *, executor: Executor | None = None
+    file: BudgetFile, fit: Fit, workers: int = 1, listener: Listener | None = None, *, executor: Executor | None = None
 ) -> Budget:
     """Return the budget of a file.
 
     Parameters
     ----------
     file : BudgetFile
+    fit : Fit
+        That flies.
     workers : int
         Threads.
     listener : callable or None
@@ -111,13 +114,13 @@ def make_budget(
     Raises
     ------
     InputFileError
-        The estimate is missing or wrong, or does not fit the file.
+        The fit cannot fly, or does not suit the file.
     UsageError
-        A profile is shorter than a requirement's windows.
+        A profile is shorter than a requirement's windows, or the fit has neither a folder nor its campaign.
     FitError
         The mechanism diverged.
     """
-    estimate = read_flying(file.estimate, file.flight)
+    estimate = flying_estimate(fit, file.flight)
     spread = file.flight.spread
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
     side = _side_source(file, estimate)

@@ -20,6 +20,7 @@ from mechid.campaign.in_code import plain
 from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
+from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
 from mechid.structure import Structure
 
 KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "requirement")
@@ -80,7 +81,7 @@ def _asked(table: Mapping[str, Any], path: Path, structure: Structure | None, *,
         raise place.key("seed").error(f"{found(seed)}; write a whole number from 0")
     return BudgetFile(
         path=path,
-        estimate=path.parent / ("" if has_estimate else _estimate(table, place)),
+        estimate=Path(ESTIMATE_NAME) if has_estimate else path.parent / _estimate(table, place),
         flight=read_flight(table.get("flight", {}), place.key("flight")),
         structure=structure,
         frame=read_frame(table, place),

@@ -1,27 +1,23 @@
-"""From what identify left to the mechanism that flies: its file, its covariance, what stays on the bench."""
+"""From a fit to the mechanism that flies: its mechanism, its covariance, what stays on the bench."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from mechid.analysis.components_file import SideRecords, read_components
-from mechid.analysis.residual_file import read_residual
+from mechid.analysis.components_file import SideRecords
+from mechid.analysis.fit_residuals import FitResiduals, is_simulated
 from mechid.arrays import FloatArray
-from mechid.budgets.carried import carried
-from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
+from mechid.budgets.discrepancy import Discrepancy, discrepancy_of
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
-from mechid.budgets.residual_source import ResidualSource
+from mechid.budgets.residual_source import ResidualSource, residual_source
 from mechid.errors import InputFileError, did_you_mean
-from mechid.identification.result.estimate_file import WITH_ERRORS, is_synthetic, read_estimate
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.identification.result.grade import GRADE_WORDS, Grade
-from mechid.identification.result.terms_beside import TermsBeside
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.usable_values import error_covariance, refuse_failed
 from mechid.parameter import Role
 from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
 from mechid.plant.layout import Base, Flying
@@ -53,8 +49,6 @@ class Estimate:
         What the fit left of the bench's torque records; None where identify left none beside the estimate.
     side : SideRecords or None
         Forces and moments that the bench measured beside the torque; None where it did not.
-    lacking : str
-        What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
     synthetic : bool
         Whether its records were simulated.
     """
@@ -67,22 +61,22 @@ class Estimate:
     outcome: str = ""
     residual: ResidualSource | None = None
     side: SideRecords | None = None
-    lacking: str = ""
     synthetic: bool = False
 
 
-def read_flying(path: Path, flight: Flight) -> Estimate:
-    """Return the mechanism that identify left beside an estimate, with what flies in place of the bench's.
+def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
+    """Return the mechanism of a fit with what flies in place of the bench's.
 
     Raises
     ------
     InputFileError
-        Estimate or mechanism file are missing, wrong or no longer what identify left; the mechanism cannot fly; or the
-        flight names a parameter that it has not.
+        The fit has failed or lacks a standard error; what its folder holds of its residuals is wrong; the mechanism
+        cannot fly; or the flight names a parameter that it has not.
+    UsageError
+        The fit has neither a folder nor its campaign.
     """
-    content = read_estimate(path, needs=WITH_ERRORS)
-    _refuse_failed(content, path)
-    bench = read_estimated_mechanism(content, path)
+    refuse_failed(fit, InputFileError)
+    bench = fit.mechanism
     modes = [(2.0 * np.pi * m.frequency_hz, m.damping, m.inertia) for m in flight.load_modes] or None
     plant = flying_plant(bench, None if modes is None else len(modes))
     values = dict(_named(flight, plant))
@@ -92,27 +86,27 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
     except InputFileError as error:
         raise InputFileError(f"{flight.place}: {error}") from error
     _refuse_tied(flight, flying)
-    names, covariance = _covariance(content, path)
+    names, covariance = error_covariance(fit)
+    if names != fit.correlation_names or not (np.isfinite(covariance).all() and np.diag(covariance).all()):
+        raise InputFileError(f"{fit.source}: correlation or a standard error is missing; identify to the end")
     kept = [k for k, name in enumerate(names) if name in flying.parameters and _flies(name) and name not in values]
     known = tuple(names[k] for k in kept)
     for name in set(flight.uncertain) & set(known):
         raise InputFileError(
             f"{flight.place}.uncertain: {name} is estimated and has its error from there; leave it out"
         )
-    left = read_residual(content, path.parent)
-    source = ResidualSource(left, carried(bench, flying)) if left else None
-    discrepancy = read_discrepancy(content, path.parent)
+    residuals = FitResiduals(fit)
+    source = residual_source(residuals, bench, flying)
     return Estimate(
         mechanism=flying,
         names=(*known, *flight.uncertain),
         covariance=block_diag(covariance[np.ix_(kept, kept)], np.diag(np.square(list(flight.uncertain.values())))),
-        discrepancy=replace(discrepancy, of_profiles_alone=True) if source else discrepancy,
+        discrepancy=discrepancy_of(residuals, of_profiles_alone=source is not None),
         left=left_on_bench(bench, names),
-        outcome=_doubt(content),
+        outcome=_doubt(fit),
         residual=source,
-        side=read_components(content, path.parent),
-        synthetic=is_synthetic(content),
-        lacking=_lacking(content),
+        side=residuals.components,
+        synthetic=is_simulated(fit),
     )
 
 
@@ -158,41 +152,8 @@ def _refuse_tied(flight: Flight, flying: Mechanism) -> None:
                 raise InputFileError(f"{flight.place}.{where}: {name} follows another parameter; name that one")
 
 
-def _refuse_failed(content: Mapping[str, Any], path: Path) -> None:
-    """Refuse a fit that has no values to fly."""
-    if content.get("grade") == Grade.FAILED:
-        said = content["outcome"]["message"]
-        raise InputFileError(f"{path}: {GRADE_WORDS[Grade.FAILED]} {said} Identify anew")
-
-
-def _doubt(content: Mapping[str, Any]) -> str:
+def _doubt(fit: Fit) -> str:
     """Return why an estimate is not to be relied on; empty for grades A and B."""
-    if "grade" not in content:
-        return "The file has no grade, an earlier mechid wrote it; identify anew."
-    grade = Grade(content["grade"])
-    if grade.good:
+    if fit.grade.good:
         return ""
-    return " ".join([GRADE_WORDS[grade], *(str(reason["text"]) for reason in content.get("grade_reasons", []))])
-
-
-def _lacking(content: Mapping[str, Any]) -> str:
-    """Return what was found beside the mechanism that flies, and what becomes of it; empty where nothing was."""
-    if not content.get("beside"):
-        return ""
-    beside = TermsBeside.from_dict(content["beside"])
-    clear = ", ".join(beside.words[name] for name in beside.clear)
-    return (
-        f"what flies lacks terms that the records ask for{f' ({clear})' if clear else ''}: what they leave of the "
-        "records counts as what the model lacks; identify with them in the mechanism file to have them fly"
-    )
-
-
-def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...], FloatArray]:
-    """Return names and covariance from correlation and standard errors."""
-    names = tuple(content["correlation"]["names"])
-    sigma = np.array([content["parameters"][n]["std_error"] or np.nan for n in names], dtype=np.float64)
-    matrix = np.array(content["correlation"]["matrix"], dtype=np.float64).reshape(len(names), len(names))
-    covariance = matrix * np.outer(sigma, sigma)
-    if not np.isfinite(covariance).all():
-        raise InputFileError(f"{path.name}: correlation or a standard error is missing; identify to the end")
-    return names, covariance
+    return " ".join([GRADE_WORDS[fit.grade], *(reason.text for reason in fit.reasons)])

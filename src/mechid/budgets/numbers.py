@@ -77,8 +77,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
 
 
 def _notes(budget: Budget) -> list[str]:
-    left = (f"left on the bench: {what}: {why}" for what, why in budget.estimate.left.items())
-    return [*filter(None, [budget.estimate.lacking]), *left]
+    return [f"left on the bench: {what}: {why}" for what, why in budget.estimate.left.items()]
 
 
 def _coupling(budget: Budget) -> dict[str, Any]:

@@ -17,12 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2, gamma
 
+from mechid.analysis.fit_residuals import FitResiduals
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
 from mechid.analysis.residual_file import ResidualRecord
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from mechid.budgets.carried import Carried
+from mechid.budgets.carried import Carried, carried
 from mechid.budgets.settings import RESIDUALS
 from mechid.command import Command
+from mechid.plant.mechanism import Mechanism
 from mechid.signal.density import THIRD
 from mechid.signal.noise import FLOOR_ERROR
 
@@ -139,6 +141,12 @@ class ResidualSource:
             r for r in self.records if (r.stepping, r.microsteps) == (command.stepping, command.microsteps) and r.rates
         )
         return (alike, True) if alike else (self.records, False)
+
+
+def residual_source(residuals: FitResiduals, bench: Mechanism, flying: Mechanism) -> ResidualSource | None:
+    """Return what a fit left of its torque records as a source of the mechanism that flies; None where that is none."""
+    left = residuals.torques
+    return ResidualSource(left, carried(bench, flying)) if left else None
 
 
 def _nearest(cells: Sequence[ResidualAtRate], rate: float) -> list[int]:

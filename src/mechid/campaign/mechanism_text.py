@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from mechid.campaign.mechanism_structure import ASSEMBLY
@@ -40,14 +40,48 @@ def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str 
         write_whole(Path(path), mechanism_text(mechanism, header_comment))
 
 
-def mechanism_text(mechanism: Mechanism, header_comment: str = "") -> str:
-    """Return the file's text."""
+def mechanism_text(mechanism: Mechanism, header_comment: str = "", notes: Mapping[str, str] | None = None) -> str:
+    """Return the file's text.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    header_comment : str
+        Comes first, each of its lines as a comment.
+    notes : mapping of str to str, or None
+        Remarks on parameters and options, by dotted name. One that holds for a whole table stands above it, others
+        end the line of their entry.
+    """
     lines = [f"# {line}".rstrip() for line in header_comment.splitlines()]
     lines += [""] if lines else []
     lines.append(f"{ASSEMBLY} = {toml_text(mechanism.options[ASSEMBLY])}")
     for table, parameters in _by_table(mechanism).items():
-        lines += ["", *_table(table, parameters, mechanism)]
+        lines += ["", *_table(table, parameters, mechanism, notes or {})]
     return "\n".join(lines) + "\n"
+
+
+def appendix_text(mechanism: Mechanism, names: Collection[str], written: Mechanism) -> str:
+    """Return the tables that declare some parameters, for the end of the file of a mechanism that lacks them.
+
+    Entries of a table that this file has already are comments there: a table stands once in a file.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With the parameters.
+    names : collection of str
+        Their dotted names; an entry of a list is written with all its keys.
+    written : Mechanism
+        As its file has it.
+    """
+    places = {name.rpartition(".")[0] for name in names}
+    listed = {place for place in places if place.rpartition(".")[2].isdigit()}
+    whole = {name for name in mechanism.parameters if name.rpartition(".")[0] in listed} | set(names)
+    text = tables_text(mechanism, whole)
+    if not places & {name.rpartition(".")[0] for name in written.parameters}:
+        return text
+    lines = [f"into the table that is there already: {text.splitlines()[0]}", *text.splitlines()[1:]]
+    return "\n".join(f"# {line}".rstrip() for line in lines) + "\n"
 
 
 def tables_text(mechanism: Mechanism, names: Collection[str]) -> str:
@@ -55,7 +89,7 @@ def tables_text(mechanism: Mechanism, names: Collection[str]) -> str:
     lines: list[str] = []
     for table, parameters in _by_table(mechanism).items():
         chosen = [q for q in parameters if q.name in names]
-        lines += [*_table(table, chosen, mechanism), ""] if chosen else []
+        lines += [*_table(table, chosen, mechanism, {}), ""] if chosen else []
     return "\n".join(lines)
 
 
@@ -67,14 +101,23 @@ def _by_table(mechanism: Mechanism) -> dict[str, list[Parameter]]:
     return grouped
 
 
-def _table(table: str, parameters: Iterable[Parameter], mechanism: Mechanism) -> Iterator[str]:
+def _table(
+    table: str, parameters: Sequence[Parameter], mechanism: Mechanism, notes: Mapping[str, str]
+) -> Iterator[str]:
     plain = next((name for name in LISTS if table.startswith(f"{name}.")), table)
     title = TABLES[plain].title if plain in TABLES else ""
+    said = {notes.get(q.name, "") for q in parameters}
+    of_all = said.pop() if len(said) == 1 else ""
+    if of_all:
+        yield f"# {of_all}"
     yield (f"[[{plain}]]" if plain != table else f"[{plain}]") + (f"  # {title}" if title else "")
     for option, value in mechanism.options.items():
         if option.rpartition(".")[0] == table and "." in option:
-            yield f"{option.rpartition('.')[2]} = {toml_text(value)}"
-    pairs = [(_entry(q, mechanism.value(q.name)), _comment(q)) for q in parameters]
+            note = "" if of_all else notes.get(option, "")
+            yield f"{option.rpartition('.')[2]} = {toml_text(value)}" + (f"  # {note}" if note else "")
+    pairs = [
+        (_entry(q, mechanism.value(q.name)), _comment(q, "" if of_all else notes.get(q.name, ""))) for q in parameters
+    ]
     width = max(len(entry) for entry, _ in pairs)
     yield from (f"{entry:<{width}}  # {comment}" for entry, comment in pairs)
 
@@ -96,8 +139,8 @@ def _known(q: Parameter) -> str:
     return str(int(q.value)) if is_count else toml_number(q.value)
 
 
-def _comment(q: Parameter) -> str:
+def _comment(q: Parameter, note: str = "") -> str:
     d = q.declaration
     unit = "" if d.unit == "1" else f", {d.unit}"
     tied = f"; left out, it follows {q.tied_to}" if q.status is Status.TIED else ""
-    return f"{d.symbol}{unit}: {d.meaning}{tied}"
+    return f"{d.symbol}{unit}: {d.meaning}{tied}" + (f"; {note}" if note else "")

@@ -26,15 +26,14 @@ def bootstrap(
     from mechid.cli.ending import advise
     from mechid.cli.printed import followed, print_result
     from mechid.holding import held
-    from mechid.interface.finished_fit import finished_fit
+    from mechid.interface.fits import load_fit
     from mechid.interface.refits import bootstrap as bootstrapped
 
-    found = finished_fit(fit, campaign)
+    found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")
     with held(out):
         with on_scheduler(scheduler), followed() as listener:
             done = bootstrapped(
-                found.campaign,
                 found,
                 draws,
                 seed=seed,

@@ -19,6 +19,7 @@ def demo(
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.holding import held
+    from mechid.identification.run import IdentifyRun
     from mechid.interface.demo import made_bench
     from mechid.reports.fit.files import PAGE_NAME
 
@@ -26,5 +27,5 @@ def demo(
     with held(out):
         prepare_kernel(catalogue_mechanism().plant)
         typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
-        identify_into(made_bench(out, seed), out, seed=seed, truth=TRUTH)
+        identify_into(made_bench(out, seed), out, IdentifyRun(seed=seed, truth=TRUTH))
     typer.echo(f"next: open {out / PAGE_NAME}, and mechid budget {out / BUDGET_NAME} --out {out / 'budget'}")

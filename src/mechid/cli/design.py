@@ -36,7 +36,6 @@ def design(
     from mechid.errors import UsageError
     from mechid.holding import held
     from mechid.interface.design import design as designed
-    from mechid.interface.finished_fit import finished_fit
     from mechid.reports.design.files import refuse_own_folder
 
     loaded = load_campaign(campaign, read_records=False)
@@ -49,7 +48,7 @@ def design(
             made = designed(
                 loaded,
                 options,
-                fit=finished_fit(fit, loaded.path) if fit else None,
+                fit=fit,
                 diagnosis=named,
                 criterion=criterion,
                 total_s=total_s,

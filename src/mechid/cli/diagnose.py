@@ -25,12 +25,10 @@ def diagnose(
     from mechid.cli.printed import followed, print_result
     from mechid.holding import held
     from mechid.interface.diagnose import diagnose as diagnosed
-    from mechid.interface.finished_fit import finished_fit
+    from mechid.interface.fits import load_fit
 
-    finished = finished_fit(fit, campaign)
+    finished = load_fit(fit, campaign)
     with held(out):
         with on_scheduler(scheduler), followed() as listener:
-            found = diagnosed(
-                finished.campaign, finished.estimate, consider=consider or (), workers=workers, listener=listener
-            )
+            found = diagnosed(finished, consider=consider or (), workers=workers, listener=listener)
         print_result(found, out)

@@ -22,20 +22,13 @@ def export(
     from mechid.cli.printed import print_result
     from mechid.exports.export import exported, named_options
     from mechid.exports.handover import handover
-    from mechid.identification.refit.reopened import other_files
-    from mechid.identification.result.estimate_file import FILE_NAME
-    from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-    from mechid.interface.finished_fit import finished_fit
+    from mechid.interface.export import read_with_campaign
     from mechid.reports.console import console_on, print_lines
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
     options = named_options(option or ())
-    finished = finished_fit(fit, campaign)
-    if changed := other_files(finished.campaign, finished.estimate):
-        line = f"{', '.join(changed)}: changed since the fit, whose values are handed on; identify anew to have others"
-        print_lines(console_on(err=True), "warning", [line])
-    folder = fit if fit.is_dir() else fit.parent
-    mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway, folder=folder)
-    print_result(exported(what, to, out, options), None)
+    finished, own, notice = read_with_campaign(fit, campaign)
+    if notice:
+        print_lines(console_on(err=True), "warning", [notice])
+    print_result(exported(handover(finished, own, anyway=anyway), to, out, options), None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import typer
@@ -14,22 +13,14 @@ from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.run import IdentifyRun
 from mechid.reports import print_report
 from mechid.reports.console import console_on
-from mechid.reports.identified import Audience, identified_into
+from mechid.reports.identified import DEFAULT_RUN, Audience, identified_into
 
 
-def identify_into(
-    campaign: Campaign,
-    folder: Path,
-    *,
-    seed: int = 0,
-    workers: int | None = None,
-    truth: Mapping[str, float] | None = None,
-    resume: bool = False,
-    complete: bool = False,
-) -> None:
-    """Identify a campaign, leave the results in a folder, and print them; parameters as of `identified_into`.
+def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN) -> None:
+    """Identify a campaign, leave the results in a folder, and print them.
 
     Raises
     ------
@@ -39,16 +30,7 @@ def identify_into(
         It was interrupted, with its exit code; the results are those so far.
     """
     advise(f"what was worked out is in {folder}: mechid identify with --resume goes on")
-    made = identified_into(
-        campaign,
-        folder,
-        Audience(followed=followed, say=say),
-        seed=seed,
-        workers=workers,
-        truth=truth,
-        resume=resume,
-        complete=complete,
-    )
+    made = identified_into(campaign, folder, Audience(followed=followed, say=say), run)
     print_report(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         say_interrupted(f"mechid: interrupted; {folder} holds the best so far")

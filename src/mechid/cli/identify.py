@@ -26,9 +26,10 @@ def identify(
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.holding import held
+    from mechid.identification.run import IdentifyRun
 
     loaded = load_campaign(campaign)
     with held(out):
         prepare_kernels(loaded)
         with on_scheduler(scheduler):
-            identify_into(loaded, out, seed=seed, workers=workers, resume=resume, complete=complete)
+            identify_into(loaded, out, IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume))

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
-from mechid.campaign import Campaign
 from mechid.designs.diagnosis_file import Diagnosed
 from mechid.designs.settings import DESIGN
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.start import begun
-from mechid.identification.effects.rules import IN_DIAGNOSIS
-from mechid.identification.refit.reopened import refuse_other_files
+from mechid.identification.diagnosis.start import initial_models
+from mechid.identification.effects.settings import IN_DIAGNOSIS
+from mechid.identification.refit.rebuild import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
+from mechid.identification.result.fit import Fit
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, superset_of
 
@@ -48,8 +47,7 @@ class Group:
 
 
 def rival_groups(
-    campaign: Campaign,
-    estimate: Mapping[str, Any],
+    fit: Fit,
     diagnosis: Diagnosed,
     *,
     workers: int = 1,
@@ -59,10 +57,8 @@ def rival_groups(
 
     Parameters
     ----------
-    campaign : Campaign
-        That of the fit, with its records.
-    estimate : mapping
-        What the fit's estimate.json holds.
+    fit : Fit
+        Holds its campaign, the records read.
     diagnosis : Diagnosed
         Of that fit.
     workers : int
@@ -77,20 +73,19 @@ def rival_groups(
     """
     if not diagnosis.groups:
         return ()
-    refuse_other_files(campaign, estimate)
+    refuse_other_files(fit)
     with one_core_algebra():
-        return _fitted_groups(campaign, estimate, diagnosis, workers, say)
+        return _fitted_groups(fit, diagnosis, workers, say)
 
 
 def _fitted_groups(
-    campaign: Campaign,
-    estimate: Mapping[str, Any],
+    fit: Fit,
     diagnosis: Diagnosed,
     workers: int,
     say: Callable[[str], None],
 ) -> tuple[Group, ...]:
     say("the mechanism with what the diagnosis names")
-    plain, _ = begun(campaign, estimate, workers=workers)
+    plain, _ = initial_models(fit, workers=workers)
     named = _named(plain, diagnosis)
     if abs(named.over_noise / diagnosis.over_noise - 1.0) > DESIGN.same_ratio:
         raise _of_another(

@@ -26,7 +26,7 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import with_disturbances
 from mechid.identification.effects.effect import lifted
-from mechid.identification.effects.rules import IN_DIAGNOSIS
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.solve import solve

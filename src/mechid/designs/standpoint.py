@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.information import prior_points, range_information, without_offsets
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.refit.reopened import Optimum
+from mechid.identification.result.optimum import Optimum
 from mechid.parameter import Status
 
 
@@ -61,7 +61,7 @@ def after_fit(optimum: Optimum, count: int, seed: int) -> Standpoint:
     held = {
         name: replace(mechanism.parameters[name], status=Status.FREE)
         for name, p in optimum.parameters.items()
-        if p["status"] == Status.FROZEN and name in mechanism.parameters
+        if p.status == Status.FROZEN and name in mechanism.parameters
     }
     space = SearchSpace(mechanism.with_parameters(held), problem.space.polar)
     wider = replace(problem, space=space)

@@ -11,13 +11,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from mechid.campaign import Campaign
 from mechid.errors import UsageError, did_you_mean
-from mechid.exports.handover import Handover, handover
+from mechid.exports.handover import Handover
 from mechid.exports.stand import which_mechanism
 from mechid.holding import held
 from mechid.identification.result.estimate_file import json_text
-from mechid.identification.result.fit import Fit
 from mechid.reading.whole import read_text
 from mechid.shown import Shown
 from mechid.writing import aside, refuse_read, writable, write_whole
@@ -93,51 +91,6 @@ class Exported(Shown):
             "words": list(self.written.words),
             "provenance": dict(self.provenance),
         }
-
-
-def export(
-    fit: Fit,
-    *,
-    to: str,
-    out: Path | str,
-    campaign: Campaign | None = None,
-    anyway: bool = False,
-    folder: Path | str | None = None,
-    options: object = None,
-) -> Exported:
-    """Write a finished fit for others: C text, FMUs, a linear model, tables.
-
-    Parameters
-    ----------
-    fit : Fit
-    to : {"c", "fmu", "linear", "tables"}
-    out : Path
-        Folder for the files; made where missing.
-    campaign : Campaign or None
-        Of which it was identified: its commands are those under which what is written is compared with mechid.
-    anyway : bool
-        Whether a fit that failed is written too.
-    folder : Path or None
-        Where identify left the fit; what its records have left beside the model is read from there.
-    options : the target's `Options`, mapping of str to str, or None
-        As ``mechid.exports.tables.options.Options(rates=(23.0, 46.0))``; None takes the defaults.
-
-    Raises
-    ------
-    UsageError
-        There is no such target, it cannot express the mechanism, or the folder cannot be written to.
-    FitError
-        The fit has failed.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
-    >>> mechid.export(fit, to="tables", out="tables", campaign=fit.campaign).written.files  # doctest: +SKIP
-    """
-    left = Path(folder) if folder is not None else None
-    what = handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway, folder=left)
-    return exported(what, to, Path(out), options)
 
 
 def exported(what: Handover, target: str, folder: Path, options: object = None) -> Exported:

@@ -7,20 +7,18 @@ asked for: the machinery is that of the budget, whose flight may have other valu
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from mechid.analysis.residual_file import read_residual
 from mechid.arrays import FloatArray
 from mechid.budgets.attractors import steady_states
-from mechid.budgets.carried import carried
-from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
+from mechid.budgets.discrepancy import Discrepancy, discrepancy_of
 from mechid.budgets.emission import Emission, emission
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
-from mechid.budgets.residual_source import ResidualSource
+from mechid.budgets.residual_source import residual_source
 from mechid.budgets.steady_state import SteadyState
 from mechid.exports.handover import Handover
 from mechid.exports.stepping import Stepping
@@ -71,20 +69,18 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
     Raises
     ------
     InputFileError
-        No step command drives it, or a value cannot be; or the files beside the estimate are damaged or of another fit.
+        No step command drives it, or a value cannot be; or the files in the fit's folder are damaged or of another fit.
     """
-    bench, folder = handover.mechanism, handover.folder
+    bench, residuals = handover.mechanism, handover.residuals if handover.trials else None
     held = in_flight(bench, values, stand=stand)
     estimated = held.parameters.keys() - (values or {}).keys()
     kept = [k for k, name in enumerate(handover.names) if name in estimated]
-    left = read_residual(handover.estimate, folder) if folder else None
-    source = ResidualSource(left, carried(bench, held)) if left else None
-    missed = read_discrepancy(handover.estimate, folder) if folder else Discrepancy()
+    source = residual_source(residuals, bench, held) if residuals else None
     return Estimate(
         mechanism=held,
         names=tuple(handover.names[k] for k in kept),
         covariance=handover.covariance[np.ix_(kept, kept)],
-        discrepancy=replace(missed, of_profiles_alone=True) if source else missed,
+        discrepancy=discrepancy_of(residuals, of_profiles_alone=source is not None) if residuals else Discrepancy(),
         left=left_on_bench(bench, handover.names, stand=stand),
         residual=source,
     )

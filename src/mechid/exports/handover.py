@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mechid.analysis.fit_residuals import FitResiduals, is_simulated
 from mechid.arrays import FloatArray
-from mechid.budgets.discrepancy import report_of
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import FitError
 from mechid.exports.stand import which_mechanism
-from mechid.identification.result.estimate_file import SYNTHETIC, is_synthetic
+from mechid.identification.result.estimate_file import SYNTHETIC
 from mechid.identification.result.estimated_mechanism import DIGEST
-from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.usable_values import error_covariance, refuse_failed
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import TimeBase
 
@@ -47,56 +48,50 @@ class Handover:
         Of the model: a letter, then letters, digits and underscores.
     mechanism : Mechanism
         With the estimated values.
+    fit : Fit
     names : tuple of str, (n,)
         Parameters that have a standard error.
     covariance : (n, n)
         Of them, in the mechanism file's units: the one that holds under model error.
-    estimate : mapping
-        What estimate.json holds.
     trials : tuple of Trial
         Of the records that a command drives, in the campaign's order.
-    folder : Path or None
-        Where identify left the estimate, with what its records have left; None where that is not known.
     stands : str
         Which mechanism is handed on, as it flies or as on the bench, in a sentence.
     """
 
     name: str
     mechanism: Mechanism
+    fit: Fit
     names: tuple[str, ...]
     covariance: FloatArray
-    estimate: Mapping[str, Any]
     trials: tuple[Trial, ...]
-    folder: Path | None = None
     stands: str = ""
 
-    @property
-    def grade(self) -> Grade:
-        """What the fit is worth."""
-        return Grade(self.estimate["grade"])
+    @cached_property
+    def residuals(self) -> FitResiduals | None:
+        """Residuals of the fit; None of one that has neither a folder nor its campaign."""
+        return FitResiduals(self.fit) if self.fit.folder or self.fit.campaign else None
 
     @property
     def trust(self) -> str:
         """How far the values can be trusted, in a sentence or two."""
-        reasons = [str(reason["text"]) for reason in self.estimate.get("grade_reasons", [])]
-        return " ".join([*([SYNTHETIC] if self.is_synthetic else []), GRADE_WORDS[self.grade], *reasons])
+        reasons = [reason.text for reason in self.fit.reasons]
+        return " ".join([*([SYNTHETIC] if self.is_synthetic else []), GRADE_WORDS[self.fit.grade], *reasons])
 
-    @property
+    @cached_property
     def is_synthetic(self) -> bool:
-        """Whether the records were simulated, as far as the estimate or the report beside it says so."""
-        if is_synthetic(self.estimate):
-            return True
-        return self.folder is not None and bool(report_of(self.estimate, self.folder).get("synthetic"))
+        """Whether the records were simulated, as the fit or the report beside it says."""
+        return is_simulated(self.fit)
 
     @property
     def provenance(self) -> dict[str, Any]:
         """Where the values come from: version, the fit's grade and what it says of its own inputs."""
-        own = self.estimate.get("provenance", {})
+        own = self.fit.provenance
         kept = {key: own[key] for key in ("versions", "inputs_sha256", DIGEST, "plant", "seed") if key in own}
         return {
             "mechid": version("mechid"),
             "mechanism": self.stands,
-            "grade": str(self.grade),
+            "grade": str(self.fit.grade),
             "trust": self.trust,
             "fit": kept,
         }
@@ -106,62 +101,41 @@ class Handover:
         return float(np.sqrt(self.covariance[(k := self.names.index(name)), k])) if name in self.names else None
 
 
-def handover(
-    estimate: Mapping[str, Any],
-    mechanism: Mechanism,
-    campaign: Campaign | None,
-    *,
-    anyway: bool = False,
-    folder: Path | None = None,
-) -> Handover:
+def handover(fit: Fit, campaign: Campaign | None, *, anyway: bool = False) -> Handover:
     """Return what a fit hands on.
 
     Parameters
     ----------
-    estimate : mapping
-        What estimate.json holds.
-    mechanism : Mechanism
-        That which was identified, with the estimated values.
+    fit : Fit
     campaign : Campaign or None
         Of which it was identified; None leaves nothing to try it with.
     anyway : bool
         Whether a fit that failed is handed on too.
-    folder : Path or None
-        Where identify left the estimate.
 
     Raises
     ------
     FitError
         The fit has failed.
     """
-    if estimate.get("grade", Grade.FAILED) == Grade.FAILED and not anyway:
-        said = estimate["outcome"]["message"]
-        raise FitError(f"{GRADE_WORDS[Grade.FAILED]} {said} Identify anew, or hand it on with --anyway")
-    names, covariance = _covariance(estimate)
+    if not anyway:
+        refuse_failed(fit, FitError, "Identify anew, or hand it on with --anyway")
+    if fit.folder is None:  # its residuals are computed from the campaign; a folder holds them
+        fit = replace(fit, campaign=campaign or fit.campaign)
+    names, covariance = error_covariance(fit)
     return Handover(
         name=_name(campaign),
-        mechanism=mechanism,
+        mechanism=fit.mechanism,
+        fit=fit,
         names=names,
         covariance=covariance,
-        estimate=estimate,
         trials=_trials(campaign) if campaign else (),
-        folder=folder,
-        stands=which_mechanism(mechanism, {}, stand=False),
+        stands=which_mechanism(fit.mechanism, {}, stand=False),
     )
 
 
 def _name(campaign: Campaign | None) -> str:
     own = re.sub(r"\W+", "_", campaign.path.resolve().parent.name, flags=re.ASCII).strip("_") if campaign else ""
     return own if re.match(r"[A-Za-z]", own) else NAME
-
-
-def _covariance(estimate: Mapping[str, Any]) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the parameters that have a standard error, and their covariance by the errors under model error."""
-    everything = estimate["correlation"]["names"]
-    matrix = np.array(estimate["correlation"]["matrix"], dtype=np.float64).reshape(len(everything), len(everything))
-    errors = np.array([estimate["parameters"][name]["std_error"] for name in everything], dtype=np.float64)
-    known = np.flatnonzero(np.isfinite(errors) & np.all(np.isfinite(np.diag(matrix)[:, None]), axis=1))
-    return tuple(everything[k] for k in known), (matrix * np.outer(errors, errors))[np.ix_(known, known)]
 
 
 def _trials(campaign: Campaign) -> tuple[Trial, ...]:

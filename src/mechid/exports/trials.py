@@ -50,7 +50,8 @@ def sample_rate_hz(handover: Handover) -> float:
 
 def substeps(handover: Handover) -> int:
     """Return the integration steps a sample with which the fit was made."""
-    return int(handover.estimate.get("provenance", {}).get("substeps", 1))
+    own = handover.fit.provenance.get("substeps", 1)
+    return own if isinstance(own, int) else 1
 
 
 def references(handover: Handover) -> list[Reference]:

@@ -5,24 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 from scipy.special import ndtri, stdtrit
 
-from mechid.analysis.hypothesis import entries_by_what_tells_them
+from mechid.analysis.fit_residuals import is_simulated
+from mechid.analysis.hypothesis import key_by_period_or_order
 from mechid.campaign.campaign import CAMPAIGN
-from mechid.errors import InputFileError
 from mechid.fleets.angles import UNKNOWN_DEG
-from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.parameter import Status
-from mechid.reports.fit.results import read_truth
 
 DEGREES = "deg"
 OF_THE_BENCH = ("record", CAMPAIGN)
 """First words of parameters that are of a record or of the recorder, not of the unit."""
-STATUS_WORDS = {
+STATUS_WORDS: Mapping[str, str] = {
     Status.KNOWN: "known",
     Status.TIED: "tied",
     Status.FROZEN: "frozen",
@@ -89,63 +87,42 @@ class Estimate:
     synthetic: bool = False
 
 
-def read_unit(folder: Path | str) -> Estimate:
-    """Return the finished fit of a folder.
-
-    Raises
-    ------
-    InputFileError
-        There is none, or it is damaged.
-    """
-    path = Path(folder) / FILE_NAME
-    content = read_estimate(path)
-    try:
-        grade = Grade(content["grade"])
-        named = entries_by_what_tells_them(content["parameters"])
-        reasons, provenance = content.get("grade_reasons", []), content.get("provenance", {})
-        return Estimate(
-            grade=grade,
-            said=str(reasons[0]["text"]) if reasons else "" if grade.good else GRADE_WORDS[grade],
-            values={n: _value(p, grade) for n, p in named.items() if n.partition(".")[0] not in OF_THE_BENCH},
-            plant=str(provenance.get("plant", "")),
-            version=str(provenance.get("versions", {}).get("mechid", "")),
-            synthetic=is_synthetic(content) or _is_told_by_report(path.parent),
-        )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputFileError(f"{path}: is damaged at {error}; identify anew") from error
-
-
-def _is_told_by_report(folder: Path) -> bool:
-    """Tell whether the report beside an estimate of an earlier version says that its records were simulated."""
-    try:
-        return read_truth(folder)[0]
-    except InputFileError:  # no report beside it
-        return False
-
-
-def _value(p: Mapping[str, Any], grade: Grade) -> Value:
-    sigma = p.get("std_error")
-    error = math.nan if sigma is None else float(sigma) * _widening(p.get("dof"))
-    return Value(
-        value=float(p["value"]),
-        std_error=None if sigma is None else float(sigma),
-        error=error,
-        unit=str(p["unit"]),
-        status=str(p["status"]),
-        left_out=_left_out(p, error, grade),
-        near_threshold=bool(p.get("local_only", False)),
+def estimate_of(fit: Fit) -> Estimate:
+    """Return what a fleet takes of the finished fit of a campaign."""
+    named = key_by_period_or_order(fit.parameters)
+    versions = fit.provenance.get("versions")
+    return Estimate(
+        grade=fit.grade,
+        said=fit.reasons[0].text if fit.reasons else "" if fit.grade.good else GRADE_WORDS[fit.grade],
+        values={n: _value(p, fit.grade) for n, p in named.items() if n.partition(".")[0] not in OF_THE_BENCH},
+        plant=str(fit.provenance.get("plant", "")),
+        version=str(versions.get("mechid", "")) if isinstance(versions, Mapping) else "",
+        synthetic=is_simulated(fit),
     )
 
 
-def _left_out(p: Mapping[str, Any], error: float, grade: Grade) -> str:
+def _value(p: ParameterEstimate, grade: Grade) -> Value:
+    error = math.nan if p.std_error is None else p.std_error * _widening(p.dof)
+    return Value(
+        value=p.value,
+        std_error=p.std_error,
+        error=error,
+        unit=p.unit,
+        status=p.status,
+        left_out=_left_out(p, error, grade),
+        near_threshold=p.local_only,
+    )
+
+
+def _left_out(p: ParameterEstimate, error: float, grade: Grade) -> str:
     """Return why a value is not counted, empty where it is."""
-    if p["status"] != Status.FREE:
-        return STATUS_WORDS.get(p["status"], str(p["status"]))
+    if p.status != Status.FREE:
+        return STATUS_WORDS.get(p.status, p.status)
     if not grade.good:
         return "failed" if grade is Grade.FAILED else f"grade {grade}"
     if not (math.isfinite(error) and error > 0.0):
         return "no error"
-    return "angle not known" if p["unit"] == DEGREES and error >= UNKNOWN_DEG else ""
+    return "angle not known" if p.unit == DEGREES and error >= UNKNOWN_DEG else ""
 
 
 def _widening(dof: float | None) -> float:

@@ -8,8 +8,7 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.computation.journal import VERSION, last_run, with_version
 from mechid.identification.output_error.identity import file_digests
-from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
-from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.fit_file import read_numbers
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
 from mechid.identification.result.journal_file import FINISHED
 from mechid.identification.result.outcome import FitOutcome
@@ -25,19 +24,19 @@ def changed_since(campaign: Campaign, folder: Path, seed: int, *, complete: bool
     mechid does not count.
     """
     try:
-        estimate = read_estimate(folder / ESTIMATE_NAME, needs=("outcome", "parameters", "provenance"))
+        fit = read_numbers(folder)
     except InputFileError:
         return None
     known, events = last_run(folder / JOURNAL_NAME)
-    then, is_completed = estimate["provenance"], estimate.get("completed") is not None
-    if FINISHED not in events or estimate["outcome"]["code"] == FitOutcome.INTERRUPTED.code:
+    is_completed = fit.completed is not None
+    if FINISHED not in events or fit.outcome is FitOutcome.INTERRUPTED:
         return None
     files, inputs = file_digests(campaign), identification_inputs(campaign, seed)
     if is_completed:  # the estimate is of another mechanism file then; the journal knows the campaign's own
         del files[campaign.mechanism_path.name]
-    changed = [name for name, digest in files.items() if then.get("inputs_sha256", {}).get(name) != digest]
+    changed = [name for name, digest in files.items() if fit.inputs_sha256.get(name) != digest]
     changed += [name for name in sorted({*inputs, *known} - {VERSION}) if inputs.get(name) != known.get(name)]
-    changed += [SEED] if then.get("seed") != seed and SEED not in changed else []
+    changed += [SEED] if fit.provenance.get("seed") != seed and SEED not in changed else []
     changed += [] if is_completed == complete else [COMPLETE]
     return tuple(changed)
 

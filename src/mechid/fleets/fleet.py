@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mechid.errors import InputFileError
 from mechid.fleets.changes import Change, MeanChange, changes, mean_change
-from mechid.fleets.estimates import Estimate, is_of_interest, read_unit
+from mechid.fleets.estimates import Estimate, estimate_of, is_of_interest
 from mechid.fleets.groups import GroupDifference, group_difference
 from mechid.fleets.members import Members
 from mechid.fleets.observed import Observed, observed, of_units
@@ -21,6 +21,7 @@ from mechid.fleets.unit_run import How, UnitRun, run_unit, silent, task_of
 from mechid.holding import held
 from mechid.identification.computation.parallel import Done, is_lent, mapped
 from mechid.identification.computation.progress import Tell
+from mechid.identification.result.fit_file import read_numbers
 from mechid.shown import Shown
 
 UNITS_NAME = "units"
@@ -155,7 +156,7 @@ def _read(run: UnitRun) -> tuple[Estimate | None, UnitRun]:
     if run.how is How.NONE:
         return None, run
     try:
-        return read_unit(run.folder), run
+        return estimate_of(read_numbers(run.folder)), run
     except InputFileError as error:
         return None, UnitRun(how=How.NONE, folder=run.folder, said=str(error), seconds=run.seconds)
 

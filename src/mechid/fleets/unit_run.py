@@ -17,6 +17,7 @@ from mechid.fleets.members import Member
 from mechid.holding import held
 from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.run import IdentifyRun
 from mechid.reports.identified import Audience, identified_into
 
 
@@ -161,10 +162,7 @@ def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) ->
         campaign,
         Path(task.folder),
         Audience(followed=followed, say=say_of_unit),
-        seed=task.seed,
-        workers=task.workers,
-        resume=resume,
-        complete=task.complete,
+        IdentifyRun(seed=task.seed, workers=task.workers, complete=task.complete, resume=resume),
     )
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         raise KeyboardInterrupt

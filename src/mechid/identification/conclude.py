@@ -12,7 +12,7 @@ import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
-from mechid.identification.as_written import as_written
+from mechid.identification.added_terms import incomplete, with_added_terms
 from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
 from mechid.identification.effects.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
@@ -71,6 +71,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
+    added = mechanism.parameters.keys() - written.mechanism.parameters.keys()
+    parameters = {name: _as_added(p, state) if name in added else p for name, p in parameters.items()}
     records = {
         r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
         for r in campaign.records
@@ -78,8 +80,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     }
     values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
     missing = tuple(missing_of(found, values, records) for found in state.found)
-    terms = state.beside.new if state.beside else frozenset()
-    own = [*map(missing_warning, missing), *_warnings({n: p for n, p in parameters.items() if n not in terms})]
+    own = [*map(missing_warning, missing), *_warnings(parameters)]
     louder = raised_warnings(campaign, problem.targets, state.before_raised)
     fit = Fit(
         mechanism=mechanism,
@@ -98,12 +99,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
         synthetic=campaign.synthetic,
     )
-    if state.beside is None:
-        return with_nuisance(graded(fit, evidence), written, state)
-    judged = graded(replace(fit, parameters={n: p for n, p in parameters.items() if n not in terms}), evidence)
-    return with_nuisance(
-        as_written(replace(judged, parameters=parameters), written, state, state.beside), written, state
-    )
+    fit = with_added_terms(with_nuisance(fit, written, state), written, state)
+    return graded(fit, replace(evidence, incomplete=incomplete(fit, written, state)))
 
 
 def _lower_warning(lower: LowerPoint) -> str:
@@ -230,6 +227,12 @@ def _estimate(
         one_sided=bounded_at.interval if bounded_at and (physical or not excluded) else None,
         at_physical_limit=physical,
     )
+
+
+def _as_added(p: ParameterEstimate, state: SearchState) -> ParameterEstimate:
+    """Return a parameter of a term that the search added, with the small prior by which it was held, if it was."""
+    width = state.beside.widths.get(p.name) if state.beside else None
+    return replace(p, added=True, prior=None if width is None else PriorShare(value=0.0, sigma=width, counted=True))
 
 
 def _is_limit_of_physics(p: Parameter, value: float) -> bool:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import Fit, RecordFit
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.settings import GRADE
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.settings import NOISE
@@ -52,6 +53,8 @@ class Evidence:
         What happens in a record at an instant, as a clause or more.
     seed : int
         Of the search.
+    incomplete : Reason or None
+        What the fit had to add to the mechanism file; None where it added nothing.
     """
 
     campaign: str
@@ -63,6 +66,7 @@ class Evidence:
     contradicted: Mapping[str, str]
     circumstances: Callable[[str, float], str]
     seed: int = 0
+    incomplete: Reason | None = None
 
 
 def graded(fit: Fit, evidence: Evidence) -> Fit:
@@ -85,7 +89,10 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     yield from (_physical_limit(p) for p in fit.parameters.values() if p.at_physical_limit)
     for record in fit.records.values():
         yield from _record_reasons(record, evidence)
+    yield from _held_out_reasons(fit, evidence)
     yield from _search_reasons(fit, evidence)
+    if evidence.incomplete:
+        yield evidence.incomplete
     found = fit.consistency
     if found and not found.agrees:
         yield _disagreement(fit, found, evidence)
@@ -121,6 +128,27 @@ def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
             )
             yield _loss(Cause.NOT_FOLLOWED, record.name, channel.lost_at_s, text, evidence)
         return
+
+
+def _held_out_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
+    """Yield a reason for each held-out record that is predicted far worse than its noise and the fitted ones."""
+    fitted = [r.channels for name, r in fit.records.items() if name in evidence.used]
+    for record in (r for r in fit.records.values() if r.use == "validate" and not r.taken.left_out):
+        for quantity, channel in record.channels.items():
+            level = max(channel.known, channel.noise_sigma)
+            left = max((c[quantity].residual_over_noise for c in fitted if quantity in c), default=1.0)
+            if channel.residual_rms <= GRADE.held_out_worse * level * max(left, 1.0):
+                continue
+            of = "" if len(record.channels) == 1 else f" ({quantity})"
+            is_lost = not channel.fit_percent >= 100.0 * (1.0 - GRADE.held_out_lost)
+            text = (
+                f"Record {record.name}{of} was held out: the model leaves {channel.residual_over_noise:.3g} times its "
+                f"noise, and of fitted records at most {left:.3g} times theirs"
+            )
+            text += f"; that is {100.0 - channel.fit_percent:.3g} % of what was measured." if is_lost else "."
+            cause = Cause.HELD_OUT_LOST if is_lost else Cause.HELD_OUT
+            yield Reason(cause=cause, record=record.name, text=text, next_command=DIAGNOSE)
+            break
 
 
 def _loss(cause: Cause, record: str, at_s: float, text: str, evidence: Evidence) -> Reason:

@@ -75,7 +75,7 @@ def identify(
     Returns
     -------
     Fit
-        Also where the fit did not succeed or was interrupted: its `outcome` says so.
+        Also where the fit did not succeed or was interrupted: its `outcome` says so. It holds the campaign.
 
     Raises
     ------
@@ -84,6 +84,7 @@ def identify(
     WorkersError
         The executor's workers are lost, or cannot do the work.
     """
+    given = campaign
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     state = SearchState(problem, problem.start, problem.whole())
     with one_core_algebra():
@@ -93,7 +94,8 @@ def identify(
 
         def keep_so_far(at: SearchState) -> None:
             if keep is not None and at.outcome is not FitOutcome.FAILED:
-                keep(conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds))
+                so_far = conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+                keep(replace(so_far, campaign=given))
 
         watch.keep = keep_so_far
         try:
@@ -113,9 +115,10 @@ def identify(
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
         state = state.saying(*rejection_warnings(state.problem))
         try:
-            return conclude(campaign, state, seed, watch.seconds, _from_draws(watch))
+            fit = conclude(campaign, state, seed, watch.seconds, _from_draws(watch))
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
-            return conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+            fit = conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+    return replace(fit, campaign=given)
 
 
 def _told_before(watch: Watch, campaign: Campaign) -> tuple[str, ...]:

@@ -6,25 +6,20 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from mechid.analysis import validate
 from mechid.budgets.budget import Budget, make_budget
-from mechid.budgets.budget_file import BudgetFile, budget_of_table, read_budget_file
-from mechid.identification.result.estimate_file import FILE_NAME
+from mechid.budgets.budget_file import budget_of_table, read_budget_file
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit_file import estimate_path, read_fit
 from mechid.interface.progress import telling
-from mechid.interface.report import campaign_of
-from mechid.reports.fit.numbers import report_data
-from mechid.reports.fit.results import write_results
 from mechid.structure import Structure
 
 
 def budget(
     source: Path | str | Mapping[str, Any],
     *,
-    fit: Fit | None = None,
+    fit: Fit | Path | str | None = None,
     structure: Structure | None = None,
     workers: int = 1,
     executor: Executor | None = None,
@@ -37,8 +32,8 @@ def budget(
     source : Path or mapping
         BUDGET.toml, or the tables that it would hold (docs/budget.md): ``flight``, ``structure``, ``mode``,
         ``requirement``, ``error``; names of files are taken from the working folder then.
-    fit : Fit or None
-        What flies, in place of the file that ``estimate`` names; it holds its campaign.
+    fit : Fit, Path or None
+        What flies, in place of the file that ``estimate`` names: a fit that holds its campaign, or a result folder.
     structure : Structure or None
         What it is mounted on, in place of the file that ``structure`` names.
     workers : int
@@ -72,22 +67,8 @@ def budget(
         asked = budget_of_table(source, structure=structure, has_estimate=fit is not None)
     else:
         asked = read_budget_file(source, structure=structure, has_estimate=fit is not None)
+    if not isinstance(fit, Fit):
+        asked = asked if fit is None else replace(asked, estimate=estimate_path(fit))
+        fit = read_fit(asked.estimate)
     with telling(say) as tell:
-        if fit is None:
-            return make_budget(asked, workers, tell, executor=executor)
-        with TemporaryDirectory(prefix="mechid_budget_") as aside:
-            here = replace(asked, estimate=_left(fit, Path(aside)))
-            made = make_budget(here, workers, tell, executor=executor)
-    return replace(made, file=_named(made.file))
-
-
-def _left(fit: Fit, folder: Path) -> Path:
-    """Leave in a folder what identify leaves of a fit, and return its estimate."""
-    validation = validate(campaign_of(fit, None), fit)
-    write_results(fit, report_data(fit, validation=validation), folder, validation=validation)
-    return folder / FILE_NAME
-
-
-def _named(asked: BudgetFile) -> BudgetFile:
-    """Return what was asked for with the estimate called by its name alone: its folder is gone."""
-    return replace(asked, estimate=Path(FILE_NAME))
+        return make_budget(asked, fit, workers, tell, executor=executor)

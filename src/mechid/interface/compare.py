@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
-from mechid.analysis import validate
 from mechid.analysis.comparison import Comparison
-from mechid.analysis.comparison import compare as compare_folders
+from mechid.analysis.comparison import compare as compare_fits
+from mechid.analysis.hypothesis import short_names
 from mechid.errors import UsageError
-from mechid.identification.result.fit import Fit
-from mechid.interface.report import campaign_of
-from mechid.reports.fit.numbers import report_data
-from mechid.reports.fit.results import write_results
+
+if TYPE_CHECKING:
+    from mechid.identification.result.fit import Fit
+
+IN_MEMORY = "in memory"
+"""In place of the folder of a fit that was not read."""
 
 
 def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:
@@ -43,22 +45,28 @@ def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:
     >>> mechid.compare("fit_rigid", "fit_housing").preference.preferred  # doctest: +SKIP
     'fit_housing'
     """
+    if len(fits) < 2:
+        raise UsageError(f"compare: found {len(fits)} folder; give two or more result folders of mechid identify")
     if names and len(names) != len(fits):
         raise UsageError(f"compare: {len(fits)} fits and {len(names)} names; give one for each, or none")
-    with TemporaryDirectory(prefix="mechid_compare_") as aside:
-        folders = [
-            _folder(fit, Path(aside) / (names[k] if names else f"fit_{k + 1}"), named=bool(names))
-            for k, fit in enumerate(fits)
-        ]
-        return compare_folders(*folders)
-
-
-def _folder(fit: Fit | Path | str, aside: Path, *, named: bool) -> Path:
-    """Return where a fit's estimate lies; one in memory, or to be called otherwise, is put aside."""
-    if isinstance(fit, Fit):
-        validation = validate(campaign_of(fit, None), fit)
-        write_results(fit, report_data(fit, validation=validation), aside, validation=validation)
-        return aside
-    if named:
+    if names and any(isinstance(fit, Path | str) for fit in fits):
         raise UsageError("compare: names are of fits in memory; folders have their own")
-    return Path(fit)
+    places = [_folder(fit, names[k] if names else f"fit_{k + 1}") for k, fit in enumerate(fits)]
+    twice = [place for k, place in enumerate(places) if place.resolve() in {p.resolve() for p in places[:k]}]
+    if twice:
+        raise UsageError(f"{twice[0].name if names else twice[0]}: given twice; give each result folder once")
+    read = [_read(fit) if isinstance(fit, Path | str) else fit for fit in fits]
+    return compare_fits(dict(zip(names or short_names(places), read, strict=True)))
+
+
+def _folder(fit: Fit | Path | str, name: str) -> Path:
+    """Return the folder of a fit; one in memory has a name in place of it."""
+    if not isinstance(fit, Path | str):
+        return Path(IN_MEMORY, name)
+    return Path(fit).parent if Path(fit).suffix == ".json" else Path(fit)
+
+
+def _read(place: Path | str) -> Fit:
+    from mechid.identification.result.fit_file import read_numbers  # it knows the campaign, fits in memory do already
+
+    return read_numbers(place)

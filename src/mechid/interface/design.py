@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import Executor
 from pathlib import Path
 
@@ -14,16 +14,16 @@ from mechid.designs.diagnosis_file import Diagnosed, read_diagnosed
 from mechid.designs.rivals import Group, rival_groups
 from mechid.errors import UsageError
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.refit.reopened import reopened
+from mechid.identification.result.fit import Fit
+from mechid.interface.fits import fit_from, load_fit
 from mechid.interface.progress import telling
-from mechid.interface.refits import AnyFit, content_of
 
 
 def design(
     campaign: Campaign,
     options: DesignOptions | Path | str | None = None,
     *,
-    fit: AnyFit | None = None,
+    fit: Fit | Path | str | None = None,
     diagnosis: Path | str | Diagnosed | None = None,
     criterion: str | None = None,
     total_s: float | None = None,
@@ -40,8 +40,9 @@ def design(
     options : DesignOptions, Path or None
         Candidates and limits, or the design file that has them; None takes ``design.toml`` beside the campaign's
         file, else the usual ones.
-    fit : Fit, what its estimate.json holds, or None
-        A fit of the campaign: what to measure next. One that does not hold its campaign is of this one, records read.
+    fit : Fit, Path or None
+        A fit of the campaign, or its result folder: what to measure next. A fit in memory that does not hold its
+        campaign is of this one, records read.
     diagnosis : Path, Diagnosed or None
         Result folder of a diagnosis of that fit, or what was read of it: records that tell its rival effects apart come
         first.
@@ -84,11 +85,18 @@ def design(
         diagnosed = _diagnosed(diagnosis, tell)
         optimum, rivals = None, tuple[Group, ...]()
         if fit is not None:
-            content, fitted = content_of(fit), campaign if isinstance(fit, Mapping) else fit.campaign or campaign
-            optimum = reopened(fitted, content, workers=count)
+            own = _fit_of(campaign, fit)
+            optimum = own.optimum_on(count)
             if diagnosed:
-                rivals = rival_groups(fitted, content, diagnosed, workers=count, say=tell)
+                rivals = rival_groups(own, diagnosed, workers=count, say=tell)
         return make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, say=tell)
+
+
+def _fit_of(campaign: Campaign, fit: Fit | Path | str) -> Fit:
+    """Return a fit that holds its campaign; in a result folder it is of the design's campaign file, records read."""
+    if not isinstance(fit, Path | str):
+        return fit_from(fit, None if fit.campaign else campaign)
+    return load_fit(fit, campaign.path if campaign.path.is_file() else campaign)
 
 
 def _options(campaign: Campaign, options: DesignOptions | Path | str | None) -> DesignOptions:

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.progress import Listener
 from mechid.identification.diagnosis import diagnosis
 from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.result.fit import Fit
+from mechid.interface.fits import campaign_first, fit_from
 from mechid.interface.progress import listening
 
 
+@campaign_first
 def diagnose(
-    campaign: Campaign,
-    fit: Fit | Mapping[str, Any],
+    fit: Fit | Path | str,
     *,
+    campaign: Campaign | Path | str | None = None,
     consider: Sequence[str] = (),
     workers: int | None = None,
     executor: Executor | None = None,
@@ -30,9 +32,10 @@ def diagnose(
 
     Parameters
     ----------
-    campaign : Campaign
-        That of the fit, its records read.
-    fit : Fit, or what its estimate.json holds
+    fit : Fit or Path
+        In memory, or the result folder of one. ``diagnose(campaign, fit)`` is accepted too.
+    campaign : Campaign, Path or None
+        Of the fit, its records read; None takes the one that the fit holds or that its folder names.
     consider : sequence of str
         Look for these effects alone, or for all of their kind; none looks for all, or as the campaign says.
     workers : int or None
@@ -52,10 +55,11 @@ def diagnose(
     Examples
     --------
     >>> import mechid
-    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
-    >>> [effect.name for effect in mechid.diagnose(fit.campaign, fit).missing]  # doctest: +SKIP
+    >>> [effect.name for effect in mechid.diagnose("fit").missing]  # doctest: +SKIP
     ['stepper.detent:0.9deg']
     """
-    asked = replace(campaign, considered=tuple(consider)) if consider else campaign
+    own = fit_from(fit, campaign)
+    if consider:
+        own = replace(own, campaign=replace(own.required_campaign, considered=tuple(consider)))
     with listening(listener) as tell:
-        return diagnosis.diagnose(asked, fit, workers=workers, executor=executor, listener=tell)
+        return diagnosis.diagnose(own, workers=workers, executor=executor, listener=tell)

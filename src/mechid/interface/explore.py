@@ -14,8 +14,7 @@ from mechid.campaign import Campaign, load_campaign, read_mechanism
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
-from mechid.interface.finished_fit import completed_file
-from mechid.interface.identification import of_campaign
+from mechid.interface.fits import campaign_of_fit, completed_file
 from mechid.interface.progress import telling
 from mechid.web import Estimate, Explorer, Source, estimate_of, read_diagnosed, read_estimated
 
@@ -92,6 +91,9 @@ def explored(
     if diagnosis is not None:
         loaded, diagnosed = read_diagnosed(Path(diagnosis), loaded, estimate)
         needed(loaded)
+    elif estimate is not None and estimate.mechanism is not None:
+        loaded = replace(loaded, mechanism=estimate.mechanism)
+        needed(loaded)
     followed = folder / JOURNAL_NAME if folder and not diagnosis else None  # the fit that was diagnosed has ended
     return Source(loaded, estimate, workers, followed, diagnosed)
 
@@ -114,8 +116,7 @@ def _loaded(campaign: Campaign | Path | str, fit: Fit | Path | str | None, folde
         campaign = load_campaign(campaign, mechanism_file=completed)
     elif completed is not None:
         campaign = replace(campaign, mechanism=read_mechanism(completed), mechanism_path=completed)
-    own = of_campaign(fit, campaign).campaign if isinstance(fit, Fit) else None
-    return own or campaign
+    return campaign_of_fit(campaign, fit) if isinstance(fit, Fit) else campaign
 
 
 def _estimated(campaign: Campaign, fit: Fit | Path | str | None, folder: Path | None) -> Estimate | None:

@@ -1,23 +1,19 @@
-"""From a campaign to a fit, and from a folder back to it."""
+"""From a campaign to a fit."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 from mechid.campaign import Campaign
-from mechid.errors import UsageError
 from mechid.holding import held
 from mechid.identification.computation.progress import Listener
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.diagnosis import completion
-from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.fit_file import read_fit
-from mechid.interface.finished_fit import finished_fit
+from mechid.identification.run import IdentifyRun
+from mechid.identification.run import identify as identified
 from mechid.interface.progress import listening, telling
 from mechid.reports.identified import Audience, Identified, identified_into
 
@@ -72,11 +68,9 @@ def identify(
     >>> fit.parameters["gear.stiffness"].value  # doctest: +SKIP
     913.5
     """
-    with listening(listener) as tell:
-        fit = completion.identify(
-            campaign, seed=seed, workers=workers, executor=executor, listener=tell, near=near, complete=complete
-        )
-    return of_campaign(fit, campaign)
+    run = IdentifyRun(seed=seed, workers=workers, near=near, complete=complete)
+    with listening(listener) as tell, working_on(executor):
+        return identified(campaign, run, tell)
 
 
 def identify_into(
@@ -135,46 +129,5 @@ def identify_into(
 
     with held(out), telling(say) as tell_line, working_on(executor):
         audience = Audience(followed=followed, say=tell_line)
-        done = identified_into(
-            campaign, Path(out), audience, seed=seed, workers=workers, truth=truth, resume=resume, complete=complete
-        )
-    return replace(done, fit=of_campaign(done.fit, campaign))
-
-
-def load_fit(folder: Path | str, campaign: Campaign | Path | str | None = None) -> Fit:
-    """Return the fit that ``mechid identify`` or `identify_into` left in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        The result folder, or the campaign file beside which the results lie.
-    campaign : Campaign, Path or None
-        Of which it was identified; None takes the one that the folder names.
-
-    Raises
-    ------
-    InputFileError
-        There is no such fit, it is damaged, or a file of its campaign has changed since.
-    RecordError
-        A record's file is missing or cannot be used.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> mechid.load_fit("fit").grade  # doctest: +SKIP
-    <Grade.A: 'A'>
-    """
-    folder = Path(folder)
-    if isinstance(campaign, Campaign):
-        if not folder.is_dir():
-            raise UsageError(f"{folder}: is no folder; give the result folder of the fit")
-        return of_campaign(read_fit(folder / FILE_NAME, campaign), campaign)
-    found = finished_fit(folder, None if campaign is None else Path(campaign))
-    own = folder if folder.is_dir() else folder.parent
-    return of_campaign(read_fit(own / FILE_NAME, found.campaign), found.campaign)
-
-
-def of_campaign(fit: Fit, campaign: Campaign) -> Fit:
-    """Return a fit that holds the campaign it is of, with the mechanism that it was completed to."""
-    own = replace(campaign, mechanism=fit.mechanism) if fit.completed else campaign
-    return replace(fit, campaign=own)
+        run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume, truth=truth)
+        return identified_into(campaign, Path(out), audience, run)

@@ -10,24 +10,23 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
-from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.journal import Journal, digest
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.computation.workforce import working_on
+from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.refit.bootstrap import Bootstrap, Draw
 from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
 from mechid.identification.refit.profile import Point, Profile, profiles
-from mechid.identification.refit.reopened import Optimum, reopened
 from mechid.identification.result.fit import Fit
-from mechid.interface.finished_fit import FinishedFit
+from mechid.identification.result.optimum import Optimum
+from mechid.interface.fits import campaign_first, fit_from
 from mechid.interface.progress import listening
 from mechid.shown import Shown
 
-AnyFit = Fit | FinishedFit | Mapping[str, Any]
 TellShare = Callable[[str, float | None], None]
 MOST_DRAWS = 1_000_000
 """Of a bootstrap; the list of many more fills the memory before the first."""
@@ -50,11 +49,12 @@ class Profiles(Shown, Mapping[str, Profile]):
         return len(self.profiles)
 
 
+@campaign_first
 def profile(
-    campaign: Campaign,
-    fit: AnyFit,
+    fit: Fit | Path | str,
     parameters: str | Sequence[str],
     *,
+    campaign: Campaign | Path | str | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
     listener: Listener | None = None,
@@ -65,11 +65,12 @@ def profile(
 
     Parameters
     ----------
-    campaign : Campaign
-        Of the fit, its records read.
-    fit : Fit, or what its estimate.json holds
+    fit : Fit or Path
+        In memory, or the result folder of one. ``profile(campaign, fit, parameters)`` is accepted too.
     parameters : str or sequence of str
         Dotted names of parameters that the fit moved.
+    campaign : Campaign, Path or None
+        Of the fit, its records read; None takes the one that the fit holds or that its folder names.
     workers : int or None
         Threads; None takes one per core.
     executor : concurrent.futures.Executor or None
@@ -98,29 +99,30 @@ def profile(
     Examples
     --------
     >>> import mechid
-    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
-    >>> mechid.profile(fit.campaign, fit, "gear.stiffness")["gear.stiffness"].interval  # doctest: +SKIP
+    >>> mechid.profile("fit", "gear.stiffness")["gear.stiffness"].interval  # doctest: +SKIP
     (905.1, 921.8)
     """
     names = [parameters] if isinstance(parameters, str) else list(dict.fromkeys(parameters))
     count = workers or os.cpu_count() or 1
-    with _reopened(campaign, fit, "profile", count, executor, listener) as (optimum, report):
+    own = fit_from(fit, campaign)
+    with _at_optimum(own, "profile", count, executor, listener) as (optimum, report):
 
         def on_point(name: str, point: Point) -> None:
             report(f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}", None)
 
         for name in names:
             optimum.one(name)
-        noted = _journal(campaign, fit, journal, resume=resume)
+        noted = _journal(own, journal, resume=resume)
         done = profiles(optimum, names, workers=count, journal=noted, on_point=on_point)
-    return Profiles(profiles=tuple(done), synthetic=campaign.synthetic)
+    return Profiles(profiles=tuple(done), synthetic=own.required_campaign.synthetic)
 
 
+@campaign_first
 def bootstrap(
-    campaign: Campaign,
-    fit: AnyFit,
+    fit: Fit | Path | str,
     draws: int = 200,
     *,
+    campaign: Campaign | Path | str | None = None,
     seed: int = 0,
     workers: int | None = None,
     executor: Executor | None = None,
@@ -132,8 +134,8 @@ def bootstrap(
 
     Parameters
     ----------
-    campaign, fit, workers, executor, listener, journal, resume
-        As of `profile`.
+    fit, campaign, workers, executor, listener, journal, resume
+        As of `profile`; ``bootstrap(campaign, fit, draws)`` is accepted too.
     draws : int
         How many, 2 to 1 000 000; with a journal more can be added to a run.
     seed : int
@@ -156,13 +158,13 @@ def bootstrap(
     Examples
     --------
     >>> import mechid
-    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
-    >>> scatter = mechid.bootstrap(fit.campaign, fit, 40)  # doctest: +SKIP
+    >>> scatter = mechid.bootstrap("fit", 40)  # doctest: +SKIP
     """
     if draws > MOST_DRAWS:
         raise UsageError(f"{draws} draws; {MOST_DRAWS} at most, which take months: some hundreds tell the scatter")
     count, ended = workers or os.cpu_count() or 1, 0
-    with _reopened(campaign, fit, "bootstrap", count, executor, listener) as (optimum, report):
+    own = fit_from(fit, campaign)
+    with _at_optimum(own, "bootstrap", count, executor, listener) as (optimum, report):
 
         def on_draw(draw: Draw) -> None:
             nonlocal ended
@@ -170,41 +172,30 @@ def bootstrap(
             words = draw.outcome.code.replace("_", " ")
             report(f"{ended} of {draws} draws, number {draw.number} {words}", draw.cost)
 
-        noted = _journal(campaign, fit, journal, resume=resume)
+        noted = _journal(own, journal, resume=resume)
         done = bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, on_draw=on_draw)
-    return replace(done, synthetic=campaign.synthetic)
+    return replace(done, synthetic=own.required_campaign.synthetic)
 
 
 @contextmanager
-def _reopened(
-    campaign: Campaign,
-    fit: AnyFit,
-    stage: str,
-    workers: int,
-    executor: Executor | None,
-    listener: Listener | None,
+def _at_optimum(
+    fit: Fit, stage: str, workers: int, executor: Executor | None, listener: Listener | None
 ) -> Iterator[tuple[Optimum, TellShare]]:
-    """Return a fit's optimum, and who is told of the refits."""
+    """Return the optimum of a fit, and the function that reports the progress of its refits."""
     began = time.perf_counter()
     with one_core_algebra(), working_on(executor), listening(listener) as tell:
-        optimum = reopened(campaign, content_of(fit), workers=workers)
         yield (
-            optimum,
+            fit.optimum_on(workers),
             lambda words, cost: tell(Progress(1, 1, stage, words, cost, time.perf_counter() - began)),
         )
 
 
-def content_of(fit: AnyFit) -> Mapping[str, Any]:
-    """Return what estimate.json holds of a fit."""
-    if isinstance(fit, FinishedFit):
-        return fit.estimate
-    return fit.to_dict() if isinstance(fit, Fit) else fit
-
-
-def _journal(campaign: Campaign, fit: AnyFit, path: Path | str | None, *, resume: bool) -> Journal | None:
+def _journal(fit: Fit, path: Path | str | None, *, resume: bool) -> Journal | None:
     if path is None:
         return None
-    opened = Journal.opened(Path(path), FinishedFit(campaign, dict(content_of(fit))).inputs, resume=resume)
+    values = [[name, p.value, str(p.status)] for name, p in fit.parameters.items()]
+    inputs = {**campaign_digests(fit.required_campaign), "estimate.json": digest(values)}
+    opened = Journal.opened(Path(path), inputs, resume=resume)
     if opened.notice:
         warnings.warn(opened.notice, stacklevel=2)
     return opened

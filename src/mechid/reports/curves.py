@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.analysis.commanded_rate import commanded_rate
-from mechid.analysis.prediction import Prediction, as_fitted, predict
+from mechid.analysis.prediction import Prediction, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.arrays import FloatArray, IntArray
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.fit import Fit
 from mechid.reports.outline import Outline, outline_of
@@ -136,7 +137,7 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
     noise = fit.records[record.name].known_noise_of(channel.quantity)
     rate_hz = p.base.sample_rate_hz
     start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
-    rate = rate_over(as_fitted(record, fit), p.base)
+    rate = rate_over(record_as_fitted(record, fit), p.base)
     with np.errstate(all="ignore"):
         frequency, measured = peak_spectrum(p.level, rate_hz, GROUPS)
         return Curves(

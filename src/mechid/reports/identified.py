@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -16,14 +15,12 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.errors import UnwritableError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
-from mechid.identification.diagnosis.completion import examined, identified_with, unexamined
-from mechid.identification.diagnosis.suggestion import with_suggestions
-from mechid.identification.identify import identify
 from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.run import Companion, IdentifyRun, run_identification, unexamined
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
@@ -37,6 +34,7 @@ ESTIMATED_NAME = "mechanism_estimated.toml"
 FIRST_LETTERS = 1000
 """Of a mechanism file, in which mechid writes that it is estimated."""
 COMPLETED_NAME = "mechanism_completed.toml"
+DEFAULT_RUN = IdentifyRun()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,21 +62,11 @@ class Identified:
     files: tuple[Path, ...]
 
 
-def identified_into(
-    campaign: Campaign,
-    folder: Path,
-    audience: Audience,
-    *,
-    seed: int = 0,
-    workers: int | None = None,
-    truth: Mapping[str, float] | None = None,
-    resume: bool = False,
-    complete: bool = False,
-) -> Identified:
+def identified_into(campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN) -> Identified:
     """Identify a campaign and leave journal, results and report in a folder, also where it failed.
 
-    The results are there as soon as the search has ended; what follows, which may be interrupted or fail, replaces
-    them. Where the search is interrupted they are the best values so far, without a report.
+    The results are there as soon as the search has ended; later steps, which may be interrupted or fail, replace them.
+    Where the search is interrupted they are the best values so far, without a report.
 
     Parameters
     ----------
@@ -86,14 +74,7 @@ def identified_into(
     folder : Path
         Made with its parents where it is missing.
     audience : Audience
-    seed, workers
-        As of `mechid.identification.identify.identify`.
-    truth : mapping or None
-        That of a synthetic campaign; where it is given the report says so.
-    resume : bool
-        The last run in the folder's journal is taken up where it was stopped.
-    complete : bool
-        The mechanism gets what its records say it lacks, and is identified again.
+    run : IdentifyRun
 
     Raises
     ------
@@ -104,59 +85,117 @@ def identified_into(
     KeyboardInterrupt
         It was interrupted after the search; the estimate in the folder says that it was not examined.
     """
-    kept: list[Identified] = []
-
-    def keep(found: Fit) -> None:
-        kept.append(_kept(campaign, unexamined(found), folder, truth))
-
     with Pens() as pens, ExitStack() as entered:  # pens load beside the search, which leaves a core idle now and then
-        with _told_what_is_kept(kept, folder, audience.say):
-            fit, found, stages = _identified(
-                campaign, folder, audience, seed, workers, keep, resume=resume, complete=complete
-            )
+
+        def illustrated(fit: Fit) -> Illustration:
+            return entered.enter_context(Illustration(fit.required_campaign, fit, folder, pens))
+
+        into = _IntoFolder(folder, audience, run, illustrated)
+        with into.told_where_the_estimate_is():
+            into.open_journal(campaign)
+            fit = run_identification(campaign, run, into)
             if fit.outcome is FitOutcome.INTERRUPTED:
-                stages.finish(fit)
-                return replace(kept[-1], files=(*kept[-1].files, folder / FILE_NAME))
-            diagnosed: list[Path] = []
-            if found is not None:
-                campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
-            illustration = entered.enter_context(Illustration(campaign, fit, folder, pens))
-            validation = validate(campaign, fit, illustration.begin)
-            fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, say=audience.say)
-            done = _kept(campaign, fit, folder, truth, validation)
-        stages.finish(fit)
-        shown = _report(done.data, campaign, done.fit, validation, folder, audience.say, illustration)
-    return replace(done, files=(*done.files, folder / FILE_NAME, *diagnosed, *shown))
+                into.stages.finish(fit)
+                return replace(into.written[-1], files=(*into.written[-1].files, folder / FILE_NAME))
+            done = into.write(fit)
+        into.stages.finish(fit)
+        shown = _report(done, into.validation, folder, audience.say, into.illustration)
+    return replace(done, files=(*done.files, folder / FILE_NAME, *into.diagnosis_files, *shown))
 
 
-def _kept(
-    campaign: Campaign,
-    fit: Fit,
-    folder: Path,
-    truth: Mapping[str, float] | None,
-    validation: Mapping[str, RecordValidation] | None = None,
-) -> Identified:
-    """Write the results of a fit into a folder, and return them; without a validation those that its search gave."""
-    name = mechanism_name(campaign, folder)
-    fit = replace(fit, synthetic=fit.synthetic or truth is not None)
-    fit = signed(fit, name, estimated_text(fit))
-    data = report_data(fit, truth, validation=validation)
-    files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
-    return Identified(fit=fit, data=data, files=tuple(files))
+class _IntoFolder(Companion):
+    """Writes into a folder what an identification finds, as soon as it is found."""
 
+    stages: StageLines
+    illustration: Illustration
 
-@contextmanager
-def _told_what_is_kept(kept: Sequence[Identified], folder: Path, say: Callable[[str], None]) -> Iterator[None]:
-    """Say, where the run is interrupted after its search, where its estimate is and how to go on."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        if kept:
-            say(
-                f"the estimate is in {folder}, not examined any further; the same command with --resume goes on, "
-                f'"mechid report {folder}" makes its report'
-            )
-        raise
+    def __init__(
+        self,
+        folder: Path,
+        audience: Audience,
+        run: IdentifyRun,
+        illustrated: Callable[[Fit], Illustration],
+    ) -> None:
+        super().__init__()
+        self.folder, self.audience, self.run, self.illustrated = folder, audience, run, illustrated
+        self.keep_early = self.keep
+        self.written: list[Identified] = []
+        self.diagnosis_files: list[Path] = []
+        self.validation: Mapping[str, RecordValidation] = {}
+
+    def open_journal(self, campaign: Campaign) -> None:
+        """Open the journal of the folder, and say what it holds already."""
+        path, run = self.folder / FILE_NAME, self.run
+        about = {"campaign": str(campaign.path.resolve()), "seed": run.seed, "mechid": version("mechid")}
+        self.journal = Journal.opened(path, identification_inputs(campaign, run.seed), resume=run.resume, **about)
+        self.stages = StageLines(self.journal)
+        if self.journal.notice:
+            self.say(f"warning: {self.journal.notice}")
+        if run.resume:
+            self.say(f"{path}: {len(self.journal.known)} steps are there already")
+
+    @contextmanager
+    def progress(self) -> Iterator[Listener]:
+        """Show the progress of the searches; that of the mechanism as written goes to the journal too."""
+        is_completed = bool(self.diagnosis_files)
+        with self.audience.followed() as listener:
+
+            def tell(progress: Progress) -> None:
+                listener(progress)
+                if not is_completed:
+                    self.stages.tell(progress)
+
+            yield tell
+
+    def keep(self, fit: Fit) -> None:
+        """Write a fit as one that has not been examined yet."""
+        self.written.append(self.write(unexamined(fit)))
+
+    def complete(self, campaign: Campaign, found: Diagnosis) -> Campaign:
+        """Write the diagnosis, and the mechanism that it proposes, with which the campaign is read again."""
+        from mechid.reports.diagnosis.contents import diagnosis_data
+        from mechid.reports.diagnosis.files import PROPOSED, write_diagnosis
+
+        self.diagnosis_files = write_diagnosis(found, diagnosis_data(found), self.folder)
+        if found.mechanism is None:
+            return campaign
+        path = self.folder / COMPLETED_NAME
+        write_mechanism(found.mechanism, path, PROPOSED)
+        self.diagnosis_files = [path, *self.diagnosis_files]
+        in_files = campaign.path.is_file()
+        return load_campaign(campaign.path, mechanism_file=path) if in_files else super().complete(campaign, found)
+
+    def judge(self, fit: Fit) -> None:
+        """Validate the records, whose figures are begun meanwhile."""
+        self.illustration = self.illustrated(fit)
+        self.validation = validate(fit.required_campaign, fit, self.illustration.begin)
+
+    def say(self, line: str) -> None:
+        """Say a line to the audience."""
+        self.audience.say(line)
+
+    def write(self, fit: Fit) -> Identified:
+        """Write the results of a fit, and return them; without a validation those that its search gave."""
+        truth, validation = self.run.truth, self.validation or None
+        name = mechanism_name(fit.required_campaign, self.folder)
+        fit = replace(fit, synthetic=fit.synthetic or truth is not None)
+        fit = signed(fit, name, estimated_text(fit))
+        data = report_data(fit, truth, validation=validation)
+        files = write_results(fit, data, self.folder, mechanism_name=name, validation=validation)
+        return Identified(fit=fit, data=data, files=tuple(files))
+
+    @contextmanager
+    def told_where_the_estimate_is(self) -> Iterator[None]:
+        """Say, where the run is interrupted after its search, where its estimate is and how to go on."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if self.written:
+                self.say(
+                    f"the estimate is in {self.folder}, not examined any further; the same command with --resume goes "
+                    f'on, "mechid report {self.folder}" makes its report'
+                )
+            raise
 
 
 def mechanism_name(campaign: Campaign, folder: Path) -> str:
@@ -177,77 +216,13 @@ def _is_written_by_hand(file: Path) -> bool:
         return False
 
 
-def _identified(
-    campaign: Campaign,
-    folder: Path,
-    audience: Audience,
-    seed: int,
-    workers: int | None,
-    keep: Callable[[Fit], None],
-    *,
-    resume: bool,
-    complete: bool,
-) -> tuple[Fit, Diagnosis | None, StageLines]:
-    """Run the identification, and a diagnosis to complete it by, with its progress told and in the journal.
-
-    `keep` is called with each fit as soon as its search has ended.
-    """
-    path = folder / FILE_NAME
-    about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
-    journal = Journal.opened(path, identification_inputs(campaign, seed), resume=resume, **about)
-    if journal.notice:
-        audience.say(f"warning: {journal.notice}")
-    if resume:
-        audience.say(f"{path}: {len(journal.known)} steps are there already")
-    stages = StageLines(journal)
-    with audience.followed() as listener:
-
-        def tell(progress: Progress) -> None:
-            listener(progress)
-            stages.tell(progress)
-
-        found = None
-        if complete:
-            fit, found = examined(campaign, seed=seed, workers=workers, listener=tell, journal=journal, keep=keep)
-        else:
-            fit = identify(campaign, seed=seed, workers=workers, listener=tell, journal=journal, keep=keep)
-            keep(fit)
-    return fit, found, stages
-
-
 def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
     """Return the digests by which the journal of an identification knows its inputs."""
     return {**campaign_digests(campaign), "seed": str(seed)}
 
 
-def _completed(
-    campaign: Campaign, fit: Fit, found: Diagnosis, folder: Path, audience: Audience, seed: int, workers: int | None
-) -> tuple[Campaign, Fit, list[Path]]:
-    """Identify again with the mechanism that a diagnosis proposes; the steps stay with the fit."""
-    from mechid.reports.diagnosis.contents import diagnosis_data
-    from mechid.reports.diagnosis.files import PROPOSED, write_diagnosis
-
-    files = write_diagnosis(found, diagnosis_data(found), folder)
-    if found.mechanism is None:
-        return campaign, replace(fit, completed=()), files
-    path = folder / COMPLETED_NAME
-    write_mechanism(found.mechanism, path, PROPOSED)
-    in_files = campaign.path.is_file()
-    whole = load_campaign(campaign.path, mechanism_file=path) if in_files else _having(campaign, found)
-    with audience.followed() as listener:
-        again = identified_with(whole, found, seed=seed, workers=workers, listener=listener)
-    return whole, again, [path, *files]
-
-
-def _having(campaign: Campaign, found: Diagnosis) -> Campaign:
-    """Return a campaign in memory with the mechanism that a diagnosis proposes."""
-    return replace(campaign, mechanism=found.mechanism or campaign.mechanism)
-
-
 def _report(
-    data: Mapping[str, Any],
-    campaign: Campaign,
-    fit: Fit,
+    done: Identified,
     validation: Mapping[str, RecordValidation],
     folder: Path,
     say: Callable[[str], None],
@@ -258,7 +233,7 @@ def _report(
     try:
         from mechid.reports.fit.files import write_report
 
-        files = write_report(data, campaign, fit, validation, folder, illustration)
+        files = write_report(done.data, done.fit.required_campaign, done.fit, validation, folder, illustration)
         return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
         say(f'the estimate is in {folder}; "mechid report {folder}" makes its report')

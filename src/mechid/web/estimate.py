@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from mechid.analysis import validate
-from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
+from mechid.plant.mechanism import Mechanism
 from mechid.reports import report_data
 from mechid.reports.fit.contents import report_contents
 from mechid.reports.fit.noise import against_noise
@@ -41,6 +42,8 @@ class Estimate:
         Records that the fit left out although the campaign file gives them to estimate from.
     over_noise : mapping of str to float
         Residual over noise floor of each record that was estimated from.
+    mechanism : Mechanism or None
+        With the terms that the fit added, at the values it started from; None where it added none.
     """
 
     source: str
@@ -51,6 +54,7 @@ class Estimate:
     records: tuple[CampaignRecord, ...] = ()
     left_out: frozenset[str] = frozenset()
     over_noise: Mapping[str, float] = field(default_factory=dict)
+    mechanism: Mechanism | None = None
 
     def away(self, name: str, value: float) -> float | None:
         """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
@@ -72,9 +76,10 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         | {n: own.std_error for n, own in nuisance.items() if own.std_error},
         summary=report_contents(data, campaign, fit)["summary"],
         angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
-        records=tuple(as_fitted(record, fit) for record in campaign.records),
+        records=tuple(record_as_fitted(record, fit) for record in campaign.records),
         over_noise=_over_noise(data),
         left_out=frozenset(name for name, r in fit.records.items() if r.taken.left_out),
+        mechanism=fit.start_mechanism if fit.added_terms else None,
     )
 
 

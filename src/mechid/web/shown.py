@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.against_noise import NoiseLevel
+from mechid.analysis.hypothesis import LEFT_OUT
 from mechid.campaign import Campaign
-from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Parameter
 from mechid.reports.digits import digits, plain, with_sigma
 from mechid.reports.fit.noise import level_words

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from golden_variants import VARIANTS
 from layouts import mechanism_of
 from mechid.command import Command, Excitation, RateProfile
@@ -40,7 +41,7 @@ TRIALS = (
 def source_of(name, *, free=(), sensitive=False):
     """Return the C text of a variant of the golden kernels."""
     mechanism = mechanism_of(VARIANTS[name])
-    own = Handover("kept", mechanism, tuple(free), np.eye(len(free)), {"grade": "A"}, ())
+    own = Handover("kept", mechanism, fit_by_hand(mechanism), tuple(free), np.eye(len(free)), ())
     return Source(own, 1e-4, 1, sensitive)
 
 

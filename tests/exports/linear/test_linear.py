@@ -20,6 +20,7 @@ from mechid.exports.linear.linear import linear_of
 from mechid.exports.linear.mat import write_mat
 from mechid.exports.linear.options import Options
 from mechid.exports.stepping import steppings
+from mechid.identification.result.grade import Grade
 
 RATES = (23.0, 46.0)
 OWN = changed(paper_table(), {"stepper": {"back_emf_constant": None}})
@@ -212,7 +213,7 @@ def test_octave_opens_it(linear, tmp_path):
 def test_a_motor_alone_on_a_current_drive(paper, tmp_path):
     """Truth: stuck it has no states, the torque on its shaft is the one on its base; known values have no deltas."""
     alone = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
-    what = replace(paper, mechanism=alone, names=(), covariance=np.zeros((0, 0)), folder=None)
+    what = replace(paper, mechanism=alone, names=(), covariance=np.zeros((0, 0)))
     exported(what, "linear", tmp_path, Options(rates=(), samples=2))
     stuck = json.loads((tmp_path / "linear.json").read_text(encoding="utf-8"))["models"]["stuck"]
     assert stuck["A"] == []
@@ -322,7 +323,7 @@ def test_a_fit_that_failed(paper):
     """Truth: its values are not handed on."""
     from mechid.exports.handover import handover
 
-    failed = {**paper.estimate, "grade": "failed"}
+    failed = replace(paper.fit, grade=Grade.FAILED)
     with pytest.raises(FitError, match="--anyway"):
-        handover(failed, paper.mechanism, None)
-    assert handover(failed, paper.mechanism, None, anyway=True).grade == "failed"
+        handover(failed, None)
+    assert handover(failed, None, anyway=True).provenance["grade"] == "failed"

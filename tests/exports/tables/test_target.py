@@ -92,7 +92,7 @@ def test_sigmas_are_those_of_the_covariance(paper):
     )
 
 
-def left(content, order, amplitude):
+def left(fit, order, amplitude):
     """Return residual.json of a fit whose records have one line that the model lacks, at six rates near 46."""
     sizes = [amplitude if q == order else 1e-6 for q in TRACKED]
     at = {
@@ -109,14 +109,14 @@ def left(content, order, amplitude):
         "orders": list(TRACKED),
         "band_centres_hz": CENTRES_HZ.tolist(),
         "records": {"full_46": record},
-        "provenance": content["provenance"],
+        "provenance": fit.provenance,
     }
 
 
 def test_a_line_that_the_model_lacks_is_in_its_bound(paper, tmp_path):
     """Truth: |E|^2 / A^2 of a complex Gaussian whose size n rates tell is F(2, 2 n) distributed; here n = 6."""
-    (tmp_path / FILE_NAME).write_text(json.dumps(left(paper.estimate, 0.25, 5e-3)), encoding="utf-8")
-    estimate = estimate_on_base(replace(paper, folder=tmp_path))
+    (tmp_path / FILE_NAME).write_text(json.dumps(left(paper.fit, 0.25, 5e-3)), encoding="utf-8")
+    estimate = estimate_on_base(replace(paper, fit=replace(paper.fit, folder=tmp_path)))
     one = forcing(estimate, steppings(paper.trials)[0], np.array([46.0]))
     table = forcing_tables((one,), estimate)[0].numeric
     (at,) = np.flatnonzero(table["order"] == 0.25)
@@ -130,10 +130,10 @@ def test_a_line_that_the_model_lacks_is_in_its_bound(paper, tmp_path):
 
 def test_what_is_left_of_another_fit_is_refused(paper, tmp_path):
     """Truth: the digests of another fit's inputs."""
-    other = left(paper.estimate, 0.25, 5e-3) | {"provenance": {"seed": 99}}
+    other = left(paper.fit, 0.25, 5e-3) | {"provenance": {"seed": 99}}
     (tmp_path / FILE_NAME).write_text(json.dumps(other), encoding="utf-8")
     with pytest.raises(InputFileError, match=r"residual\.json: is of another fit"):
-        estimate_on_base(replace(paper, folder=tmp_path))
+        estimate_on_base(replace(paper, fit=replace(paper.fit, folder=tmp_path)))
 
 
 def test_time_histories_are_simulated_at_the_estimated_values(tables):

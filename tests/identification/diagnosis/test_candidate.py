@@ -10,7 +10,7 @@ from mechid.campaign.mechanism_file import read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.identification.diagnosis.laws import promise_of_law
 from mechid.identification.diagnosis.proposal import proposal_of
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.selection import (
     add_likeliest,
@@ -31,7 +31,7 @@ KINDS = pytest.mark.parametrize("effect", [TERM, LAW, DISTURBANCE])
 def plain():
     """Return the model of two short records that the mechanism as written follows."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.001}), truth(), "full_46", "micro_46", seed=5, seconds=0.2)
-    before, _ = begun(made, identify(made, workers=1, near=TRUTH).to_dict())
+    before, _ = initial_models(identify(made, workers=1, near=TRUTH))
     return before.fitted(before)
 
 

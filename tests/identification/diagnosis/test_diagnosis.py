@@ -19,6 +19,7 @@ from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
+from mechid.identification.result.grade import Cause, Grade, Reason
 from mechid.reports import report_data
 from mechid.reports.console import console_on
 from mechid.reports.diagnosis.contents import diagnosis_data, evidence_lines
@@ -144,14 +145,14 @@ def test_a_record_that_was_held_out_is_predicted_better(lacking):
 def test_only_what_the_campaign_names_is_looked_for(fitted):
     """Truth: a kind stands for all of its periods; what is not named is not fitted."""
     bench, fit = fitted
-    found = diagnose(replace(bench, considered=("stepper.torque_harmonic",)), fit, workers=1)
+    found = mechid.diagnose(fit, consider=("stepper.torque_harmonic",), workers=1)
     assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
-    found = diagnose(replace(bench, considered=("clock",)), fit, workers=1)
+    found = diagnose(replace(fit, campaign=replace(bench, considered=("clock",))), workers=1)
     assert found.missing == ()
     with pytest.raises(
         InputFileError, match=r'consider\[1\], or --consider: found "stepper.torque_harmonics".*did you mean'
     ):
-        diagnose(replace(bench, considered=("clock", "stepper.torque_harmonics")), fit, workers=1)
+        mechid.diagnose(fit, consider=("clock", "stepper.torque_harmonics"), workers=1)
 
 
 def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
@@ -162,7 +163,7 @@ def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
     torque += 0.02 * np.sin(2.0 * np.pi * 77.0 * np.arange(torque.size) / RATE_HZ)
     bench = replace(campaign(made_by, record("sweep", torque, command)), considered=("clock",))
     near = {p.name: p.value for p in made_by.free}
-    found = diagnose(bench, identify(bench, workers=1, near=near), workers=1)
+    found = diagnose(identify(bench, workers=1, near=near), workers=1)
     assert found.missing == ()
     (one,) = found.locked
     assert one.frequencies_hz[0] == pytest.approx(77.0, abs=0.5)
@@ -174,7 +175,7 @@ def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
 def test_nothing_is_named_where_nothing_is_missing():
     """Truth: the records were made by the mechanism as it is written."""
     bench = made()
-    found = mechid.diagnose(bench, identify(bench, workers=1, near=TRUTH).to_dict(), workers=1)
+    found = mechid.diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
     assert found.missing == ()
     assert found.mechanism is None
     assert found.unexplained == 0.0
@@ -186,21 +187,16 @@ def test_nothing_is_named_where_nothing_is_missing():
 
 
 def test_a_failed_fit_is_refused_with_what_to_do():
-    bench = made()
-    failed = {
-        **identify(bench, workers=1, near=TRUTH).to_dict(),
-        "grade": "failed",
-        "grade_reasons": [{"text": "no start could be simulated", "next_command": "mechid check"}],
-    }
+    why = Reason(cause=Cause.NOT_SIMULATED, text="no start could be simulated", next_command="mechid check")
+    failed = replace(identify(made(), workers=1, near=TRUTH), grade=Grade.FAILED, reasons=(why,))
     with pytest.raises(FitError, match=r"a failed fit cannot be diagnosed.*Next: mechid check"):
-        diagnose(bench, failed)
+        diagnose(failed)
 
 
 def test_a_fit_that_follows_its_records_in_part_is_diagnosed_over_whole_records(fitted, lacking):
     """Truth: the harmonic that made the records, and the record that the fit says it has not followed."""
-    bench, fit = fitted
-    reasons = [{"cause": "used_in_part", "record": "full_23", "text": "", "next_command": ""}]
-    found = diagnose(bench, {**fit.to_dict(), "grade": "C", "grade_reasons": reasons}, workers=1)
+    reasons = (Reason(cause=Cause.USED_IN_PART, record="full_23", text=""),)
+    found = diagnose(replace(fitted[1], grade=Grade.C, reasons=reasons), workers=1)
     assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
     assert "grade C" in found.words
     assert "full_23 among them" in found.words
@@ -208,10 +204,9 @@ def test_a_fit_that_follows_its_records_in_part_is_diagnosed_over_whole_records(
 
 
 def test_a_fit_of_other_files_is_refused():
-    bench = made()
-    estimate = identify(bench, workers=1, near=TRUTH).to_dict()
-    digests = dict.fromkeys(estimate["provenance"]["inputs_sha256"], "0" * 64)
-    other = {**estimate, "provenance": {**estimate["provenance"], "inputs_sha256": digests}}
+    fit = identify(made(), workers=1, near=TRUTH)
+    digests = dict.fromkeys(fit.inputs_sha256, "0" * 64)
+    other = replace(fit, provenance={**fit.provenance, "inputs_sha256": digests})
     assert digests
     with pytest.raises(InputFileError, match="not as in the fit; identify anew"):
-        diagnose(bench, other)
+        diagnose(other)

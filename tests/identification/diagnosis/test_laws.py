@@ -8,7 +8,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.identify import identify
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
@@ -22,7 +22,7 @@ def test_a_high_pass_that_hides_in_the_noise_is_found():
         for k, n in enumerate(("full_46", "full_23", "micro_46"))
     ]
     bench = replace(campaign(catalogue_mechanism(), *records), considered=("charge_amplifier", "clock"))
-    found = diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
+    found = diagnose(identify(bench, workers=1, near=TRUTH), workers=1)
     assert [one.name for one in found.missing] == ["charge_amplifier"]
     own = found.missing[0].parameters["charge_amplifier.time_constant"]
     assert abs(own.value - 1.0) < 4.0 * own.std_error < 0.5
@@ -30,8 +30,7 @@ def test_a_high_pass_that_hides_in_the_noise_is_found():
 
 def test_a_law_stands_beside_another(fitted):
     """Truth: the parameters that each law has of its own, and the values with which the first one stood there."""
-    bench, fit = fitted
-    before, _ = begun(bench, fit.to_dict())
+    before, _ = initial_models(fitted[1])
     friction = next(law for law in before.other_laws if law.name == "output_friction")
     one = before.in_place_of(friction, friction.mechanism.with_values({"output_friction.coulomb": 0.0123}))
     backlash = next(law for law in one.other_laws if law.name == "gear.backlash")

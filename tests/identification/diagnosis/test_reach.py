@@ -5,7 +5,7 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, not_carried, out_of_reach
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.effects import scores
 from mechid.identification.effects.scores import Landscape
 from mechid.identification.identify import identify
@@ -21,7 +21,7 @@ def fitted():
         for k, n in enumerate(("full_46", "micro_46"))
     ]
     bench = campaign(catalogue_mechanism(), *records)
-    return begun(bench, identify(bench, workers=1, near=TRUTH).to_dict())[0]
+    return initial_models(identify(bench, workers=1, near=TRUTH))[0]
 
 
 def made(samples, effects):

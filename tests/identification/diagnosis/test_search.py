@@ -25,7 +25,7 @@ def test_hum_that_the_fit_has_found_is_named():
     bench = replace(campaign(made_by, record("sweep", torque, command)), considered=("clock",))
     fit = identify(bench, workers=1, near={p.name: p.value for p in made_by.free})
     assert [one.name for one in fit.missing] == ["mains:50Hz"]
-    found = diagnose(bench, fit, workers=1)
+    found = diagnose(fit, workers=1)
     assert [one.name for one in found.missing] == ["mains:50Hz"]
 
 

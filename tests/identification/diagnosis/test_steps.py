@@ -12,7 +12,7 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import RateProfile
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.steps import exchange_effect
 from mechid.identification.identify import identify
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
@@ -31,7 +31,7 @@ def test_a_detent_that_no_list_has_is_named_with_its_period():
         for k, (n, (command, seconds)) in enumerate(commands.items())
     ]
     bench = campaign(catalogue_mechanism(), *records)
-    found = diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
+    found = diagnose(identify(bench, workers=1, near=TRUTH), workers=1)
     (one,) = found.missing
     assert one.name == "stepper.detent:2.63deg"
     own = {name.rpartition(".")[2]: p for name, p in one.parameters.items()}
@@ -49,7 +49,7 @@ def test_an_alias_is_found_from_where_the_other_effect_is():
         for k, n in enumerate(("full_46", "micro_46"))
     ]
     bench = campaign(catalogue_mechanism(), *records)
-    before, _ = begun(bench, mechid.identify(bench, workers=1, near=TRUTH).to_dict())
+    before, _ = initial_models(mechid.identify(bench, workers=1, near=TRUTH))
     detent = before.fitted(before).with_effect("stepper.detent:7.2deg")
     offset = exchange_effect(detent, "stepper.detent:7.2deg", "stepper.phase_offset")
     assert offset.terms == ("stepper.phase_offset",)

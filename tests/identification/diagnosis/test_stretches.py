@@ -7,15 +7,16 @@ import pytest
 
 from diagnosis_bench import HARMONIC, made
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.stretches import in_stretches
+from mechid.identification.result.grade import Grade
 from synthetic import RATE_HZ
 
 
 def test_effects_are_found_from_the_first_moments_on(fitted):
     """Truth: the harmonic that made the records, five times that of the fit's, whose values are none of these."""
     bench = made({**HARMONIC, "amplitude": 0.05})
-    before, _ = begun(bench, fitted[1].to_dict())
+    before, _ = initial_models(replace(fitted[1], campaign=bench))
     told = []
     found = in_stretches(replace(before, q=before.problem.start, cost=np.inf), told.append)
     assert found.effects == ("stepper.torque_harmonic:3",)
@@ -45,8 +46,7 @@ def backwards_after(bench, seconds):
 def test_what_is_missing_is_named_from_what_can_be_followed(fitted):
     """Truth: the harmonic that made the records up to 0.2 s of 0.3; nothing made what comes after that."""
     bench = backwards_after(made({**HARMONIC, "amplitude": 0.05}), 0.2)
-    estimate = {**fitted[1].to_dict(), "grade": "C", "grade_reasons": []}
-    found = diagnose(bench, estimate, workers=1)
+    found = diagnose(replace(fitted[1], campaign=bench, grade=Grade.C, reasons=()), workers=1)
     assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
     assert 0.6 < found.share < 0.7
     assert f"the first {100.0 * found.share:.3g} % of all samples" in found.words

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from mechid.identification.effects.rules import DURING_FIT, IN_DIAGNOSIS, EffectRules
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import (
     add_likeliest,
@@ -17,6 +16,7 @@ from mechid.identification.effects.selection import (
     is_significant,
     likely_effects,
 )
+from mechid.identification.effects.settings import DURING_FIT, IN_DIAGNOSIS, EffectRules
 
 SAMPLES = 1000.0
 BOTH = pytest.mark.parametrize("rules", [DURING_FIT, IN_DIAGNOSIS])

@@ -1,6 +1,5 @@
 """Records whose start is found from them: cut out of longer ones, wound up, with a burn-in. Truth: what made them."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +13,6 @@ from mechid.analysis import validate
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.command import Command, InputChannel, MeasuredCommand, RateProfile
 from mechid.identification.identify import identify
-from mechid.identification.refit.reopened import reopened
-from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.start_given import identify_from
 from mechid.reports import report_data
 from mechid.simulation.simulator import Simulator
@@ -87,7 +84,7 @@ def test_records_cut_out_of_longer_ones_are_identified_from_the_catalogue(tmp_pa
     fit = identify(campaign, workers=1)
     assert fit.grade == "A"
     assert_within(fit, truth)
-    again = reopened(campaign, json.loads(estimate_text(fit)))
+    again = fit.optimum
     for name, value in again.values(again.q).items():
         assert value == pytest.approx(fit.parameters[name].value, abs=0.05 * (fit.parameters[name].std_error or 1.0))
 

@@ -13,7 +13,6 @@ from mechid.analysis.residual_emission import TRACKED
 from mechid.campaign import load_campaign
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify
-from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports import report_data
@@ -134,7 +133,7 @@ def test_its_file_brings_it_back(clock, tmp_path):
     assert back.parameters.keys() == fit.parameters.keys()
     for found in validate(one, back).values():
         assert max(v.residual_rms for v in found.channels.values()) < 1.05 * NOISE_NM
-    optimum = reopened(one, fit.to_dict())
+    optimum = back.optimum
     np.testing.assert_allclose(
         optimum.values(optimum.q)["campaign.clock_ppm"], fit.parameters["campaign.clock_ppm"].value, rtol=1e-3
     )

@@ -16,7 +16,6 @@ from mechid.identification.output_error.noise_level import LARGEST, NoiseSource,
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import channel_noises
@@ -156,7 +155,7 @@ def test_noise_whose_floor_says_nothing_is_found_and_the_fit_taken_up_again():
         assert [
             w for w in fit.warnings if w.startswith(f"record {record.name}: to follow it the noise level was raised")
         ]
-    problem = reopened(made, fit.to_dict()).problem
+    problem = fit.optimum.problem
     assert [t.leading.sigma for t in problem.targets] == pytest.approx([NOISE_NM, NOISE_NM], rel=0.05)
 
 
@@ -186,7 +185,7 @@ def test_a_current_behind_a_low_pass_is_followed(tmp_path):
     made = written(tmp_path, m, values, quantities=("torque", "current_phase_a"), change=filtered)
     fit = identify(replace(made, stages=()), workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
-    assert (fit.grade, fit.beside) == (Grade.A, None)
+    assert (fit.grade, fit.as_written) == (Grade.A, None)
     assert_found(fit, values, sigmas=5.0)
     for record in fit.records.values():
         torque, current = record.channels.values()

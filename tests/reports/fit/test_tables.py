@@ -1,7 +1,8 @@
 """The tables of a fit's report. Truth: the rows that are handed to them."""
 
-from mechid.reports.fit.tables import beside_table, stage_table
+from mechid.reports.fit.tables import NAME, VALUE, stage_table
 from mechid.reports.table import Table
+from mechid.reports.text_table import Column, OnPage
 from printing import printed
 
 ROWS = [
@@ -25,7 +26,9 @@ CELLS = ("2.7", "0.1", "rad", "a gap", "3", "0.2", "a width")
 
 def test_a_tables_three_printers_have_every_cell_of_it():
     """Truth: the rows; what is markup in a form is escaped there, and the group stands once or in each line."""
-    table = beside_table(ROWS)
+    meaning = Column("meaning", "meaning", words=True, on_page=OnPage(wide=True))
+    rows = [{**row, "table": f"{row['words']} ({row['term']})"} for row in ROWS]
+    table = Table((NAME, *VALUE, meaning), rows, group="term")
     terminal = printed(Table.print, table, 120)
     markdown, page = table.markdown(), table.html()
     assert all(cell in terminal and f" {cell} " in markdown and f">{cell}</td>" in page for cell in CELLS)

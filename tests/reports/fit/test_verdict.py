@@ -56,7 +56,6 @@ def data():
             parameter("stepper.detent.0.phase_deg", 35.0, 0.3, unit="deg"),
         ],
         "warnings": [],
-        "beside": None,
         "lacking": [],
         "correlation": {"names": ["a", "b"], "matrix": [[1.0, 0.97], [0.97, 1.0]]},
         "information": {

@@ -137,7 +137,7 @@ def linear_of_fit(fit: Fit, campaign: Campaign | None, anyway: bool, **options: 
     InputFileError
         As `linear_of`.
     """
-    return linear_of(handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway), Options(**options))
+    return linear_of(handover(fit, campaign, anyway=anyway), Options(**options))
 
 
 def _command(what: Handover, options: Options) -> Command:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechid.exports.handover import Handover
 from mechid.exports.tables.table import Column, Table, numbers, texts
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 
 SAME_UNIT = "as the parameter"
 OWN_UNIT = "unit of the channel"
@@ -17,10 +18,10 @@ OWN_UNIT = "unit of the channel"
 def estimate_tables(handover: Handover) -> tuple[Table, ...]:
     """Return the tables of a fit."""
     return (
-        _parameters(handover.estimate["parameters"]),
+        _parameters(handover.fit.parameters),
         _covariance(handover),
         _correlation(handover),
-        _records(handover.estimate["records"]),
+        _records(handover),
     )
 
 
@@ -36,13 +37,13 @@ def provenance_table(handover: Handover, words: Sequence[str]) -> Table:
     )
 
 
-def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> Table:
+def _parameters(parameters: Mapping[str, ParameterEstimate]) -> Table:
     rows = list(parameters.values())
 
     def of(key: str) -> list[Any]:
-        return [row.get(key) for row in rows]
+        return [getattr(row, key) for row in rows]
 
-    ends = [row.get("ci95") or (None, None) for row in rows]
+    ends = [row.ci95 or (None, None) for row in rows]
     return Table(
         "parameters",
         (
@@ -80,14 +81,15 @@ def _matrix(name: str, handover: Handover, columns: Sequence[Column]) -> Table:
     return Table(name, (texts("parameter", "of the row", list(handover.names)), *columns))
 
 
-def _records(records: Mapping[str, Mapping[str, Any]]) -> Table:
+def _records(handover: Handover) -> Table:
+    records, summaries = handover.fit.records, handover.residuals.summaries if handover.residuals else {}
     rows = list(records.values())
 
     def of(key: str) -> list[Any]:
-        return [row.get(key) for row in rows]
+        return [getattr(row, key) for row in rows]
 
-    commands = [(row.get("validation") or {}).get("command") or {} for row in rows]
-    units = [next((c["unit"] for c in (row.get("channels") or {}).values()), "") for row in rows]
+    commands = [summaries[name].command if name in summaries else {} for name in records]
+    units = [next((channel.unit for channel in row.channels.values()), "") for row in rows]
     return Table(
         "records",
         (

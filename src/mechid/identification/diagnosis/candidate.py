@@ -13,8 +13,8 @@ from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Disturbance
 from mechid.identification.effects.effect import Beside, lifted, terms_beside
 from mechid.identification.effects.pruning import needed_effects
-from mechid.identification.effects.rules import IN_DIAGNOSIS, EffectRules
 from mechid.identification.effects.scores import Landscape, Score, count_effective_samples, landscape_at
+from mechid.identification.effects.settings import IN_DIAGNOSIS, EffectRules
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve

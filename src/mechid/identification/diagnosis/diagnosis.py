@@ -6,11 +6,9 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Any
 
 from scipy.special import chdtrc
 
-from mechid.campaign import Campaign
 from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, Tell, silent
@@ -23,14 +21,13 @@ from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach, weighed
 from mechid.identification.diagnosis.search import Found, searched
-from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.steps import Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
-from mechid.identification.refit.reopened import refuse_other_files
-from mechid.identification.result.estimate_file import is_synthetic
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.refit.rebuild import grade_lines, refuse_other_files
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
+from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
@@ -98,8 +95,7 @@ class Diagnosis(Shown):
 
 
 def diagnose(
-    campaign: Campaign,
-    fit: Fit | Mapping[str, Any],
+    fit: Fit,
     *,
     workers: int | None = None,
     executor: Executor | None = None,
@@ -111,9 +107,8 @@ def diagnose(
 
     Parameters
     ----------
-    campaign : Campaign
-        That of the fit.
-    fit : Fit, or what its estimate.json holds
+    fit : Fit
+        Holds its campaign, the records read.
     workers : int or None
         Threads; None takes one per core.
     executor : concurrent.futures.Executor or None
@@ -128,28 +123,27 @@ def diagnose(
     FitError
         The fit has failed.
     """
-    estimate = fit.to_dict() if isinstance(fit, Fit) else fit
-    refuse_other_files(campaign, estimate)
-    _refuse_failed(estimate)
+    refuse_other_files(fit)
+    _refuse_failed(fit)
     with one_core_algebra(), working_on(executor):
-        before, start = begun(campaign, estimate, workers=workers or os.cpu_count() or 1)
+        before, start = initial_models(fit, workers=workers or os.cpu_count() or 1)
 
         def say(words: str) -> None:
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
-        found = _found(before, start, estimate, say)
+        found = _found(before, start, fit.grade, say)
         say("effects are drawn")
-        concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate, found.model))
-        predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
-        return replace(concluded, held_out=predicted, synthetic=is_synthetic(estimate) or campaign.synthetic)
+        concluded = _concluded(found, hum_left(found.model, fit), _in_part(fit, found.model))
+        predicted = held_out(found.before, found.model, fit) if concluded.mechanism else ()
+        return replace(concluded, held_out=predicted, synthetic=fit.synthetic or fit.required_campaign.synthetic)
 
 
-def _found(before: Model, start: Model, estimate: Mapping[str, Any], say: Tell) -> Found:
+def _found(before: Model, start: Model, grade: Grade, say: Tell) -> Found:
     """Return the effects that are missing: from the fit, and from the first moments where that may be a wrong branch.
 
     A fit of grade C may be; and so may another one where what is found leaves far more than noise.
     """
-    if estimate["grade"] == Grade.C:
+    if grade is Grade.C:
         other = in_stretches(before, say)
         if other is None or other.is_of_whole_records:
             return _searched(before, _better(start, other), say)
@@ -181,18 +175,16 @@ def _searched(before: Model, start: Model, say: Tell) -> Found:
         start = quieter
 
 
-def _refuse_failed(estimate: Mapping[str, Any]) -> None:
-    grade = estimate["grade"]
-    if grade == Grade.FAILED:
-        said = [f"{reason['text']} Next: {reason['next_command']}" for reason in estimate["grade_reasons"][:1]]
-        raise FitError(" ".join(["a failed fit cannot be diagnosed:", GRADE_WORDS[Grade(grade)], *said]))
+def _refuse_failed(fit: Fit) -> None:
+    if fit.grade is Grade.FAILED:
+        raise FitError(" ".join(["a failed fit cannot be diagnosed:", *grade_lines(fit)]))
 
 
-def _in_part(estimate: Mapping[str, Any], model: Model) -> str:
+def _in_part(fit: Fit, model: Model) -> str:
     """Return what is to be said of a fit that follows its records in part; empty of another one."""
-    if estimate["grade"] != Grade.C:
+    if fit.grade is not Grade.C:
         return ""
-    lost = {reason["record"]: None for reason in estimate["grade_reasons"] if reason["cause"] in LOST}
+    lost = {reason.record: None for reason in fit.reasons if reason.cause in LOST}
     these = f", {', '.join(name for name in lost if name)} among them," if any(lost) else ""
     of = f"all records of the fit{these} from beginning to end"
     if not model.is_of_whole_records:

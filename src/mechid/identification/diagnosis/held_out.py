@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
-from mechid.campaign import Campaign
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.identify import make_problem
-from mechid.identification.refit.reopened import as_recorded
+from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.fit import Fit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,9 +26,10 @@ class HeldOut:
     after: float
 
 
-def held_out(before: Model, after: Model, campaign: Campaign, estimate: Mapping[str, Any]) -> tuple[HeldOut, ...]:
+def held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ...]:
     """Return how well each record that was held out is predicted, with what the fit found on its first part."""
-    kept = tuple(replace(r, use="estimate") for r in as_recorded(campaign, estimate).records if r.use == "validate")
+    campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
+    kept = tuple(replace(r, use="estimate") for r in campaign.records if r.use == "validate")
     if not kept:
         return ()
     mechanism = before.setting.problem.space.mechanism

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
 from mechid.identification.effects.mains import mains
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import scores
 from mechid.identification.effects.selection import is_significant
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import Missing
 
 
-def hum_left(model: Model, estimate: Mapping[str, Any]) -> list[Missing]:
+def hum_left(model: Model, fit: Fit) -> list[Missing]:
     """Return the hum that a fit names and its records show beside a model too: steps have lines like the mains'."""
-    named = [Missing.from_dict(one) for one in estimate["missing"] if one["name"].startswith(MAINS_PREFIX)]
+    named = [one for one in fit.missing if one.name.startswith(MAINS_PREFIX)]
     if not named:
         return []
     lines = tuple(lines_of(model.problem))

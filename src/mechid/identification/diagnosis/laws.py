@@ -16,9 +16,9 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, step
 from mechid.identification.effects.effect import lifted
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import better_law, gain, is_confirmed, is_significant, share_of_misfit
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 

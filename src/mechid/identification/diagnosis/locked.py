@@ -15,17 +15,11 @@ from mechid.arrays import FloatArray
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.settings import DIAGNOSIS
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.target import Target
 from mechid.signal.lines import Line, prominence, spectral_lines
 from mechid.signal.orders import order_amplitudes, order_signal
-
-MOST = 3
-"""Lines that are named; a choice, not measured."""
-MOST_REMOVED = 20
-"""Lines that are removed before what is left is looked at again; a choice, not measured."""
-LEAST_SHARE = 0.05
-"""Of the residual's power, from which lines are worth a word; a choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +56,7 @@ class Locked:
 def locked(model: Model) -> tuple[Locked, ...]:
     """Return what the residuals of records with a varying rate go with, at a model's optimum."""
     varying = [t for t in model.problem.targets if t.name in model.setting.windows and _varies(t)]
-    return tuple(one for target in varying for one in _of(model, target) if one.share >= LEAST_SHARE)
+    return tuple(one for target in varying for one in _of(model, target) if one.share >= DIAGNOSIS.least_line_share)
 
 
 def _varies(target: Target) -> bool:
@@ -85,7 +79,9 @@ def _of(model: Model, target: Target) -> Iterator[Locked]:
         if not lines:
             return
         numbers = tuple(line.frequency_hz for line in lines)
-        yield Locked(record=target.name, share=min(_power(lines) / power, 1.0), **{kind: numbers[:MOST]})
+        yield Locked(
+            record=target.name, share=min(_power(lines) / power, 1.0), **{kind: numbers[: DIAGNOSIS.lines_named]}
+        )
         amplitudes, _ = order_amplitudes(residual[:, None], position, numbers)
         residual = residual - order_signal(amplitudes[:, 0], position, numbers)
 
@@ -97,7 +93,7 @@ def _lines(y: FloatArray, position: FloatArray) -> list[Line]:
     if not even[-1] > even[0]:
         return []
     found = prominence(np.interp(even, position[moving], y[moving]), 1.0 / (even[1] - even[0]))
-    return sorted(spectral_lines(found), key=lambda line: -line.amplitude)[:MOST_REMOVED]
+    return sorted(spectral_lines(found), key=lambda line: -line.amplitude)[: DIAGNOSIS.lines_removed]
 
 
 def _power(lines: list[Line]) -> float:

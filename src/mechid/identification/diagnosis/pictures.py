@@ -17,6 +17,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.search import Found
+from mechid.identification.diagnosis.settings import DIAGNOSIS
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.uncertainty.settings import NOISE
@@ -25,15 +26,6 @@ from mechid.signal.remainder import Remainder
 from mechid.signal.series import is_finite
 from mechid.signal.strongest import Strongest, strongest
 from mechid.signal.trend import Line
-
-MOST_DRAWN = 3
-"""Records whose spectra are drawn: those of which the mechanism as written misses most; a choice, not measured."""
-GROUPS = 400
-"""Of a spectrum; a choice, not measured."""
-PERIODS = 8.0
-"""Of the strongest line of what it misses, that the stretch is long; a choice, not measured."""
-SHORTEST_S, LONGEST_S = 0.05, 0.3
-"""Within which that stretch stays. A choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,7 +153,7 @@ def pictures_of(found: Found, called: Mapping[str, str]) -> Pictures:
     worst = sorted(_largest(channels, lambda one: one.missed), key=lambda one: -one.missed)
     return Pictures(
         acts={name: _acts(name, channels) for name in called.values()},
-        spectra=tuple(map(_spectra, worst[:MOST_DRAWN])),
+        spectra=tuple(map(_spectra, worst[: DIAGNOSIS.records_drawn])),
         stretch=_stretch(worst[0]) if worst else None,
     )
 
@@ -207,7 +199,7 @@ def _acts(name: str, channels: Iterable[_Channel]) -> dict[str, Strongest]:
 
 def _spectra(one: _Channel) -> ResidualSpectra:
     def grouped(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return in_groups(*power_density(series, one.rate_hz), GROUPS)
+        return in_groups(*power_density(series, one.rate_hz), DIAGNOSIS.groups)
 
     def root(series: FloatArray) -> FloatArray:
         return np.asarray(np.sqrt(grouped(series)[1]))
@@ -243,4 +235,8 @@ def _stretch(one: _Channel) -> Stretch:
 def _length_s(one: _Channel) -> float:
     """Return some periods of the strongest line or band of what is left, within limits, s."""
     found = strongest(one.before, one.rate_hz).frequencies_hz
-    return min(max(PERIODS / found[0], SHORTEST_S), LONGEST_S) if found else LONGEST_S
+    return (
+        min(max(DIAGNOSIS.periods / found[0], DIAGNOSIS.shortest_s), DIAGNOSIS.longest_s)
+        if found
+        else DIAGNOSIS.longest_s
+    )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechid.campaign.mechanism_text import tables_text
+from mechid.campaign.mechanism_text import appendix_text
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.result.missing import OwnValue
@@ -90,17 +90,4 @@ def _toml(model: Model, mechanism: Mechanism, effect: str, own: dict[str, OwnVal
     if effect in model.disturbances:
         one = next(one for one in model.setting.disturbances if one.name == effect)
         return one.toml({name: p.value for name, p in own.items()})
-    text = tables_text(mechanism, _whole_entries(mechanism, own))
-    places = {name.rpartition(".")[0] for name in own}
-    written = {name.rpartition(".")[0] for name in model.setting.problem.space.mechanism.parameters}
-    if not places & written:
-        return text
-    lines = [f"into the table that is there already: {text.splitlines()[0]}", *text.splitlines()[1:]]
-    return "\n".join(f"# {line}".rstrip() for line in lines) + "\n"  # a table stands once in a file
-
-
-def _whole_entries(mechanism: Mechanism, own: dict[str, OwnValue]) -> set[str]:
-    """Return the names of all keys of the entries of lists in which some parameters stand, else of these alone."""
-    places = {name.rpartition(".")[0] for name in own}
-    listed = {place for place in places if place.rpartition(".")[2].isdigit()}
-    return {name for name in mechanism.parameters if name.rpartition(".")[0] in listed} | set(own)
+    return appendix_text(mechanism, own, model.setting.problem.space.mechanism)

@@ -9,9 +9,9 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import COLLINEAR, Landscape, Score
 from mechid.identification.effects.selection import is_significant, scores_of_misfit, share_of_misfit
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 
 NOT_LOOKED_FOR = "not looked for"
 

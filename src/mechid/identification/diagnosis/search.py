@@ -10,9 +10,9 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.laws import add_hidden_laws, add_law, replace_imitators
 from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, exchange_effect, step, with_criteria
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import gain, is_needed
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.uncertainty.model_error import compare_parts
 from mechid.identification.uncertainty.settings import NOISE
 

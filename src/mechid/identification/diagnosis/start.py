@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from mechid.campaign import Campaign
 from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
@@ -12,88 +11,85 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.identify import make_problem
-from mechid.identification.refit.reopened import MOVED, as_recorded
+from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
-from mechid.identification.result.terms_beside import TermsBeside
+from mechid.identification.result.missing import Missing
+from mechid.identification.result.optimum import MOVED
 from mechid.plant.superset import rivals_of, words_of
 
 
-def begun(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> tuple[Model, Model]:
-    """Return the mechanism as written at a fit's values, and the model with the effects that this fit needs already.
+def initial_models(fit: Fit, *, workers: int = 1) -> tuple[Model, Model]:
+    """Return the mechanism as written at the values of a fit, and the model with the effects that the fit needs.
 
-    Both are the same where the fit has no terms beside and no disturbances.
+    Both are the same where the fit has no terms beside and no disturbances. The fit holds its campaign.
     """
-    plain = _plain(campaign, estimate, workers)
-    return plain, _with_found(plain, estimate, _values_of(estimate))
+    plain = _plain_model(fit, workers)
+    return plain, _with_effects_of_fit(plain, fit)
 
 
-def as_written(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> Model:
-    """Return the mechanism as written and the disturbances of a fit, at its values."""
-    plain = _plain(campaign, estimate, workers)
-    return replace(plain, disturbances=_disturbances(plain, estimate)).at(_values_of(estimate))
+def model_of_fit(fit: Fit, *, workers: int = 1) -> Model:
+    """Return the mechanism as written with the disturbances of a fit, at its values."""
+    plain = _plain_model(fit, workers)
+    return replace(plain, disturbances=_disturbances(plain, fit)).at(fit.values)
 
 
-def _values_of(estimate: Mapping[str, Any]) -> dict[str, float]:
-    return {name: p["value"] for name, p in estimate["parameters"].items()}
-
-
-def _plain(campaign: Campaign, estimate: Mapping[str, Any], workers: int) -> Model:
-    """Return the mechanism as written at a fit's values."""
-    parameters = estimate["parameters"]
-    campaign = as_recorded(campaign, estimate)
-    values = _values_of(estimate)
-    on_a_branch = estimate["grade"] == Grade.C  # where it holds a parameter, it may do so for that branch alone
-    free = campaign.mechanism.free
-    moved = tuple(p.name for p in free if on_a_branch or parameters[p.name]["status"] in MOVED)
-    here = {name: value for name, value in values.items() if name in campaign.mechanism.parameters}
+def _plain_model(fit: Fit, workers: int) -> Model:
+    """Return the mechanism as written at the values of a fit."""
+    campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
+    # A fit of grade C may have held a parameter for the branch it is on alone, so that all are free again.
+    free, is_on_a_branch = campaign.mechanism.free, fit.grade is Grade.C
+    moved = tuple(p.name for p in free if is_on_a_branch or fit.parameters[p.name].status in MOVED)
+    here = {name: value for name, value in fit.values.items() if name in campaign.mechanism.parameters}
     mechanism = campaign.mechanism.with_values(here).with_free(moved)
     problem = make_problem(replace(campaign, mechanism=mechanism), workers)
-    disturbances = possible(problem, campaign, problem.coordinates.point(values))
+    disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
     known = {*words_of(mechanism), *(one.name for one in parametric)}
     setting = Setting(problem, problem.whole(), parametric, _considered(campaign, known))
-    return Model(setting, mechanism).at(values)
+    return Model(setting, mechanism).at(fit.values)
 
 
-def _disturbances(plain: Model, estimate: Mapping[str, Any]) -> tuple[str, ...]:
+def _disturbances(plain: Model, fit: Fit) -> tuple[str, ...]:
     """Return the names of the disturbances of a fit that are looked for."""
     known = {one.name for one in plain.setting.disturbances} & plain.setting.considered
-    return tuple(one["name"] for one in estimate["missing"] if one["name"] in known)
+    return tuple(one.name for one in fit.missing if one.name in known)
 
 
-def _with_found(plain: Model, estimate: Mapping[str, Any], values: Mapping[str, float]) -> Model:
+def _with_effects_of_fit(plain: Model, fit: Fit) -> Model:
     """Return the model with the disturbances and terms of a fit that are needed, fitted without small priors."""
-    model = replace(plain, disturbances=_disturbances(plain, estimate))
-    found = TermsBeside.from_dict(estimate["beside"]) if estimate.get("beside") else None
-    own = {name: p.value for name, p in found.parameters.items()} if found else {}
-    law = next((law for law in rivals_of(plain.base) if found and law.name in found.names), None)
+    model = replace(plain, disturbances=_disturbances(plain, fit))
+    found = {one.name: one for one in fit.added_terms}
+    own = {name: p.value for one in found.values() for name, p in one.parameters.items()}
+    law = next((law for law in rivals_of(plain.base) if law.name in found), None)
     if law is not None and law.name in plain.setting.considered:
         base = law.mechanism.with_values({n: v for n, v in own.items() if n in law.mechanism.parameters})
-        model = replace(model, base=base, laws=(law.name,)).at({**values, **own})
+        model = replace(model, base=base, laws=(law.name,)).at({**fit.values, **own})
         return model.fitted(model).regrown()
-    if found is not None and law is None:
-        return _with_terms(model, found, values).regrown()
-    model = model.at(values)
+    if found and law is None:
+        return _with_terms(model, found, fit.values).regrown()
+    model = model.at(fit.values)
     return model.fitted(model).regrown()
 
 
-def _with_terms(model: Model, found: TermsBeside, values: Mapping[str, float]) -> Model:
-    """Return the model with the terms of a fit, and of these and the disturbances what is needed, fitted."""
-    model = replace(model, terms=found.names)
+def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
+    """Return the model with the terms that a fit added, and of these and the disturbances those needed, fitted."""
+    model = replace(model, terms=tuple(found))
     library = model.library
     assert library is not None
     names: dict[str, list[str]] = {}
     for name, term in library.term_of.items():
         names.setdefault(term, []).append(name)
-    there = {n: v for term, own in names.items() for n, v in _values(term, own, found).items()}
+    there = {n: v for term, one in found.items() for n, v in _values(names[term], one).items()}
     model = model.at({**values, **there})
     return model.keeping(model.needed_effects(library.widths) & model.setting.considered)
 
 
-def _values(term: str, names: Sequence[str], found: TermsBeside) -> dict[str, float]:
-    """Return the values that a fit gives the parameters of a term, by their names in the library: entries are moved."""
-    there = sorted(name for name, p in found.parameters.items() if p.term == term)
-    return {n: found.parameters[own].value for n, own in zip(sorted(names), there, strict=False)}
+def _values(names: Sequence[str], added: Missing) -> dict[str, float]:
+    """Return the values of an added term by the names in the library, whose entries have other places."""
+    return {
+        n: p.value for n, p in zip(sorted(names), map(added.parameters.get, sorted(added.parameters)), strict=True) if p
+    }
 
 
 def _considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:

@@ -12,7 +12,6 @@ from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.locked import locked
 from mechid.identification.effects.effect import distance_from_null, lifted
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
 from mechid.identification.effects.selection import (
     add_likeliest,
     drop_unneeded,
@@ -20,6 +19,7 @@ from mechid.identification.effects.selection import (
     is_needed,
     likely_effects,
 )
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.plant.superset import extensions_at
 
 

@@ -7,29 +7,26 @@ from dataclasses import replace
 
 from scipy.special import chdtrc
 
-from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.start import as_written
-from mechid.identification.effects.rules import IN_DIAGNOSIS as RULES
+from mechid.identification.diagnosis.start import model_of_fit
 from mechid.identification.effects.selection import likely_effects
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Suggested
 
 
-def with_suggestions(
-    campaign: Campaign, fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None
-) -> Fit:
+def with_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:
     """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
 
-    One that has terms beside the mechanism has found them already, and gets none.
+    One with added terms has found them already, and gets none.
     """
-    if fit.grade not in (Grade.B, Grade.C) or fit.beside:
+    if fit.grade not in (Grade.B, Grade.C) or fit.as_written:
         return fit
     say("asking the residual what the model is missing ...")
     with one_core_algebra():
-        model = as_written(campaign, fit.to_dict(), workers=workers)
+        model = model_of_fit(fit, workers=workers)
         return replace(fit, suggested=_suggested(model))
 
 

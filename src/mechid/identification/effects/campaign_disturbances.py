@@ -13,20 +13,11 @@ from mechid.campaign.identify_options import DISTURBANCES, MAINS
 from mechid.command import MeasuredCommand
 from mechid.identification.effects.disturbance import Disturbance, with_own
 from mechid.identification.effects.mains import mains
+from mechid.identification.effects.settings import PRIORS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Declaration, Parameter, Role, Status
 from mechid.plant.plant import Plant
-
-CLOCK_PPM = 300.0
-"""Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
-DELAY_S = 1e-4
-"""How late a record's command may be, one standard deviation: a sample at 10 kHz. A choice, not measured."""
-SHARES: Mapping[Role, float] = {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04, Role.TRANSDUCER_GAIN: 0.01}
-"""How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper. The
-others are choices, not measured."""
-REACH = 5.0
-"""Standard deviations to either bound; a choice, not measured."""
 
 
 def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:
@@ -45,7 +36,7 @@ def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) 
 def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
     if any(t.clocks for t in stepped):
         return
-    own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, CLOCK_PPM)
+    own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, PRIORS.clock_ppm)
     words = "the driver's clock and the recorder's do not run at the same rate"
     yield Disturbance("clock", words, {t.name: (own,) for t in stepped})
 
@@ -54,7 +45,7 @@ def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Distu
     if any(t.clocks for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
         return
     names = {t.name: record_parameter_name(t.name, CLOCK.key) for t in stepped}
-    own = {record: (_free(name, CLOCK, 0.0, CLOCK_PPM),) for record, name in names.items()}
+    own = {record: (_free(name, CLOCK, 0.0, PRIORS.clock_ppm),) for record, name in names.items()}
     yield Disturbance(
         "record.clock", "the driver's clock, or the recorder's, runs at another rate in some records", own
     )
@@ -62,7 +53,10 @@ def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Distu
 
 def _delay(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
     known = [t for t in stepped if not t.time_offset.is_free]
-    own = {t.name: (_free(t.time_offset.name, t.time_offset.declaration, t.time_offset.value, DELAY_S),) for t in known}
+    own = {
+        t.name: (_free(t.time_offset.name, t.time_offset.declaration, t.time_offset.value, PRIORS.delay_s),)
+        for t in known
+    }
     yield Disturbance("record.delay", "the records start earlier or later than their commands", own)
 
 
@@ -76,7 +70,7 @@ def _of_role(role: Role, name: str, words: str) -> Callable[[Problem, tuple[Targ
             declared = any(p.replaces == parameter for t in problem.targets for p in t.own)
             if declared or len(problem.targets) < 2 or not mechanism.value(parameter):
                 continue
-            shared, sigma = mechanism.parameters[parameter], SHARES[role] * abs(mechanism.value(parameter))
+            shared, sigma = mechanism.parameters[parameter], PRIORS.shares[role] * abs(mechanism.value(parameter))
             made = _free("", shared.declaration, shared.value, sigma)
             if shared.is_free:
                 made = replace(made, min=shared.min, max=shared.max)
@@ -88,7 +82,10 @@ def _of_role(role: Role, name: str, words: str) -> Callable[[Problem, tuple[Targ
 
 
 def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Parameter:
-    low, high = max(value - REACH * sigma, declaration.lower), min(value + REACH * sigma, declaration.upper)
+    low, high = (
+        max(value - PRIORS.reach * sigma, declaration.lower),
+        min(value + PRIORS.reach * sigma, declaration.upper),
+    )
     return Parameter(
         name=name, value=value, declaration=declaration, min=low, max=high, sigma=sigma, status=Status.FREE
     )

@@ -12,7 +12,7 @@ from mechid.identification.effects.disturbance import Disturbance, with_disturba
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, Superset, rivals_of, superset_of
+from mechid.plant.superset import Law, Superset
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,17 @@ class Beside:
         Standard deviations of their small priors, by dotted name; those of a law that has no null have none.
     new : mapping of str to str
         Free parameters that the mechanism as written has not, by dotted name, each with the term that it is of.
+    is_law : bool
+        Whether it is a law in place of another, which no null value leads to.
+    aliases : mapping of str to tuple of str
+        Terms that explain as much in place of one that is here, by its name.
     """
 
     mechanism: Mechanism
     widths: Mapping[str, float] = field(default_factory=dict)
     new: Mapping[str, str] = field(default_factory=dict)
+    is_law: bool = False
+    aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -52,26 +58,8 @@ def terms_beside(superset: Superset, names: Collection[str]) -> Beside:
 
 def law_beside(plain: Mechanism, law: Law) -> Beside:
     """Return what stands beside a mechanism where a law is in place of what it has."""
-    return Beside(law.mechanism, {}, {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters})
-
-
-def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, float | None]) -> Beside:
-    """Return what stood beside a mechanism in an earlier fit.
-
-    Parameters
-    ----------
-    plain : Mechanism
-        As written.
-    names : sequence of str
-        Of the terms, or of the one law.
-    widths : mapping of str to (float or None)
-        Of the small priors as the fit ended with them, by dotted name of all that was free; None: there was none.
-    """
-    known = {name: width for name, width in widths.items() if width is not None}
-    superset = superset_of(plain, grown_only=True)
-    if known and superset is not None:
-        return replace(terms_beside(superset, names), widths=known)
-    return next(law_beside(plain, law) for law in rivals_of(plain) if law.name in names)
+    new = {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters}
+    return Beside(law.mechanism, new=new, is_law=True)
 
 
 def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
+from mechid.identification.effects.settings import PRIORS
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
@@ -20,8 +21,6 @@ from mechid.signal.mains import MainsLine, mains_lines
 from mechid.signal.series import is_finite
 from mechid.signal.settings import HUM
 
-FEWEST = 64
-"""Samples in which lines are looked for; a choice, not measured."""
 USUAL = (1, 2, 3)
 """Multiples of a grid that is declared, whether they stand out or not."""
 WORDS = "mains hum is in the records"
@@ -45,7 +44,7 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
     """
     longest = max(problem.targets, key=lambda t: (_varies(t), t.base.duration_s))
     series = longest.leading.measured if q is None else misfit_series(problem.model, longest, q, _whole(longest))[0]
-    if not is_finite(series) or series.size < FEWEST:
+    if not is_finite(series) or series.size < PRIORS.hum_samples:
         return None
     found = prominence(series, longest.base.sample_rate_hz)
     seen = [one for one in mains_lines(found) if _varies(longest) or not _is_of_steps(one, longest, found.bin_hz)]

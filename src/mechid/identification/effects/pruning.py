@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 
-from mechid.arrays import FloatArray
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem, Windows
@@ -74,18 +74,44 @@ def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, worth: f
     return {name: rises[name] for name in kept}
 
 
+def rises(triangle: Triangle, away: FloatArray, groups: Groups) -> dict[str, float]:
+    """Return the rise of the cost without each group, and under an empty name without all of them, as `needed` does."""
+    here = _least(triangle, away, ())
+    found = {name: _least(triangle, away, places) - here for name, places in groups.items()}
+    return {**found, "": _least(triangle, away, _places(groups, groups)) - here}
+
+
+def least_without(
+    triangle: Triangle, away: FloatArray, groups: Groups, nulled: Iterable[str]
+) -> tuple[float, FloatArray]:
+    """Return the least cost with some groups at their null, and the step to it, (n,), as the derivatives have it."""
+    places = _places(groups, nulled)
+    gone, moved, rest = _split(triangle, away, places)
+    step = np.where(gone, -away, 0.0)
+    step[~gone] = _step(rest, moved)
+    return float(np.sum((moved + rest @ step[~gone]) ** 2)), step
+
+
 def _places(groups: Groups, names: Iterable[str]) -> tuple[int, ...]:
     return tuple(j for name in names for j in groups[name])
 
 
 def _least(triangle: Triangle, away: FloatArray, nulled: tuple[int, ...]) -> float:
     """Return the least cost with some coordinates at their null, as the derivatives have it."""
+    _, moved, rest = _split(triangle, away, nulled)
+    return float(np.sum((moved + rest @ _step(rest, moved)) ** 2))
+
+
+def _split(triangle: Triangle, away: FloatArray, nulled: tuple[int, ...]) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return which coordinates are nulled, the residual with them there, and the derivatives to the others."""
     J, r = triangle.jacobian, triangle.fun
     gone = np.zeros(J.shape[1], dtype=np.bool_)
     gone[list(nulled)] = True
-    moved = r - J[:, gone] @ away[gone]
-    rest = J[:, ~gone]
-    size = np.linalg.norm(rest, axis=0)
-    rest = rest / np.where(size > 0.0, size, 1.0)
-    step = np.linalg.lstsq(rest, -moved, rcond=1e-12)[0]
-    return float(np.sum((moved + rest @ step) ** 2))
+    return gone, r - J[:, gone] @ away[gone], J[:, ~gone]
+
+
+def _step(J: FloatArray, r: FloatArray) -> FloatArray:
+    """Return the step d that makes r + J d least."""
+    size = np.linalg.norm(J, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    return np.asarray(np.linalg.lstsq(J / size, -r, rcond=1e-12)[0] / size)

@@ -12,8 +12,8 @@ from typing import Protocol, Self, TypeVar
 
 from scipy.special import chdtrc
 
-from mechid.identification.effects.rules import EffectRules
 from mechid.identification.effects.scores import Score
+from mechid.identification.effects.settings import EffectRules
 from mechid.plant.superset import Law
 
 Say = Callable[[str], object]

@@ -18,8 +18,6 @@ from mechid.simulation.simulator import excitation_over
 
 PLAIN = ("stepping", "microsteps", "swapped")
 """What `Reading` holds of a command and estimate.json writes as it is."""
-LEFT_OUT = "left out"
-"""The use of a record that the campaign file gives to estimate from, and that contradicted the others."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -132,7 +132,7 @@ def _with_rate_compared(records: DeclaredRecords, finding: Finding) -> Finding:
     declared, other = compare_readings(records.problem, readings, with_terms=True)
     if not declared.explains and other.is_better_than(declared):
         return finding
-    why = "; not read so: with terms that the mechanism file lacks the declared rate fits about as well"
+    why = "; not read so: with all terms free that the mechanism file lacks, it does not fit clearly better"
     return replace(finding, text=finding.text + why, confidence=Confidence.AMBIGUOUS)
 
 

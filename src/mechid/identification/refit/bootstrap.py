@@ -28,8 +28,8 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target
 from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
-from mechid.identification.refit.reopened import Optimum
 from mechid.identification.refit.settings import REFIT
+from mechid.identification.result.optimum import Optimum
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
@@ -255,14 +255,14 @@ def _spreads(optimum: Optimum, draws: tuple[Draw, ...]) -> tuple[Spread, ...]:
 def _spread(optimum: Optimum, name: str, draws: list[Draw]) -> Spread:
     own, value = optimum.one(name), optimum.values(optimum.q)[name]
     off = np.array([d.values[name] for d in draws]) - value
-    if own["unit"] == "deg" and own["min"] is None:
+    if own.unit == "deg" and own.min is None:
         off = angle_difference(off)
     low, high = np.quantile(off, QUANTILES)
     return Spread(
         name=name,
-        unit=own["unit"],
+        unit=own.unit,
         value=value,
-        std_error=own["std_error"],
+        std_error=own.std_error,
         mean_shift=float(off.mean()),
         deviation=float(off.std(ddof=1)) if off.size > 1 else 0.0,
         interval=(value + float(low), value + float(high)),

@@ -26,8 +26,9 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import directed
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.refit.reopened import Optimum
 from mechid.identification.refit.settings import REFIT
+from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.stages.freeze import without
@@ -176,12 +177,12 @@ class _Side:
 
     def _first_step(self) -> float:
         """Return the step by which the root of the rise should grow as wanted, from the local error."""
-        error = self.own["std_error_white"] or self.own["std_error"]
+        error = self.own.std_error_white or self.own.std_error
         return float(REFIT.step * error) if error else 1e-3 * max(abs(self.value), 1e-6)
 
     def _limit(self) -> float:
         """Return the bound on this side; of an angle that has none, half a turn away."""
-        bound = self.own["min" if self.sign < 0.0 else "max"]
+        bound = self.own.min if self.sign < 0.0 else self.own.max
         return float(bound) if bound is not None else self.value + self.sign * 180.0
 
     def _between(self, points: Sequence[Point], far: Point, halvings: int) -> list[Point]:
@@ -238,10 +239,9 @@ def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> d
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 
 
-def _levels(own: object) -> list[float]:
+def _levels(own: ParameterEstimate) -> list[float]:
     """Return the level of white residuals, and where they are coloured the level of theirs."""
-    assert isinstance(own, dict)
-    error, white = own["std_error"], own["std_error_white"]
+    error, white = own.std_error, own.std_error_white
     ratio = (error / white) ** 2 if error and white else 1.0
     return [QUANTILE, QUANTILE * ratio] if max(ratio, 1.0 / ratio) > REFIT.coloured else [QUANTILE]
 
@@ -257,10 +257,10 @@ def _profile(optimum: Optimum, name: str, below: Walked, above: Walked) -> Profi
     coloured = at[1] if len(levels) > 1 else [(None, SideEnd.OPEN)] * 2
     return Profile(
         name=name,
-        unit=own["unit"],
+        unit=own.unit,
         value=below[0][0].value,
-        std_error=own["std_error"],
-        std_error_white=own["std_error_white"],
+        std_error=own.std_error,
+        std_error_white=own.std_error_white,
         points=(*reversed(below[0][1:]), *above[0]),
         level=levels[0],
         level_coloured=levels[1] if len(levels) > 1 else None,

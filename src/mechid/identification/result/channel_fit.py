@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mechid.signal.runs import Runs
@@ -70,6 +71,12 @@ class ChannelFit:
     def known(self) -> float:
         """The noise as known before the fit."""
         return self.noise_sigma if self.noise_known is None else self.noise_known
+
+    @property
+    def residual_over_noise(self) -> float:
+        """Ratio of the residual's RMS to the noise: that known before the fit, or the level raised above it."""
+        level = max(self.known, self.noise_sigma)
+        return self.residual_rms / level if level > 0.0 else math.inf
 
     @property
     def followed(self) -> bool:

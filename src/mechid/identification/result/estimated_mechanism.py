@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from mechid.campaign import read_mechanism
 from mechid.errors import InputFileError
@@ -25,22 +24,21 @@ def signed(fit: Fit, name: str, text: str) -> Fit:
     return replace(fit, provenance={**fit.provenance, **own})
 
 
-def read_estimated_mechanism(content: Mapping[str, Any], path: Path) -> Mechanism:
+def read_estimated_mechanism(provenance: object, path: Path) -> Mechanism:
     """Return the mechanism that was identified, from the file beside its estimate.
 
     Parameters
     ----------
-    content : mapping
-        Of estimate.json.
+    provenance : mapping
+        Of the fit.
     path : Path
-        Where that lies.
+        Of its estimate.json.
 
     Raises
     ------
     InputFileError
         The mechanism file is absent, was changed since, or has other equations than those that were identified.
     """
-    provenance = content.get("provenance")
     provenance = provenance if isinstance(provenance, Mapping) else {}
     digest, name = provenance.get(DIGEST), str(provenance.get(FILE, "mechanism.toml"))
     if not isinstance(digest, str):

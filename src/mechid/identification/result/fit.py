@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.output_error.declaration import DECLARED, Reading
-from mechid.identification.result.channel_fit import ChannelFit
+from mechid.errors import UsageError
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
-from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.terms_beside import TermsBeside
+from mechid.identification.result.record_result import RecordFit
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import PLOTS, Shown
 
@@ -25,104 +26,18 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-FORMAT = "mechid-estimate/1"
+    from mechid.identification.result.optimum import Optimum
+
+ESTIMATE_NAME, FORMAT = "estimate.json", "mechid-estimate/1"
+OPTIMUM = "_optimum"
+"""Attribute under which a fit keeps its optimum."""
 LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
+REBUILD = "mechid.identification.refit.rebuild"
+"""Rebuilds the optimum of a fit, likewise."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class RecordFit:
-    """How well one record is predicted; where it has several channels, its leading one, the torque if it is there.
-
-    Attributes
-    ----------
-    fit_percent : float
-        100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
-    residual_rms, noise_sigma : float
-        In the channel's SI unit. The noise is that of the record itself, as of `ChannelFit`.
-    offset, drift : float or None
-        At the first sample, and per second: measured = model + offset + drift t. None where not removed.
-    samples : int
-        Samples used.
-    horizon_s : float
-        How far the residual stays within what the noise explains, s from the first sample; a small lack ends it early.
-    prefilter_order : int
-        Of the autoregressive model that whitened its residual; 0 where none did.
-    rejected : int
-        Samples that do not count.
-    channels : mapping of quantity to ChannelFit
-        Each of its channels, the leading one first.
-    taken : Reading
-        How it was taken, where that is not as the campaign file declares it.
-    nuisance : Nuisance or None
-        Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
-    """
-
-    name: str
-    use: str
-    samples: int
-    fit_percent: float
-    residual_rms: float
-    noise_sigma: float
-    offset: float | None
-    drift: float | None
-    horizon_s: float
-    prefilter_order: int = 0
-    rejected: int = 0
-    channels: Mapping[str, ChannelFit] = field(default_factory=dict)
-    taken: Reading = DECLARED
-    nuisance: Nuisance | None = None
-
-    @property
-    def followed_percent(self) -> float:
-        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
-        return min((c.followed_percent for c in self.channels.values()), default=100.0)
-
-    @property
-    def lines(self) -> tuple[float, ...]:
-        """Frequency in Hz of each line that was removed of the leading channel."""
-        channel = next(iter(self.channels.values()), None)
-        return tuple(hz for hz, _, _ in channel.lines) if channel else ()
-
-    def residual_of(self, quantity: str) -> float:
-        """Return the residual's RMS of a channel, in its SI unit."""
-        own = self.channels.get(quantity)
-        return own.residual_rms if own else self.residual_rms
-
-    @property
-    def noise_rests_on(self) -> str:
-        """What the noise of the leading channel rests on, empty where that is not known."""
-        return next((c.noise_rests_on for c in self.channels.values()), "")
-
-    @property
-    def noise_known(self) -> float:
-        """The noise of the leading channel as known before the fit."""
-        return next((c.known for c in self.channels.values()), self.noise_sigma)
-
-    def known_noise_of(self, quantity: str) -> float:
-        """Return the noise of a channel as known before the fit, in its SI unit."""
-        own = self.channels.get(quantity)
-        return own.known if own else self.noise_sigma
-
-    def to_dict(self) -> dict[str, object]:
-        """Return what estimate.json says of it."""
-        return {
-            "use": self.use,
-            "samples": self.samples,
-            "fit_percent": self.fit_percent,
-            "residual_rms": self.residual_rms,
-            "noise_sigma": self.noise_sigma,
-            "offset": self.offset,
-            "drift": self.drift,
-            "horizon_s": self.horizon_s,
-            "prefilter_order": self.prefilter_order,
-            "rejected": self.rejected,
-            "noise_rests_on": self.noise_rests_on,
-            "noise_known": self.noise_known,
-            "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
-            "taken": self.taken.to_dict(),
-            "nuisance": self.nuisance.to_dict() if self.nuisance else None,
-        }
+MECHANISM_FILE = "mechid.identification.result.estimated_mechanism"
+"""Reads the mechanism file beside an estimate; likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,7 +60,7 @@ class Fit(Shown):
     Attributes
     ----------
     mechanism : Mechanism
-        With the estimated values.
+        The one that was graded, with the estimated values and the terms that the records needed.
     parameters : mapping of dotted name to ParameterEstimate
     correlation_names : tuple of str, (n,)
         The free parameters.
@@ -169,17 +84,20 @@ class Fit(Shown):
     synthetic : bool
         Whether the records were simulated.
     missing : tuple of Missing
-        What the files do not declare and the records ask for, put into the fit.
+        Effects that the files do not declare and the records need, added to the fit: terms and laws of the mechanism,
+        and disturbances of the records.
     suggested : tuple of Suggested
-        What a fit of grade B or C without terms beside leaves to be explained, the likeliest first.
-    beside : TermsBeside or None
-        Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
+        What a fit of grade B or C without added terms leaves to be explained, the likeliest first.
+    as_written : AsWritten or None
+        How the mechanism as written does at these values; None where nothing was added to it.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
     mains_hz : float or None
         Frequency of the grid, Hz, whose hum was removed or is left in the records; None where none is evident.
     campaign : Campaign or None
         Of which it was identified, where it is at hand: of fits that `mechid.identify` and `mechid.load_fit` give.
+    folder : Path or None
+        Result folder that it was read from; None of a fit that was not read.
     """
 
     mechanism: Mechanism
@@ -199,10 +117,82 @@ class Fit(Shown):
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
     suggested: tuple[Suggested, ...] = ()
-    beside: TermsBeside | None = None
+    as_written: AsWritten | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
     synthetic: bool = False
     campaign: Campaign | None = field(default=None, compare=False)
+    folder: Path | None = field(default=None, compare=False)
+
+    if not TYPE_CHECKING:  # what is looked up here is no field, or the mechanism that was not read yet
+
+        def __getattr__(self, name: str) -> object:
+            """Read the mechanism file of a fit whose numbers alone were read (`read_numbers`)."""
+            if name != "mechanism" or not vars(self).get("folder"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            read = import_module(MECHANISM_FILE).read_estimated_mechanism
+            object.__setattr__(self, name, read(self.provenance, Path(self.source)))
+            return self.mechanism
+
+    @property
+    def source(self) -> str:
+        """Path of the estimate.json that it was read from, or "the fit" of one in memory: the place in messages."""
+        return str(self.folder / ESTIMATE_NAME) if self.folder else "the fit"
+
+    @property
+    def required_campaign(self) -> Campaign:
+        """The campaign of the fit; UsageError where the fit does not hold it."""
+        if self.campaign is None:
+            raise UsageError("the fit does not hold its campaign; give campaign=, with its records read")
+        return self.campaign
+
+    @property
+    def added_terms(self) -> tuple[Missing, ...]:
+        """Entries of `missing` that are terms or laws of the mechanism, and no disturbances of the records."""
+        return tuple(one for one in self.missing if one.block)
+
+    @property
+    def start_mechanism(self) -> Mechanism:
+        """The mechanism with the values that the fit started from."""
+        names = {p.name for p in self.mechanism.free}
+        return self.mechanism.with_values({n: p.start for n, p in self.parameters.items() if n in names})
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The value of each parameter by its dotted name, in the file's unit."""
+        return {name: p.value for name, p in self.parameters.items()}
+
+    @property
+    def inputs_sha256(self) -> Mapping[str, str]:
+        """Digests of the files that the fit was made of, by file name; empty where it does not know them."""
+        found = self.provenance.get("inputs_sha256")
+        return found if isinstance(found, Mapping) else {}
+
+    @property
+    def optimum(self) -> Optimum:
+        """The problem that the fit solved, at its optimum, with one thread per core.
+
+        Raises
+        ------
+        UsageError
+            The fit does not hold its campaign.
+        InputFileError
+            The files of the campaign are not those of the fit.
+        FitError
+            The fit has no optimum.
+        """
+        return self.optimum_on(os.cpu_count() or 1)
+
+    def optimum_on(self, workers: int) -> Optimum:
+        """Return `optimum` with a number of threads. It is rebuilt from the campaign once, and kept by this fit."""
+        if OPTIMUM not in vars(self):
+            # Not a field: copies with other values must not inherit it, and it is neither compared nor pickled.
+            vars(self)[OPTIMUM] = import_module(REBUILD).rebuild_optimum(self, workers)
+        kept: Optimum = vars(self)[OPTIMUM]
+        return replace(kept, problem=replace(kept.problem, workers=workers))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: everything but the optimum, which is rebuilt where it is asked for."""
+        return {name: value for name, value in vars(self).items() if name != OPTIMUM}
 
     def linear(
         self,
@@ -276,7 +266,7 @@ class Fit(Shown):
             "mains_hz": self.mains_hz,
             "missing": [one.to_dict() for one in self.missing],
             "suggested": [asdict(one) for one in self.suggested],
-            "beside": self.beside.to_dict() if self.beside else None,
+            "as_written": self.as_written.to_dict() if self.as_written else None,
             "completed": None if self.completed is None else [dict(step) for step in self.completed],
             "records": {name: r.to_dict() for name, r in self.records.items()},
             "stages": [{**asdict(s), "records": dict(s.records), "free": list(s.free)} for s in self.stages],

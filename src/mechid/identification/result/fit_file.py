@@ -1,9 +1,10 @@
-"""A fit read back from its estimate.json and the campaign it was made of."""
+"""Reader of a finished fit: its estimate.json, with the campaign or with the mechanism file beside it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +14,19 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.identity import file_digest
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.estimate_file import is_synthetic, read_estimate
-from mechid.identification.result.fit import Fit, RecordFit, StageReport
+from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
+from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.nuisance import Nuisance
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.terms_beside import TermsBeside
+from mechid.identification.result.record_result import RecordFit
+from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (
     "use",
@@ -56,33 +60,83 @@ PARAMETER = (
 NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
 
+NOT_READ: Any = None
 
-def read_fit(path: Path | str, campaign: Campaign) -> Fit:
-    """Return the fit that an estimate.json holds.
+
+def estimate_path(place: Path | str) -> Path:
+    """Return the path of the estimate.json of a result folder, or the path itself where it names the file."""
+    place = Path(place)
+    return place if place.suffix == ".json" else place / FILE_NAME
+
+
+def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
+    """Read a finished fit.
 
     Parameters
     ----------
-    path : Path
-    campaign : Campaign
-        The one that was identified, its records read.
+    place : Path
+        Result folder, or its estimate.json.
+    campaign : Campaign or None
+        The one that was identified, its records read. Without it the mechanism is the file that identify left beside
+        the estimate, and no record is read.
+
+    Returns
+    -------
+    Fit
+        Its `folder` is where it was read from; it holds the campaign where that is given.
 
     Raises
     ------
     InputFileError
-        The file is missing or damaged, or a file of the campaign is no longer the one that was identified.
+        The file is missing or damaged, a file of the campaign is no longer the one that was identified, or without a
+        campaign the mechanism file is not the one that identify left.
     """
+    path = estimate_path(place)
     content = read_estimate(path)
+    if campaign is None or _has_added_terms(content):
+        mechanism = read_estimated_mechanism(content.get("provenance"), path)
+    else:
+        mechanism = campaign.mechanism
+    fit = _checked(content, path, mechanism, campaign)
+    return replace(fit, campaign=campaign, synthetic=fit.synthetic or (campaign is not None and campaign.synthetic))
+
+
+def read_numbers(place: Path | str) -> Fit:
+    """Read a finished fit whose mechanism is not needed, as `read_fit` does without a campaign.
+
+    Its mechanism file is read, and checked to be the one that identify left, when `Fit.mechanism` is first asked for:
+    fits can be compared whose mechanism files or own blocks have changed since.
+    """
+    path = estimate_path(place)
+    return _checked(read_estimate(path), path)
+
+
+def _checked(
+    content: Mapping[str, Any], path: Path, mechanism: Mechanism | None = None, campaign: Campaign | None = None
+) -> Fit:
+    """Return the fit that the content of an estimate.json describes, of the campaign's files where one is given."""
+    if "grade" not in content:
+        raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
     try:
-        _refuse_changed(content["provenance"]["inputs_sha256"], campaign, Path(path))
-        fit = _fit(content, campaign)
-        fit.to_dict()  # what cannot be written again is no fit
-        return fit
+        if campaign is not None:
+            _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
+        fit = _fit(content, mechanism, path.parent)
+        fit.to_dict()  # a fit that cannot be written again is damaged
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
+    return fit
 
 
-def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
+def _has_added_terms(content: Mapping[str, Any]) -> bool:
+    """Return whether the mechanism of an estimate has terms that its campaign's mechanism file lacks."""
+    parameters = content.get("parameters")
+    entries = parameters.values() if isinstance(parameters, Mapping) else ()
+    return any(isinstance(p, Mapping) and bool(p.get("added")) for p in entries)
+
+
+def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) -> Fit:
+    """Return the fit that the content of an estimate.json describes, without a mechanism where none is given."""
     parameters = {
         name: ParameterEstimate(
             name=name,
@@ -90,11 +144,12 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
             at_physical_limit=bool(p.get("at_physical_limit")),
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
             std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
+            added=bool(p.get("added")),
             **_kept(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
     }
-    own = campaign.mechanism.parameters
+    own = mechanism.parameters if mechanism else {}
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
@@ -103,12 +158,14 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
             channels=_channels(r["channels"]),
             taken=Reading.from_dict(r["taken"]),
             nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
+            followed_of_whole=r.get("followed_percent"),  # absent from files of earlier versions
+            validation=r.get("validation"),
             **_kept(r, ESTIMATED),
         )
         for name, r in content["records"].items()
     }
-    return Fit(
-        mechanism=campaign.mechanism.with_values(values),
+    fit = Fit(
+        mechanism=mechanism.with_values(values) if mechanism else NOT_READ,
         parameters=parameters,
         correlation_names=tuple(names),
         correlation=_square(matrix, len(names)),
@@ -124,11 +181,15 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
         mains_hz=content.get("mains_hz"),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
-        beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
+        as_written=AsWritten.from_dict(content["as_written"]) if content.get("as_written") else None,
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
-        synthetic=is_synthetic(content) or campaign.synthetic,
+        synthetic=is_synthetic(content),
+        folder=folder,
     )
+    if mechanism is None:
+        del vars(fit)["mechanism"]  # `Fit` reads it when it is asked for
+    return fit
 
 
 def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:

@@ -50,6 +50,8 @@ class Cause(StrEnum):
     NEAR_OPTIMUM = "near_optimum"
     EVENT_MISSED = "event_missed"
     UNEXPLAINED = "unexplained"
+    HELD_OUT = "held_out"
+    HELD_OUT_LOST = "held_out_lost"
 
     @property
     def grade(self) -> Grade:
@@ -67,6 +69,7 @@ OF_USE = (
     Cause.NEAR_OPTIMUM,
     Cause.EVENT_MISSED,
     Cause.UNEXPLAINED,
+    Cause.HELD_OUT,
 )
 """Causes that leave the values of use."""
 OF_MECHANISM_FILE = (Cause.VALUE_CONTRADICTED, Cause.BOUND_CONTRADICTED)
@@ -78,6 +81,8 @@ CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.USED_IN_PART: "followed in part",
     Cause.NOT_FOLLOWED: "not followed",
     Cause.OUT_OF_STEP: "out of step",
+    Cause.HELD_OUT: "held-out record predicted badly",
+    Cause.HELD_OUT_LOST: "held-out record not followed",
     Cause.VALUE_CONTRADICTED: "value contradicted",
     Cause.BOUND_CONTRADICTED: "bound contradicted",
     Cause.PHYSICAL_LIMIT: "at a limit of physics",

@@ -46,9 +46,9 @@ class Missing:
     records : tuple of str
         Those it is in.
     toml : str
-        What declares it, where it is written below all else in the campaign file.
+        Text that declares it at the end of the campaign file, or for a term or law at the end of the mechanism file.
     block : str
-        The block that holds it; empty of what is none of the mechanism.
+        Table of the mechanism file that holds it; empty for a disturbance of the records.
     aliases : tuple of str
         What explains the same as well.
     """
@@ -171,14 +171,17 @@ def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
 
 
 def missing_warning(missing: Missing) -> str:
-    """Say what was put into a fit, and how to declare it or to keep it out."""
+    """Say what was added to a fit, and how to declare it or to keep it out."""
     values = [f"{name} = {_with_error(p)}" for name, p in missing.parameters.items()]
     found = ", ".join([*values[: GRADE.most_named], "..."] if len(values) > GRADE.most_named else values)
+    where = "what declares it is in missing of estimate.json"
+    option = 'disturbances = "none"'
+    if missing.block:  # a term or law of the mechanism
+        where, option = f"{where} and in the mechanism file beside it", "terms = false"
     return (
         f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
         f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "
-        f"estimated with the rest, {found}{_common(missing)}; what declares it is in missing of estimate.json, and "
-        '[identify] disturbances = "none" keeps it out'
+        f"estimated with the rest, {found}{_common(missing)}; {where}, and [identify] {option} keeps it out"
     )
 
 
@@ -196,4 +199,4 @@ def _common(missing: Missing) -> str:
 
 def _with_error(p: OwnValue) -> str:
     error = f" +- {p.std_error:.2g}" if p.std_error is not None else ""
-    return f"{p.value:.6g}{error} {p.unit}"
+    return f"{p.value:.6g}{error} {p.unit}".removesuffix(" 1")

@@ -47,6 +47,7 @@ class ParameterEstimate:
     say, so that the error is none to rely on; `reason` says where. `contradicted`: the records want it beyond
     its bound by more than chance; `at_physical_limit`: the same of a limit of physics, as a damping at 0, which no
     wider range mends. `one_sided`: its 95 % interval on a bound that is not contradicted, or on a limit of physics.
+    `added`: it is of a term or law that the fit added, because the records need it and the mechanism file lacks it.
     """
 
     name: str
@@ -68,6 +69,7 @@ class ParameterEstimate:
     contradicted: bool = False
     one_sided: tuple[float, float] | None = None
     at_physical_limit: bool = False
+    added: bool = False
 
     @property
     def ci95(self) -> tuple[float, float] | None:
@@ -98,4 +100,5 @@ class ParameterEstimate:
             "prior": asdict(self.prior) if self.prior else None,
             "contradicted": self.contradicted,
             "at_physical_limit": self.at_physical_limit,
+            "added": self.added,
         }

@@ -17,7 +17,7 @@ from mechid.identification.output_error.noise_level import NoiseLevel, NoiseSour
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
 from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.fit import RecordFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.search.gates import chance_limit_of, followed_samples
 from mechid.signal.following import following, out_of_step
 from mechid.signal.moments import norm
@@ -82,6 +82,8 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     leading = channels[record.leading]
     judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed_samples(problem, judged, q)
+    whole = (0, target.samples)
+    everywhere = channels if window == whole else _channels(record, target, problem, q, whole, noises)
     return RecordFit(
         name=record.name,
         use=record.use,
@@ -95,6 +97,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
         rejected=leading.rejected,
         horizon_s=max(follows - 1, 0) / target.base.sample_rate_hz,
         channels=channels,
+        followed_of_whole=min(c.followed_percent for c in everywhere.values()),
     )
 
 

@@ -13,6 +13,13 @@ class GradeRules:
     """Standard deviations of chance up to which parts that scatter agree: 17 campaigns with a complete model reached
     0.9 at most, and of 41 with an effect left out 39 exceeded it."""
 
+    held_out_worse: float = 2.0
+    """Times the noise, and times what the fitted records leave of theirs, from which a held-out record is predicted
+    badly. Complete models leave 0.95 to 1.06 times the noise of held-out records (docs/identification.md)."""
+    held_out_lost: float = 0.5
+    """Share of the measured RMS above which the residual of a badly predicted record means that it is not followed:
+    half, as in each window of a fitted record (`signal.following`)."""
+
     # The others are choices; no benchmark distinguishes values near them.
 
     near_optimum: float = 0.1

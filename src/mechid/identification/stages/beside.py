@@ -17,13 +17,14 @@ from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, without
 from mechid.identification.effects.effect import Beside, distance_from_null, law_beside, lifted, terms_beside
-from mechid.identification.effects.pruning import groups_of, needed_effects, needed_groups
+from mechid.identification.effects.pruning import groups_of, needed_groups
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, judged
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import explains_most
@@ -86,19 +87,19 @@ def settled_louder(
     if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.growth.q):
         return None
     if not _needs_terms(fitted):
-        plain = watch.note(louder.at(growth.q, growth.horizons))
-        return (plain, growth) if explains_most(louder.problem, growth.q) else None
+        alone = watch.note(louder.at(growth.q, growth.horizons))
+        return (alone, growth) if explains_most(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
-    return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
+    plain = Beside(louder.problem.space.mechanism).problem(louder.problem, [one.disturbance for one in found])
+    state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)
+    return watch.note(state), replace(fitted.growth, q=state.q)
 
 
 def _needs_terms(fitted: Wide) -> bool:
     """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
-    named: dict[str, list[str]] = {term: [] for term in fitted.beside.terms}
-    for name, term in fitted.beside.new.items():
-        named[term].append(name)
-    return bool(needed_effects(fitted.problem, fitted.growth.q, fitted.problem.whole(), named))
+    all_terms = judged(fitted.problem, fitted.growth.q, fitted.beside)
+    return all_terms is None or bool(all_terms.needed)
 
 
 def _all_beside(
@@ -133,7 +134,7 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
 
     def on_progress(_q: FloatArray, gates: Mapping[str, int]) -> None:
         share = 100.0 * sum(gates.values()) / total
-        watch.tell("terms beside", f"{share:.1f} % of all samples followed")
+        watch.tell("added terms", f"{share:.1f} % of all samples followed")
 
     return grow_horizons(
         problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=STAGES.term_escapes, journal=watch.journal
@@ -187,8 +188,8 @@ def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[S
         follows, alone = True, growth.q
     if follows:
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
-    at = replace(at.of(problem), beside=wide.beside)
-    return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
+    at = drop_unneeded_terms(replace(at.of(problem), beside=wide.beside).at(q, whole), plain)
+    return watch.note(at), Growth(at.q, whole, True, wide.growth.rounds)
 
 
 def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatArray]:
@@ -240,7 +241,7 @@ def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int
 def _grown_rival(
     watch: Watch, state: SearchState, beside: Beside, best: Candidate, seed: int
 ) -> tuple[SearchState, Growth] | None:
-    watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
+    watch.tell("other laws", f"{', '.join(beside.terms)} from its best start")
     wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
     return _settled(watch, state, wide, seed) if wide.growth.complete else None
 
@@ -252,7 +253,7 @@ def _rival_starts(
     for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
         beside = law_beside(campaign.mechanism, law)
         problem = beside.problem(state.problem)
-        watch.tell("laws beside", law.name)
+        watch.tell("other laws", law.name)
         starts = multistart(problem, seed, problem.workers, journal=watch.journal)
         best = next(candidates(problem, starts, problem.workers, watch.journal), None)
         if best is not None:

@@ -16,9 +16,9 @@ from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, carried, with_disturbances, without
 from mechid.identification.effects.effect import law_beside, lifted
-from mechid.identification.effects.rules import DURING_FIT, EffectRules
 from mechid.identification.effects.scores import Score, count_effective_samples, scores
 from mechid.identification.effects.selection import add_likeliest, better_law, drop_unneeded, gain
+from mechid.identification.effects.settings import DURING_FIT, EffectRules
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit

@@ -14,13 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.result.channel_fit import ChannelFit
+from mechid.identification.result.record_result import RecordFit
 from mechid.identification.search.gates import Growth, followed_samples
 from mechid.identification.uncertainty.covariance import residual
 from mechid.identification.uncertainty.settings import NOISE
@@ -54,20 +55,20 @@ def _stopping(problem: Problem, target: Target, growth: Growth, gate: int) -> li
     return [quantity for quantity, samples in alone.items() if samples <= first]
 
 
-def with_saved_levels(problem: Problem, records: Mapping[str, Any]) -> Problem:
-    """Return the problem with the levels that a search has raised, of the `records` of its estimate.json."""
+def with_saved_levels(problem: Problem, records: Mapping[str, RecordFit]) -> Problem:
+    """Return the problem with the noise levels that the search of a fit has raised."""
 
     def one(target: Target) -> Target:
-        found = records[target.name]["channels"]
-        return target.each(lambda channel: _at_level(channel, found.get(channel.quantity, {})))
+        found = records[target.name].channels
+        return target.each(lambda channel: _at_level(channel, found.get(channel.quantity)))
 
     return replace(problem, targets=tuple(map(one, problem.targets)))
 
 
-def _at_level(channel: TargetChannel, found: Mapping[str, Any]) -> TargetChannel:
-    if found.get("noise_rests_on") != NoiseSource.RESIDUAL:
+def _at_level(channel: TargetChannel, found: ChannelFit | None) -> TargetChannel:
+    if found is None or found.noise_rests_on != NoiseSource.RESIDUAL:
         return channel
-    level = float(found["noise_sigma"])
+    level = float(found.noise_sigma)
     return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from mechid.analysis.information import Information
-from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import parameters_of
+from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.reports.digits import digits
 from mechid.reports.fit.use import use_word
@@ -74,15 +74,15 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
             "file": record.spec.path,
             "duration_s": _duration(campaign, record.name),
         }
-        for record in (as_fitted(one, fit) for one in campaign.records)
+        for record in (record_as_fitted(one, fit) for one in campaign.records)
         if record.data is not None
     }
 
 
 def meaning_data(campaign: Campaign, fit: Fit) -> dict[str, str]:
     """Return what each parameter is, by name, those that the fit found its records to have among them."""
-    records = tuple(as_fitted(record, fit) for record in campaign.records)
-    return {name: q.declaration.meaning for name, q in parameters_of(campaign.mechanism, records).items()}
+    records = tuple(record_as_fitted(record, fit) for record in campaign.records)
+    return {name: q.declaration.meaning for name, q in parameters_of(fit.mechanism, records).items()}
 
 
 def symbol_of(fit: Fit, name: str) -> str:

@@ -1,35 +1,19 @@
-"""What the files lack and a fit has: disturbances that they do not declare, terms beside the mechanism."""
+"""Effects that the files do not declare and a fit has added: disturbances of the records, terms of the mechanism."""
 
 from __future__ import annotations
 
+import math
 from statistics import median
 from typing import Any
 
-from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE
+from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, OwnValue
-from mechid.identification.result.terms_beside import CLEAR, TermBeside, TermsBeside
 from mechid.reports.digits import with_sigma
 
-WITHOUT = (
-    "These records ask for more than the mechanism file has: they are followed with the further terms below, which a "
-    "real mechanism or its test stand may have."
-)
-TRUST = (
-    "The values of the parameters and their errors hold with these terms: they were found together, so "
-    "that an error counts what a term may take away from its parameter. Everything else is without the terms: the "
-    "curves and residuals of the records, the estimated mechanism file, and whatever is simulated with it."
-)
-CLEAR_WORDS = (
-    f"A clear term is at least {CLEAR:g} standard errors from nothing: most likely the mechanism has it, or something "
-    "much like it. Where that makes sense for yours, write the term into the mechanism file, as the documentation of "
-    "its block shows, and identify again."
-)
-NONE_CLEAR = (
-    f"None of them is clear by itself, at least {CLEAR:g} standard errors from nothing: together they stand for "
-    "something that mechid cannot name. Look at the residuals' spectra and orders for what it may be."
-)
+CLEAR = 3.0
+"""Standard errors by which a record's value has to differ from the others' to be named; a choice, not measured."""
 LACKING = "What the model is missing"
 NOTHING_NAMED = "No effect that mechid knows stands out by itself."
 DIAGNOSE = (
@@ -40,26 +24,35 @@ DIAGNOSE = (
 COMPLETED = "The mechanism was completed by what the records ask for; this is what they ask for beyond."
 LEAST_TO_COMPARE = 3
 """Records of which one can be apart from the others."""
-OTHER_WORDS = "No different from nothing within their errors, so leave them out of the mechanism file:"
+CAMPAIGN_FILE, MECHANISM_FILE = "campaign.toml", "mechanism.toml"
 
 
 def lacking_lines(fit: Fit) -> list[str]:
     """Return what a fit of grade B or C says that its model is missing, a line each; none of another one."""
     if fit.grade not in (Grade.B, Grade.C):
         return []
-    lines = [f"{_capital(one.words)} ({one.name}): estimated with the rest, as below." for one in fit.missing]
-    clear = fit.beside.clear if fit.beside else ()
-    lines += [
-        f"{_capital(fit.beside.words[name])} ({name}): a clear term beside the mechanism file."
-        for name in clear
-        if fit.beside
-    ]
+    lines = [f"{_capital(one.words)} ({one.name}): {_added_words(one)}, as below." for one in fit.missing]
+    lines += as_written_lines(fit.as_written)
     lines += [
         f"{_capital(one.words)} ({one.name}): by its derivative alone it takes {100.0 * one.share:.2g} % of what "
         f"is left (chi-square {one.chi_square:.3g} for {one.dof}); no fit has tested it."
         for one in fit.suggested
     ]
     return [*(lines or [NOTHING_NAMED]), DIAGNOSE if fit.completed is None else COMPLETED]
+
+
+def _added_words(one: Missing) -> str:
+    return "added to the mechanism, and estimated with the rest" if one.block else "estimated with the rest"
+
+
+def as_written_lines(found: AsWritten | None) -> list[str]:
+    """Return how the mechanism as the user wrote it does, a sentence; nothing where the fit added nothing to it."""
+    if found is None:
+        return []
+    ratios = [ratio for ratio in found.residual_over_noise.values() if math.isfinite(ratio)]
+    follows = "follows the records too" if found.follows else "does not follow all records"
+    size = f" and leaves {min(ratios):.3g} to {max(ratios):.3g} times their noise" if ratios else ""
+    return [f"The mechanism file as written, at the same values, {follows}{size}."]
 
 
 def _capital(words: str) -> str:
@@ -70,7 +63,8 @@ def missing_data(one: Missing) -> dict[str, Any]:
     """Return what the files do not declare and the fit has, with the text of its values."""
     rows = [_row(name, p) for name, p in one.parameters.items()]
     chi_square, share = f"{one.chi_square:.4g}", f"{100.0 * one.share:.3g}"
-    text = {"chi_square": chi_square, "share_percent": share, "apart": _most_apart(one)}
+    file = MECHANISM_FILE if one.block else CAMPAIGN_FILE
+    text = {"chi_square": chi_square, "share_percent": share, "apart": _most_apart(one), "file": file}
     return {**one.to_dict(), "rows": rows, "text": text}
 
 
@@ -89,46 +83,33 @@ def _most_apart(one: Missing) -> str:
     return f", most of all in {name.split('.')[1]}: {value} +- {error}{unit}"
 
 
-def beside_data(beside: TermsBeside | None) -> dict[str, Any] | None:
-    """Return the terms that a fit has beside the mechanism as written, the clearest first; None where there are none.
-
-    Returns
-    -------
-    dict
-        ``said``: what they are, what to trust, what to do, a sentence or more each. ``clear_terms``, ``other_terms``:
-        their parameters, each with its ``term``, what that is (``words``), and ``meaning``. ``other_words``: what is
-        said of the others.
-    """
-    if beside is None:
-        return None
-    rows = {
-        name: [_term_row(n, p, beside.words[name]) for n, p in beside.parameters.items() if p.term == name]
-        for name in beside.names
-    }
-    clear = beside.clear
-    return {
-        "said": [WITHOUT, TRUST, CLEAR_WORDS if clear else NONE_CLEAR],
-        "clear_terms": [row for name in clear for row in rows[name]],
-        "other_terms": [row for name in beside.names if name not in clear for row in rows[name]],
-        "other_words": OTHER_WORDS,
-    }
+def added_notes(fit: Fit) -> dict[str, str]:
+    """Return remarks for the estimated mechanism file on what the fit added, by dotted name of parameter or option."""
+    notes: dict[str, str] = {}
+    for one in fit.added_terms:
+        note = f"added by mechid: {one.words}; the records need it (chi-square {one.chi_square:.4g} for {one.dof})"
+        places = {name.rpartition(".")[0] for name in one.parameters}
+        notes |= {
+            n: note for n, p in fit.parameters.items() if p.added and n.rpartition(".")[0] in places and n not in notes
+        }
+        notes |= {
+            option: note
+            for option, law in fit.mechanism.options.items()
+            if one.name == f"{one.block}.{law}" and option.rpartition(".")[0] == one.block
+        }
+        notes |= dict.fromkeys(one.parameters, note)
+    return notes
 
 
-def beside_comment(beside: TermsBeside | None) -> list[str]:
-    """Return what the estimated mechanism file says of terms that its fit has and it does not, a line or none."""
-    if beside is None:
+def added_comment(fit: Fit) -> list[str]:
+    """Return what the head of the estimated mechanism file says of added terms, a line or none."""
+    added = [one.name for one in fit.added_terms]
+    if not added:
         return []
-    clear = f", the clear ones {', '.join(beside.clear)}" if beside.clear else ""
-    return [
-        f"INCOMPLETE: the values were found together with terms that this file lacks{clear}; {ESTIMATE} lists them."
-    ]
+    return [f"ADDED to the mechanism as written, because the records need it: {', '.join(added)}."]
 
 
-def _term_row(name: str, p: TermBeside, words: str) -> dict[str, Any]:
-    return {**_row(name, p), "term": p.term, "words": words, "meaning": p.meaning, "width": p.width}
-
-
-def _row(name: str, p: OwnValue | TermBeside) -> dict[str, Any]:
+def _row(name: str, p: OwnValue) -> dict[str, Any]:
     """Return a parameter that no table of the mechanism or the campaign has, with the text of its value."""
     value, error = with_sigma(p.value, p.std_error)
     unit = "" if p.unit == "1" else p.unit

@@ -8,7 +8,6 @@ from typing import Any
 from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.fit.tables import (
-    beside_table,
     known_table,
     order_table,
     own_table,
@@ -33,7 +32,6 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     parts += ["## Known values", known_table(data).markdown()]
     parts += _completed(data["completed"])
     parts += [part for one in data["missing"] for part in _missing(one)]
-    parts += _beside(data["beside"])
     parts += ["## Records", record_table(data).markdown()]
     if data["orders"]:
         parts += ["## Orders of the step rate", order_table(data["orders"]).markdown()]
@@ -54,7 +52,7 @@ def _missing(one: Mapping[str, Any]) -> list[str]:
     text = one["text"]
     said = f"Not declared, and the records ask for it: chi-square {text['chi_square']} for {one['dof']}, "
     said += f"{text['share_percent']} % of what they hold beyond noise{cell(text['apart'])}. "
-    said += "To declare it, at the end of `campaign.toml`:"
+    said += f"To declare it, at the end of `{text['file']}`:"
     heading = f"## Not declared: {cell(one['words'])}"
     return [heading, own_table(one["rows"]).markdown(), said, f"```toml\n{one['toml']}```"]
 
@@ -65,16 +63,6 @@ def _completed(completed: Mapping[str, Any] | None) -> list[str]:
         return []
     rows = [path_table(completed["rows"]).markdown()] if completed["rows"] else []
     return [f"## {COMPLETED_TITLE}", *map(cell, completed["said"]), *rows]
-
-
-def _beside(beside: Mapping[str, Any] | None) -> list[str]:
-    """Return the terms that the fit has beside the mechanism: a heading, what they are, those clear and the others."""
-    if not beside:
-        return []
-    parts = ["## Terms beside the mechanism file", *map(cell, beside["said"])]
-    for rows, said in ((beside["clear_terms"], []), (beside["other_terms"], [beside["other_words"]])):
-        parts += [*said, beside_table(rows).markdown()] if rows else []
-    return parts
 
 
 def _channel_information(information: Mapping[str, Any] | None) -> list[str]:

@@ -10,12 +10,13 @@ from typing import Any
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
 from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.fit import Fit, RecordFit, StageReport
+from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
+from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Status
 from mechid.reports.digits import digits, like, plain, with_sigma
-from mechid.reports.fit.lacking import beside_data, lacking_lines, missing_data
+from mechid.reports.fit.lacking import lacking_lines, missing_data
 from mechid.reports.fit.path import completed_data
 from mechid.reports.fit.side import side_rows
 from mechid.reports.fit.use import with_left_out, with_use
@@ -69,7 +70,7 @@ def report_data(
         "side": side_rows(validation or {}),
         "stages": [_stage(s) for s in fit.stages],
         "missing": [missing_data(one) for one in fit.missing],
-        "beside": beside_data(fit.beside),
+        "as_written": fit.as_written.to_dict() if fit.as_written else None,
         "lacking": lacking_lines(fit),
         "completed": completed_data(fit.completed),
         "warnings": list(fit.warnings),
@@ -106,6 +107,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "max": p.max,
         "status": p.status,
         "reason": p.reason,
+        "added": p.added,
         "local_only": p.local_only,
         "contradicted": p.contradicted,
         "prior": asdict(p.prior) if p.prior else None,
@@ -119,12 +121,18 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
             "unit": "" if p.unit == "1" else p.unit,
             "min": "" if p.min is None else plain(p.min),
             "max": "" if p.max is None else plain(p.max),
-            "status": "near threshold" if p.local_only else p.status.replace("_", " "),
+            "status": _status(p),
             "prior": "" if p.prior is None else plain(p.prior.value),
             "prior_sigma": "" if p.prior is None else plain(p.prior.sigma),
             "without_prior": "" if p.prior is None else _records_alone(p.prior),
         },
     }
+
+
+def _status(p: ParameterEstimate) -> str:
+    """Return a parameter's status in words, and whether the fit added it."""
+    words = "near threshold" if p.local_only else p.status.replace("_", " ")
+    return f"{words}, added" if p.added else words
 
 
 def _records_alone(prior: PriorShare) -> str:
@@ -153,6 +161,7 @@ def _record(r: RecordFit) -> dict[str, Any]:
         "offset": r.offset,
         "drift": r.drift,
         "followed_percent": r.followed_percent,
+        "residual_over_noise": r.residual_over_noise,
         "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order,
         "rejected": r.rejected,

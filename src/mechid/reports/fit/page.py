@@ -27,7 +27,6 @@ OUTLINED = (
     "of {detail:.3g} s around what the buttons name."
 )
 TABLES: Mapping[str, Callable[[Any], Table]] = {
-    "beside": tables.beside_table,
     "orders": tables.order_table_of_one,
     "known": tables.known_table,
     "own": tables.own_table,

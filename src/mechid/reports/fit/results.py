@@ -21,7 +21,7 @@ from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.reading.whole import read_result
-from mechid.reports.fit.lacking import beside_comment
+from mechid.reports.fit.lacking import added_comment, added_notes
 from mechid.writing import write_together, write_whole
 
 REPORT_NAME = "report.json"
@@ -101,8 +101,8 @@ def estimated_text(fit: Fit, *, synthetic: bool = False) -> str:
     lines = [f"{ESTIMATED}; standard errors and all else stand in {ESTIMATE_NAME}."]
     if fit.synthetic or synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
-    lines += [GRADE_WORDS[fit.grade], *beside_comment(fit.beside), fit.outcome.value]
-    return mechanism_text(fit.mechanism, "\n".join(lines))
+    lines += [GRADE_WORDS[fit.grade], *added_comment(fit), fit.outcome.value]
+    return mechanism_text(fit.mechanism, "\n".join(lines), added_notes(fit))
 
 
 def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:

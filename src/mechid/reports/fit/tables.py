@@ -88,7 +88,6 @@ VALUE = (
     Column("std error", "std_error", said="± σ"),
     Column("unit", "unit", words=True),
 )
-MEANING = Column("meaning", "meaning", words=True, on_page=OnPage(wide=True))
 STAGES = (
     Column("stage", "name", words=True),
     Column("records", "records"),
@@ -159,12 +158,6 @@ def stage_table(rows: Sequence[Row]) -> Table:
 def own_table(rows: Sequence[Row]) -> Table:
     """Return parameters that no table of the files has, with their values."""
     return Table((NAME, *VALUE), rows)
-
-
-def beside_table(rows: Sequence[Row]) -> Table:
-    """Return the parameters of terms beside the mechanism, under what each term is."""
-    named = [{**row, "table": f"{row['words']} ({row['term']})"} for row in rows]
-    return Table((NAME, *VALUE, MEANING), named, group="term")
 
 
 def order_table(rows: Sequence[Row]) -> Table:

@@ -14,7 +14,6 @@ from mechid.reports.fit.lacking import LACKING
 from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_TITLE
 from mechid.reports.fit.tables import (
-    beside_table,
     followed_table,
     order_table,
     own_table,
@@ -59,7 +58,6 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     _print_lacking(data["lacking"], console)
     _print_completed(data["completed"], console)
     _print_missing(data, console)
-    _print_beside(data["beside"], console)
     if torque_alone(data["channels"]):
         say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
     else:
@@ -126,25 +124,9 @@ def _print_missing(data: Mapping[str, Any], console: Console) -> None:
         said = f"{one['name']}: {one['words']}; not declared, found (chi-square {text['chi_square']} for {one['dof']})"
         say(console, said, "bold")
         own_table(one["rows"]).print(console)
-        say(console, "To declare it, at the end of campaign.toml:")
+        say(console, f"To declare it, at the end of {text['file']}:")
         for line in one["toml"].strip().splitlines():
             say(console, f"    {line}" if line else "")
-        console.print()
-
-
-def _print_beside(beside: Mapping[str, Any] | None, console: Console) -> None:
-    """Print the terms that the fit has beside the mechanism; of those that are not told from nothing the names."""
-    if not beside:
-        return
-    say(console, "Terms beside the mechanism file", "bold")
-    for line in beside["said"]:
-        say(console, line)
-    console.print()
-    if beside["clear_terms"]:
-        beside_table(beside["clear_terms"]).print(console)
-    if beside["other_terms"]:
-        names = dict.fromkeys(row["term"] for row in beside["other_terms"])
-        say(console, f"{beside['other_words']} {', '.join(names)}")
         console.print()
 
 

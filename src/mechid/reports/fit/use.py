@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from mechid.identification.output_error.declaration import LEFT_OUT
+from mechid.analysis.hypothesis import LEFT_OUT
 from mechid.reports.data import Data
 
 

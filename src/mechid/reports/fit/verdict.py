@@ -18,7 +18,6 @@ from mechid.reports.quantities import quantity_words, torque_alone
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 TONES = {"A": GOOD, "B": CAUTION}
 READ_CAUTIONS = "Read the cautions before its values are used."
-WITHOUT_TERMS = "without the terms beside the mechanism file "
 STRONG = 0.95
 COLOURED = 1.5
 """Standard error for noise of any colour over that for white noise from which residuals are said to be coloured."""
@@ -89,9 +88,7 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
         what = "records" if torque_alone(rows) else "channels"
         size = f"the residual is {min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
         explained = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
-        lines.append(
-            explained if data["grade"] == "A" else _capital(f"{WITHOUT_TERMS if data['beside'] else ''}{size}")
-        )
+        lines.append(explained if data["grade"] == "A" else _capital(size))
     lines += [
         f"Record {_called(row)}: the simulation does not come to its end."
         for row, residual in residuals
@@ -120,12 +117,7 @@ def _capital(sentence: str) -> str:
 
 
 def _misfits(data: Data, residuals: Residuals) -> Residuals:
-    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure.
-
-    Nothing where the fit has terms beside the mechanism: what a record leaves is then mostly theirs, and said.
-    """
-    if data["beside"]:
-        return []
+    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure."""
     above = (NoiseLevel.COLOURED, NoiseLevel.ABOVE)
     return [(row, r) for row, r in residuals if r.level in above and not row["left_out"]]
 

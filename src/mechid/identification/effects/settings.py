@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from mechid.parameter import Role
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,3 +106,24 @@ DURING_FIT = replace(
     tolerance=1e-6,  # here a relative fall of the cost
     tries=1,
 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DisturbancePriors:
+    """How far records may be from the mechanism as written, as standard deviations of priors."""
+
+    clock_ppm: float = 300.0
+    """Of two ordinary clocks: quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000."""
+    delay_s: float = 1e-4
+    """How late a record's command may be: a sample at 10 kHz. A choice."""
+    shares: Mapping[Role, float] = field(
+        default_factory=lambda: {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04, Role.TRANSDUCER_GAIN: 0.01}
+    )
+    """Of values of single records, relative: 4 % of resistance are 10 K of copper. The others are choices."""
+    reach: float = 5.0
+    """Standard deviations to either bound. A choice."""
+    hum_samples: int = 64
+    """Samples from which lines of the mains are looked for. A choice."""
+
+
+PRIORS = DisturbancePriors()

@@ -34,7 +34,7 @@ def test_the_scatter_of_a_nearly_linear_problem_is_the_fisher_sigma(housing, fou
     """Truth: (J^T J)^-1 for white noise; the sample variance of 80 within its own 99.9 % interval."""
     low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], DRAWS - 1) / (DRAWS - 1))
     for spread in found.spreads:
-        sigma = housing.parameters[spread.name]["std_error_white"]
+        sigma = housing.parameters[spread.name].std_error_white
         assert low < spread.deviation / sigma < high, spread.name
         assert abs(spread.mean_shift) < 3.5 * sigma / math.sqrt(DRAWS), spread.name
     assert found.tally[DrawOutcome.CONVERGED] == DRAWS

@@ -13,6 +13,8 @@ from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.estimate_file import estimate_text, write_estimate
 from mechid.identification.result.fit_file import read_fit
+from mechid.reports.fit.numbers import report_data
+from mechid.reports.fit.results import write_results
 
 STAGE = """
 [[stage]]
@@ -39,7 +41,9 @@ def test_it_reads_back_to_what_was_written(made):
     read = read_fit(folder / "estimate.json", load_campaign(folder))
     assert estimate_text(read) == estimate_text(fit)
     assert read.mechanism.kernel_values().tolist() == fit.mechanism.kernel_values().tolist()
-    assert {f.name for f in fields(read) if type(getattr(read, f.name)) is not type(getattr(fit, f.name))} == set()
+    other = {f.name for f in fields(read) if type(getattr(read, f.name)) is not type(getattr(fit, f.name))}
+    assert other == {"folder"}
+    assert read.folder == folder
 
 
 def test_what_is_no_number_stays_none(made, tmp_path):
@@ -81,3 +85,43 @@ def test_how_a_record_was_taken_reads_back(made, tmp_path):
     other = replace(fit, records=fit.records | {"full_46": replace(fit.records["full_46"], taken=taken)})
     write_estimate(other, tmp_path / "estimate.json")
     assert read_fit(tmp_path / "estimate.json", campaign).records["full_46"].taken == taken
+
+
+@pytest.fixture(scope="module")
+def left(made, tmp_path_factory):
+    """Return the folder in which identify leaves the fit, its mechanism file beside its estimate."""
+    folder = tmp_path_factory.mktemp("left")
+    write_results(made[2], report_data(made[2]), folder)
+    return folder
+
+
+def test_without_its_campaign_a_fit_reads_back_too(made, left):
+    _, campaign, fit = made
+    read = read_fit(left)
+    assert estimate_text(read) == estimate_text(read_fit(left / "estimate.json"))
+    assert estimate_text(read) == estimate_text(read_fit(left, campaign))
+    assert replace(read, provenance=fit.provenance).to_dict() == fit.to_dict()
+    assert read.mechanism.kernel_values().tolist() == fit.mechanism.kernel_values().tolist()
+    assert list(read.mechanism.parameters) == list(fit.mechanism.parameters)
+    assert [p.name for p in read.mechanism.free] == [p.name for p in fit.mechanism.free]
+    assert (read.folder, read.campaign) == (left, None)
+
+
+def test_without_its_campaign_another_mechanism_file_is_refused(left, tmp_path):
+    (tmp_path / "estimate.json").write_bytes((left / "estimate.json").read_bytes())
+    with pytest.raises(InputFileError, match=r"mechanism\.toml: there is no such file; identify leaves it beside"):
+        read_fit(tmp_path)
+    (tmp_path / "mechanism.toml").write_bytes((left / "mechanism.toml").read_bytes() + b"\n")
+    with pytest.raises(InputFileError, match="is not the file that identify left beside"):
+        read_fit(tmp_path)
+
+
+def test_without_its_campaign_an_estimate_that_names_no_mechanism_file_is_refused(made):
+    folder, _, _ = made
+    with pytest.raises(InputFileError, match=r"provenance\.mechanism_sha256: missing; an earlier mechid wrote it"):
+        read_fit(folder)
+
+
+def test_a_folder_without_an_estimate_is_refused(tmp_path):
+    with pytest.raises(InputFileError, match=r'estimate\.json: there is no such file; "mechid identify" writes it'):
+        read_fit(tmp_path / "nowhere")

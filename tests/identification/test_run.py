@@ -7,7 +7,7 @@ import pytest
 
 import mechid
 from diagnosis_bench import HARMONIC, made
-from mechid.identification.diagnosis import completion
+from mechid.identification import run
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from synthetic import TRUTH
@@ -39,9 +39,9 @@ def test_a_completion_searches_patiently_only_where_no_model_follows(outcome, sh
         searches.append(patient)
         return SimpleNamespace(outcome=outcome, grade="C", patient=patient)
 
-    monkeypatch.setattr(completion, "identified", search)
-    monkeypatch.setattr(completion, "diagnose", lambda *_, **__: SimpleNamespace(mechanism=object(), share=share))
-    fit, found = completion.examined(None)
+    monkeypatch.setattr(run, "search", search)
+    monkeypatch.setattr(run, "diagnose", lambda *_, **__: SimpleNamespace(mechanism=object(), share=share))
+    fit, found = run.examined(None, run.IdentifyRun(), run.Companion())
     assert searches == asked
     assert fit.patient is asked[-1]
     assert (found is None) == (outcome is FitOutcome.INTERRUPTED)
@@ -56,9 +56,9 @@ def test_a_completed_fit_that_is_not_followed_is_searched_again(grades, kept, mo
         begun_near.append(near)
         return Fitted(grade=Grade(next(left)))
 
-    monkeypatch.setattr(completion, "identified", search)
+    monkeypatch.setattr(run, "search", search)
     whole = SimpleNamespace(mechanism=SimpleNamespace(free=[SimpleNamespace(name="a", value=1.0)]))
-    fit = completion.identified_with(whole, SimpleNamespace(share=1.0, steps=()))
+    fit = run.completed_fit(whole, SimpleNamespace(share=1.0, steps=()), run.IdentifyRun())
     assert fit.grade == kept
     assert begun_near == [{"a": 1.0}, None][: len(grades)]
 

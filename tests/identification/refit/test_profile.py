@@ -32,7 +32,7 @@ def housing():
 def test_the_profile_of_a_linear_problem_is_the_parabola(gain):
     """Truth: rise = ((value - estimate) / sigma)^2, and the interval estimate +- 1.96 sigma."""
     found = profiles(gain, ["housing.gain"])[0]
-    sigma = gain.parameters["housing.gain"]["std_error_white"]
+    sigma = gain.parameters["housing.gain"].std_error_white
     parabola = [((p.value - found.value) / sigma) ** 2 for p in found.points]
     np.testing.assert_allclose([p.rise for p in found.points], parabola, atol=2e-3)
     np.testing.assert_allclose(found.interval, (found.value - LIMIT * sigma, found.value + LIMIT * sigma), rtol=1e-5)
@@ -42,7 +42,7 @@ def test_the_profile_of_a_linear_problem_is_the_parabola(gain):
 
 def test_all_others_are_refitted(housing):
     """Truth: the standard error with the others free; held at the optimum they would make it narrower."""
-    sigmas = [housing.parameters[name]["std_error_white"] for name in HOUSING]
+    sigmas = [housing.parameters[name].std_error_white for name in HOUSING]
     for found, sigma in zip(profiles(housing, HOUSING, workers=2), sigmas, strict=True):
         half = 0.5 * (found.interval[1] - found.interval[0])
         assert half == pytest.approx(LIMIT * sigma, rel=0.02), found.name
@@ -59,7 +59,7 @@ def test_a_bound_that_comes_first_is_told():
 
 def test_a_jump_of_the_cost_is_named_with_its_value(gain, monkeypatch):
     """Truth: a parabola with a step of 9 at a value known beforehand."""
-    sigma = gain.parameters["housing.gain"]["std_error_white"]
+    sigma = gain.parameters["housing.gain"].std_error_white
     centre = gain.values(gain.q)["housing.gain"]
     cliff = centre + 0.7 * sigma
 
@@ -80,7 +80,7 @@ def test_a_jump_of_the_cost_is_named_with_its_value(gain, monkeypatch):
 
 def test_a_better_point_than_the_estimate_is_told(gain, monkeypatch):
     """Truth: a parabola whose bottom is one sigma above the estimate, lower by one sigma squared."""
-    sigma = gain.parameters["housing.gain"]["std_error_white"]
+    sigma = gain.parameters["housing.gain"].std_error_white
     centre = gain.values(gain.q)["housing.gain"] + sigma
 
     def moved(found, task):
@@ -93,8 +93,8 @@ def test_a_better_point_than_the_estimate_is_told(gain, monkeypatch):
 
 def test_coloured_residuals_raise_the_level(gain):
     """Truth: the quantile times the ratio of variances; on a parabola the wider interval is wider by its root."""
-    own = {**gain.parameters["housing.gain"]}
-    own["std_error"] = 1.5 * own["std_error_white"]
+    own = gain.parameters["housing.gain"]
+    own = module.replace(own, std_error=1.5 * own.std_error_white)
     coloured = module.replace(gain, parameters={**gain.parameters, "housing.gain": own})
     found = profiles(coloured, ["housing.gain"])[0]
     assert found.level_coloured == pytest.approx(2.25 * chi2.ppf(0.95, 1))

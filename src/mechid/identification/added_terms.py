@@ -1,0 +1,188 @@
+"""Terms and laws that a fit added to the mechanism: what each explains, and the mechanism as written beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import chdtrc
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.mechanism_text import appendix_text
+from mechid.identification.effects.effect import Beside
+from mechid.identification.effects.pruning import groups_of, rises
+from mechid.identification.effects.scores import by_own_residuals
+from mechid.identification.grading import DIAGNOSE
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.as_written import AsWritten
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import Cause, Reason
+from mechid.identification.result.missing import Missing, OwnValue, missing_warning
+from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.record_fit import record_fit
+from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.solve import solve
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import words_of
+
+STEPS = 30
+"""Of the fit of the mechanism as written that shows what a law explains; a choice, not measured."""
+NAMED = 3
+"""Added terms that a sentence names at most, those that explain most; a choice, not measured."""
+
+
+def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
+    """Return a fit with an entry of `missing` and a warning for each added term, and how the mechanism as written does.
+
+    Parameters
+    ----------
+    fit : Fit
+        Of the mechanism with the terms.
+    campaign : Campaign
+        Its mechanism as written, its records as the fit read them.
+    state : SearchState
+        At the end of the search.
+    """
+    if state.beside is None:
+        return fit
+    terms = missing_terms(fit, campaign.mechanism, state)
+    return replace(
+        fit,
+        missing=(*terms, *fit.missing),
+        as_written=as_written(fit, campaign, state),
+        warnings=(*map(missing_warning, terms), *fit.warnings),
+    )
+
+
+def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Missing, ...]:
+    """Return an entry of ``missing`` for each term or law that a search has added to the mechanism.
+
+    Its chi-square is the rise of the cost without it, each record at its residual's level and worth: by the derivatives
+    at the estimate for a term, all else free to make up for it; by a fit of the mechanism as written for a law.
+
+    Parameters
+    ----------
+    fit : Fit
+        Its mechanism has the terms, at the estimate.
+    written : Mechanism
+        As the user wrote it.
+    state : SearchState
+        At the end of the search.
+    """
+    added = state.beside
+    if added is None or not added.new:
+        return ()
+    by_name = {name: [p for p, term in added.new.items() if term == name] for name in added.terms}
+    falls = _falls(state, written, added, by_name)
+    words = words_of(written)
+    total = max(falls.pop(""), 1e-300)
+    if not all(map(math.isfinite, falls.values())):
+        return ()  # a point that cannot be simulated explains nothing
+    return tuple(
+        Missing(
+            name=name,
+            words=words.get(name, name),
+            parameters={p: _own(fit, p) for p in by_name[name] if p in fit.parameters},
+            chi_square=fall,
+            dof=len(by_name[name]),
+            share=min(fall / total, 1.0),
+            p_value=float(chdtrc(len(by_name[name]), fall)),
+            records=tuple(state.windows),
+            toml=appendix_text(fit.mechanism, by_name[name], written),
+            block=by_name[name][0].rpartition(".")[0].rstrip(".0123456789"),
+            aliases=added.aliases.get(name, ()),
+        )
+        for name, fall in sorted(falls.items(), key=lambda item: -item[1])
+    )
+
+
+def _own(fit: Fit, name: str) -> OwnValue:
+    p = fit.parameters[name]
+    return OwnValue(value=p.value, std_error=p.std_error, unit=p.unit)
+
+
+def _falls(
+    state: SearchState, written: Mechanism, added: Beside, by_name: Mapping[str, Sequence[str]]
+) -> dict[str, float]:
+    """Return by how much the cost falls with each added term or law; with all of them under an empty name."""
+    weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
+    if not added.is_law:
+        triangle = weighted.joint(state.q, state.windows)
+        if not np.all(np.isfinite(triangle.jacobian)):
+            return dict.fromkeys((*by_name, ""), math.nan)
+        found = rises(triangle, state.q, groups_of(weighted, by_name))
+        return {name: max(found.get(name, 0.0), 0.0) for name in (*by_name, "")}
+    cost = weighted.total_norm(state.q, state.windows) ** 2
+    plain = Beside(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
+    q = plain.coordinates.point(weighted.coordinates.values(state.q))
+    if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
+        q = solve(plain, q, state.windows, steps=STEPS, tolerance=1e-6).q
+    fall = max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
+    return {**dict.fromkeys(by_name, fall), "": fall}
+
+
+def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
+    """Return how the mechanism as written predicts the records at the values of a fit that has further terms.
+
+    Added terms are at their null value, and a law is again the one that the user chose.
+
+    Parameters
+    ----------
+    fit : Fit
+        With the further terms.
+    campaign : Campaign
+        Its mechanism as written, its records as the fit read them.
+    state : SearchState
+        At the end of the search.
+    """
+    own = {p.name: fit.mechanism.value(p.name) for p in campaign.mechanism.free}
+    problem = Beside(campaign.mechanism.with_values(own).with_free(())).problem(state.problem)
+    values = {name: p.value for name, p in fit.parameters.items()}
+    records = [r for r in campaign.records if r.name in fit.records]
+    found = {r.name: _predicted(r, fit.records[r.name], problem, values, state) for r in records}
+    fitted = [c for name in state.windows for c in found[name].channels.values() if c.use == "estimate"]
+    ratios = {name: r.residual_over_noise for name, r in found.items()}
+    return AsWritten(follows=all(c.followed for c in fitted), residual_over_noise=ratios)
+
+
+def _predicted(
+    record: CampaignRecord, found: RecordFit, problem: Problem, values: Mapping[str, float], state: SearchState
+) -> RecordFit:
+    """Return how a problem predicts a record, over the samples by which the fit judged it."""
+    if not found.nuisance:
+        return record_fit(record, problem, problem.coordinates.point(values), state.windows)
+    window = (found.nuisance.samples, found.nuisance.samples + found.samples)
+    settled = record.holding(found.nuisance.values)
+    return record_fit(settled, problem, problem.coordinates.point(values), {record.name: window})
+
+
+def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | None:
+    """Return the reason that the mechanism file lacks what the records need, and what was added; None if nothing was.
+
+    Parameters
+    ----------
+    fit : Fit
+        With its `missing` and `as_written`.
+    campaign : Campaign
+    state : SearchState
+    """
+    if state.beside is None or fit.as_written is None:
+        return None
+    terms = fit.added_terms
+    names = [f"{one.words} ({one.name})" for one in terms[:NAMED]] or list(state.beside.terms)
+    more = f" and {len(terms) - NAMED} more" if len(terms) > NAMED else ""
+    what, them = ("effects", "them") if len(state.beside.terms) > 1 else ("an effect", "it")
+    ratios = fit.as_written.residual_over_noise
+    worst = max(state.windows, key=lambda name: ratios[name])
+    left, alone = fit.records[worst].residual_over_noise, ratios[worst]
+    text = (
+        f"The mechanism file lacks {what} that the records need; added: {', '.join(names)}{more}. Without {them}, at "
+        f"the same values, the model leaves {alone:.3g} times the noise of record {worst}; with {them} {left:.3g} "
+        "times."
+    )
+    written = ", ".join(one.name for one in terms[:NAMED]) + more
+    again = f"mechid identify {campaign.path} --out DIR, with {written} in the mechanism file; or {DIAGNOSE}"
+    return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)

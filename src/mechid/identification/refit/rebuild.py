@@ -1,0 +1,111 @@
+"""Optimum of a finished fit rebuilt from its campaign: the problem that the search solved, at the values it found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.campaign import Campaign
+from mechid.errors import FitError, InputFileError
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.identify import make_problem
+from mechid.identification.output_error.identity import file_digests
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.optimum import MOVED, Optimum
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.solve import solve
+from mechid.identification.stages.freeze import without
+from mechid.identification.stages.own_stages import begin
+from mechid.identification.uncertainty.noise import release_noise, without_outliers
+from mechid.identification.uncertainty.noise_levels import with_saved_levels
+from mechid.parameter import Status
+
+
+def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
+    """Return the optimum of a fit that holds its campaign; the weights of its records follow from the residuals.
+
+    Raises
+    ------
+    UsageError
+        The fit does not hold its campaign.
+    InputFileError
+        The files of the campaign are not those of the fit.
+    FitError
+        The fit has no optimum.
+    """
+    refuse_other_files(fit)
+    _refuse_without_optimum(fit)
+    campaign = campaign_as_fitted(replace(fit.required_campaign, mechanism=fit.start_mechanism), fit)
+    values = {name: p.value for name, p in fit.parameters.items() if p.status in (*MOVED, Status.FROZEN)}
+    with one_core_algebra():
+        problem = replace(make_problem(campaign, workers), shrinkage=_small_priors(fit))
+        problem, q, windows = _first_point(campaign, with_saved_levels(problem, fit.records), values)
+        problem, q = _as_moved(problem, q, fit, values)
+        problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
+        options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
+        if options.spikes == "reject" and not campaign.stages:
+            problem = without_outliers(problem, q, windows)
+        problem, _ = release_noise(problem, q, windows, options)
+        if options.priors == "search":
+            problem = replace(problem, priors={})
+        solution = solve(problem, q, windows)
+    if not np.all(np.isfinite(solution.triangle.jacobian)):
+        raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
+    return Optimum(problem, solution.q, windows, solution.triangle, fit.parameters)
+
+
+def _small_priors(fit: Fit) -> dict[str, float]:
+    """Return the widths of the priors that hold added terms near their null value, where the fit ended with such."""
+    return {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
+
+
+def _first_point(
+    campaign: Campaign, problem: Problem, values: Mapping[str, float]
+) -> tuple[Problem, FloatArray, Windows]:
+    """Return the problem at the values found, with its windows; by the user's stages where the campaign has some."""
+    if not campaign.stages:
+        return problem, problem.coordinates.point(values), problem.whole()
+    state = begin(SearchState(problem, problem.start, problem.whole()), campaign, campaign.stages, values)
+    return state.problem, state.q, state.windows
+
+
+def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, float]) -> tuple[Problem, FloatArray]:
+    """Hold the parameters that the fit held, and search detents at their limit in the coordinates that it used."""
+    status = {n: p.status for n, p in fit.parameters.items()}
+    moved = [p.name for p in problem.space.mechanism.free if status[p.name] in MOVED]
+    known = problem.space.mechanism.parameters
+    held = {n: v for n, v in values.items() if status[n] == Status.FROZEN and n in known}
+    problem, q = without(problem, q, moved, held)
+    cosines = (c.name for c in problem.space.coordinates if c.kind == "cosine")
+    at_limit = frozenset(name for name in cosines if status[name] == Status.AT_BOUND)
+    return problem.in_polar(at_limit, q) if at_limit else (problem, q)
+
+
+def _refuse_without_optimum(fit: Fit) -> None:
+    """Raise FitError where a fit has no optimum."""
+    if not fit.grade.good:
+        raise FitError(" ".join(["the fit has no optimum to look around from:", *grade_lines(fit)]))
+
+
+def grade_lines(fit: Fit) -> Iterable[str]:
+    """Return the grade of a fit in words, and its first reason with the next step."""
+    return [GRADE_WORDS[fit.grade], *(f"{reason.text} Next: {reason.next_command}" for reason in fit.reasons[:1])]
+
+
+def refuse_other_files(fit: Fit) -> None:
+    """Raise InputFileError where a fit is of other files than its campaign has now."""
+    campaign = fit.required_campaign
+    if other := other_files(campaign, fit):
+        raise InputFileError(f"{campaign.path}: {', '.join(other)}: not as in the fit; identify anew")
+
+
+def other_files(campaign: Campaign, fit: Fit) -> tuple[str, ...]:
+    """Return the names of a campaign's files that are not those the fit was made of."""
+    found = fit.inputs_sha256
+    return tuple(name for name, digest in file_digests(campaign).items() if found.get(name) != digest)

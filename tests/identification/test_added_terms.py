@@ -1,0 +1,260 @@
+"""A fit that added a term to its mechanism, from the end of its search to what a report says of it.
+
+Truth: the mechanism that made the record, which has a harmonic of the torque constant that the file lacks.
+"""
+
+import json
+import math
+import tomllib
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mechid.analysis import validate
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import flying_estimate
+from mechid.campaign import read_mechanism
+from mechid.campaign.catalogue_values import CATALOGUE
+from mechid.campaign.mechanism_file import mechanism_from_table
+from mechid.campaign.prediction import simulate
+from mechid.identification.conclude import conclude
+from mechid.identification.effects.effect import law_beside, terms_beside
+from mechid.identification.identify import make_problem
+from mechid.identification.result.estimate_file import estimate_text
+from mechid.identification.result.fit_file import read_fit
+from mechid.identification.result.grade import Cause, Grade
+from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.solve import solve
+from mechid.plant.superset import rivals_of, superset_of
+from mechid.reports import print_report, report_data
+from mechid.reports.fit.files import write_report
+from mechid.reports.fit.results import write_results
+from printing import printed
+from synthetic import TRUTH, bench, displaced, truth
+
+TERM = "stepper.torque_harmonic:3"
+WORDS = "3rd harmonic of the torque constant"
+ORDER, AMPLITUDE, PHASE = (f"stepper.torque_harmonic.0.{key}" for key in ("order", "amplitude", "phase_deg"))
+HARMONIC = {AMPLITUDE: 0.02, PHASE: 40.0}
+FREE = ("gear.stiffness", "gear.damping")
+RECORD = "full_46"
+
+
+def made_by(**tables):
+    """Return the true mechanism with further tables, or further keys of the catalogue's."""
+    table = {**CATALOGUE, **{name: {**CATALOGUE.get(name, {}), **own} for name, own in tables.items()}}
+    return mechanism_from_table(table, "with more than the file").with_values(TRUTH)
+
+
+def harmonic(amplitude):
+    return {"stepper": {"torque_harmonic": [{"order": 3, "amplitude": amplitude, "phase_deg": HARMONIC[PHASE]}]}}
+
+
+def concluded(truth_of_record, added_to, start):
+    """Return a campaign of 0.3 s and its fit, from the optimum of a problem with added terms; nothing is searched."""
+    campaign = bench(displaced(truth(), dict.fromkeys(FREE, 1.001)), truth_of_record, RECORD, seed=11, seconds=0.3)
+    added = added_to(campaign.mechanism)
+    problem = added.problem(make_problem(campaign, 1))
+    begun = problem.coordinates.point({**{n: TRUTH[n] for n in FREE}, **start})
+    solution = solve(problem, begun, problem.whole())
+    state = SearchState(
+        problem,
+        solution.q,
+        problem.whole(),
+        outcome=FitOutcome.CONVERGED,
+        solution=solution,
+        searched=True,
+        beside=added,
+    )
+    return campaign, conclude(campaign, state, seed=1, seconds=1.0)
+
+
+def left(campaign, fit, folder):
+    """Write what identify leaves of a fit, and return it with the fit read back from there."""
+    validation = validate(campaign, fit)
+    data = report_data(fit, validation=validation)
+    write_results(fit, data, folder, validation=validation)
+    write_report(data, campaign, fit, validation, folder)
+    return SimpleNamespace(campaign=campaign, fit=fit, folder=folder, read=read_fit(folder, campaign))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    def only_the_term(mechanism):
+        return replace(terms_beside(superset_of(mechanism, only=[TERM]), [TERM]), widths={})
+
+    campaign, fit = concluded(made_by(**harmonic(HARMONIC[AMPLITUDE])), only_the_term, HARMONIC)
+    return left(campaign, fit, tmp_path_factory.mktemp("fit"))
+
+
+@pytest.fixture(scope="module")
+def with_law(tmp_path_factory):
+    """Return a fit to which a law was added that no null value leads to: a low-pass before the recorder."""
+    found = "anti_alias:2"
+
+    def filtered(mechanism):
+        return law_beside(mechanism, next(law for law in rivals_of(mechanism) if law.name == found))
+
+    campaign, fit = concluded(
+        made_by(anti_alias={"order": 2, "frequency": 12e3}), filtered, {"anti_alias.frequency": 12e3}
+    )
+    return left(campaign, fit, tmp_path_factory.mktemp("law"))
+
+
+def estimate_of(made):
+    return json.loads((made.folder / "estimate.json").read_text(encoding="utf-8"))
+
+
+def rms_of_left_mechanism(made, record=RECORD):
+    """Return the RMS of a record less what the mechanism file left behind simulates, offset and drift fitted."""
+    own = made.campaign.record(record)
+    mechanism = read_mechanism(made.folder / "mechanism.toml")
+    run = simulate(replace(made.campaign, mechanism=mechanism), record)
+    rest = own.data.channel("torque").data - np.asarray(run.torque)
+    line = np.stack([np.ones(rest.size), np.linspace(-1.0, 1.0, rest.size)], axis=1)
+    rest = rest - line @ np.linalg.lstsq(line, rest, rcond=None)[0]
+    return math.sqrt(float(np.mean(rest**2)))
+
+
+def test_values_are_the_truth_and_the_term_is_a_parameter(made):
+    fit = made.fit
+    for name, value in {**{n: TRUTH[n] for n in FREE}, **HARMONIC}.items():
+        p = fit.parameters[name]
+        assert abs(p.value - value) < 4.0 * p.std_error
+        assert p.added is (name in HARMONIC)
+        assert fit.mechanism.value(name) == p.value
+    assert fit.parameters[ORDER].added
+    assert {n for n, p in fit.parameters.items() if p.added} == {ORDER, *HARMONIC}
+    assert set(fit.correlation_names) == {*FREE, *HARMONIC}
+    assert all("added" in p for p in estimate_of(made)["parameters"].values())
+
+
+def test_the_fit_is_graded_b_because_the_file_lacks_the_term(made):
+    fit = made.fit
+    assert fit.grade is Grade.B
+    (reason,) = [r for r in fit.reasons if r.cause is Cause.INCOMPLETE]
+    alone, fitted = fit.as_written.residual_over_noise[RECORD], fit.records[RECORD].residual_over_noise
+    assert alone > 3.0
+    assert fitted == pytest.approx(1.0, abs=0.1)
+    assert f"added: {WORDS} ({TERM}). " in reason.text
+    assert f"leaves {alone:.3g} times the noise of record {RECORD}; with it {fitted:.3g} times." in reason.text
+    assert TERM in reason.next_command
+    assert "mechid diagnose" in reason.next_command
+
+
+def test_missing_has_the_term_as_it_has_disturbances(made):
+    (entry,) = estimate_of(made)["missing"]
+    assert (entry["name"], entry["words"], entry["block"]) == (TERM, WORDS, "stepper.torque_harmonic")
+    assert (entry["dof"], entry["aliases"], entry["records"]) == (2, [], [RECORD])
+    assert entry["chi_square"] > 1000.0
+    assert entry["share"] == pytest.approx(1.0)
+    for name in HARMONIC:
+        p = made.fit.parameters[name]
+        assert entry["parameters"][name] == {"value": p.value, "std_error": p.std_error, "unit": p.unit}
+    (table,) = tomllib.loads(entry["toml"])["stepper"]["torque_harmonic"]
+    assert table["order"] == 3
+    assert table["amplitude"]["value"] == made.fit.parameters[AMPLITUDE].value
+
+
+@pytest.mark.parametrize("name", ["made", "with_law"])
+def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
+    """Truth: a simulation of mechanism.toml as it was left."""
+    found = request.getfixturevalue(name)
+    rms = rms_of_left_mechanism(found)
+    report = json.loads((found.folder / "report.json").read_text(encoding="utf-8"))
+    assert {row["name"]: row["residual_rms"] for row in report["records"]}[RECORD] == pytest.approx(rms, rel=1e-6)
+    assert found.fit.records[RECORD].residual_rms == pytest.approx(rms, rel=1e-6)
+    (row,) = [row for row in report["validation"] if row["name"] == RECORD]
+    assert row["residual_rms"] == pytest.approx(rms, rel=1e-4)  # integrated more accurately
+    assert "beside" not in estimate_of(found)
+    assert estimate_of(found)["as_written"] == found.fit.as_written.to_dict()
+
+
+@pytest.mark.parametrize("name", ["made", "with_law"])
+def test_the_mechanism_comes_back_from_the_file_left_behind(name, request):
+    found = request.getfixturevalue(name)
+    again = read_mechanism(found.folder / "mechanism.toml")
+    assert again.plant.digest == found.fit.mechanism.plant.digest
+    assert {n: again.value(n) for n in again.parameters} == {
+        n: found.fit.mechanism.value(n) for n in found.fit.mechanism.parameters
+    }
+    assert [p.name for p in again.free] == [p.name for p in found.fit.mechanism.free]
+    for fit in (found.read, read_fit(found.folder)):
+        assert fit.mechanism.plant.digest == found.fit.mechanism.plant.digest
+        assert fit.as_written == found.fit.as_written
+        assert fit.missing == found.fit.missing
+        assert replace(fit, provenance={}).parameters == found.fit.parameters
+    assert estimate_text(found.read) == estimate_text(read_fit(found.folder))
+
+
+def test_the_file_left_behind_marks_what_was_added(made, with_law):
+    text = (made.folder / "mechanism.toml").read_text(encoding="utf-8")
+    head, body = text.split("assembly = ")
+    assert TERM in head
+    chi_square = made.fit.missing[0].chi_square
+    note = f"# added by mechid: {WORDS}; the records need it (chi-square {chi_square:.4g} for 2)\n"
+    assert f"{note}[[stepper.torque_harmonic]]" in body
+    assert body.count("added by mechid") == 1
+    text = (with_law.folder / "mechanism.toml").read_text(encoding="utf-8")
+    assert text.count("# added by mechid: ") == 1
+    assert ")\n[anti_alias]" in text[text.index("# added by mechid") :]
+
+
+def test_a_budget_flies_the_term_and_leaves_the_filter_on_the_bench(made, with_law):
+    flying = flying_estimate(read_fit(made.folder), Flight())
+    assert flying.mechanism.value(AMPLITUDE) == made.fit.mechanism.value(AMPLITUDE)
+    assert set(flying.names) == {*FREE, *HARMONIC}
+    flying = flying_estimate(read_fit(with_law.folder), Flight())
+    assert "[anti_alias]" in flying.left
+    assert set(flying.names) == set(FREE)
+
+
+@pytest.mark.parametrize("width", [80, 160])
+def test_the_terminal_marks_the_term_and_says_how_the_file_does(made, width):
+    text = printed(print_report, report_data(made.read), width)
+    lines = text.splitlines()
+    assert any("amplitude" in line and line.rstrip().endswith("free, added") for line in lines)
+    ratio = made.fit.as_written.residual_over_noise[RECORD]
+    follows = "follows the records too" if made.fit.as_written.follows else "does not follow all records"
+    said = f"The mechanism file as written, at the same values, {follows} and leaves {ratio:.3g} to {ratio:.3g}"
+    assert said in " ".join(lines)
+    assert "To declare it, at the end of mechanism.toml:" in lines
+
+
+def test_page_and_markdown_have_the_term(made):
+    page, text = ((made.folder / f"report.{suffix}").read_text(encoding="utf-8") for suffix in ("html", "md"))
+    for shown in (page, text):
+        assert f"Not declared: {WORDS}" in shown
+        assert "The mechanism file as written, at the same values," in shown
+        assert "free, added" in shown
+    assert "beside the mechanism file" not in page
+
+
+def test_a_law_is_an_entry_of_missing_too(with_law):
+    (entry,) = with_law.fit.missing
+    assert (entry.name, entry.block, entry.dof) == ("anti_alias:2", "anti_alias", 1)
+    assert entry.chi_square > 100.0
+    assert with_law.fit.parameters["anti_alias.frequency"].value == pytest.approx(12e3, rel=0.02)
+    assert with_law.fit.grade is Grade.B
+
+
+def test_a_fit_without_added_terms_has_nothing_as_written():
+    """Truth: a record of the mechanism of the file."""
+    campaign = bench(displaced(truth(), dict.fromkeys(FREE, 1.001)), truth(), RECORD, seed=11, seconds=0.3)
+    problem = make_problem(campaign, 1)
+    solution = solve(problem, problem.start, problem.whole())
+    state = SearchState(
+        problem, solution.q, problem.whole(), outcome=FitOutcome.CONVERGED, solution=solution, searched=True
+    )
+    fit = conclude(campaign, state, seed=1, seconds=1.0)
+    assert fit.grade is Grade.A
+    assert (fit.as_written, fit.missing) == (None, ())
+    content = fit.to_dict()
+    assert content["as_written"] is None
+    assert not any(p["added"] for p in content["parameters"].values())
+    own = content["records"][RECORD]
+    assert own["followed_percent"] == 100.0
+    assert own["residual_over_noise"] == own["residual_rms"] / own["noise_known"]
