@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mechid.identification.beside.beside import lifted, terms_beside
 
 from mechid.analysis import validate
 from mechid.campaign import load_campaign, read_mechanism
 from mechid.campaign.prediction import simulate
-from mechid.identification.beside.beside import lifted, terms_beside
 from mechid.identification.conclude import conclude
 from mechid.identification.identify import make_problem
 from mechid.identification.result.outcome import FitOutcome
