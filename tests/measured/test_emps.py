@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechid.identification.beside.beside import lifted, terms_beside
 
 from mechid.analysis import validate
 from mechid.campaign import load_campaign, read_mechanism
