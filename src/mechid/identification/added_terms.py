@@ -25,13 +25,9 @@ from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
+from mechid.identification.stages.settings import STAGES
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import words_of
-
-STEPS = 30
-"""Of the fit of the mechanism as written that shows what a law explains; a choice, not measured."""
-NAMED = 3
-"""Added terms that a sentence names at most, those that explain most; a choice, not measured."""
 
 
 def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
@@ -119,7 +115,7 @@ def _falls(
     plain = Beside(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
     q = plain.coordinates.point(weighted.coordinates.values(state.q))
     if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
-        q = solve(plain, q, state.windows, steps=STEPS, tolerance=1e-6).q
+        q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=1e-6).q
     fall = max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
     return {**dict.fromkeys(by_name, fall), "": fall}
 
@@ -172,8 +168,8 @@ def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | Non
     if state.beside is None or fit.as_written is None:
         return None
     terms = fit.added_terms
-    names = [f"{one.words} ({one.name})" for one in terms[:NAMED]] or list(state.beside.terms)
-    more = f" and {len(terms) - NAMED} more" if len(terms) > NAMED else ""
+    names = [f"{one.words} ({one.name})" for one in terms[: STAGES.most_named]] or list(state.beside.terms)
+    more = f" and {len(terms) - STAGES.most_named} more" if len(terms) > STAGES.most_named else ""
     what, them = ("effects", "them") if len(state.beside.terms) > 1 else ("an effect", "it")
     ratios = fit.as_written.residual_over_noise
     worst = max(state.windows, key=lambda name: ratios[name])
@@ -183,6 +179,6 @@ def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | Non
         f"the same values, the model leaves {alone:.3g} times the noise of record {worst}; with {them} {left:.3g} "
         "times."
     )
-    written = ", ".join(one.name for one in terms[:NAMED]) + more
+    written = ", ".join(one.name for one in terms[: STAGES.most_named]) + more
     again = f"mechid identify {campaign.path} --out DIR, with {written} in the mechanism file; or {DIAGNOSE}"
     return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)

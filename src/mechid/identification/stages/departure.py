@@ -11,23 +11,13 @@ from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.settings import STAGES
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.resonances import resonances
 
 FULL_STEPS_A_CYCLE = 4.0
 """Full steps in one electrical turn, in which a detent has as many periods as its order."""
-STRETCH_STEPS = 16.0
-"""Full steps before and after the instant over which the misfit's frequency is read: four electrical turns each; a
-choice, not measured."""
-STANDS_OUT = 3.0
-"""A line this many times the median of the amplitudes around is one; a choice, not measured."""
-SHARE = 0.2
-"""And at least this share of the largest, or it may be that one's side lobe; a choice, not measured."""
-PADDED = 8
-"""Times the samples of the stretch, so that a line between two bins stands out as one on a bin does."""
-EVENTS = 100_000
-"""Switches that are logged at most; the paper's sweep of 60 s has 142."""
 
 
 def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
@@ -59,7 +49,7 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
     """Return which stick/slip the model has within 5 ms of its horizon, the nearest one, or nothing."""
     base, timing = target.base, problem.coordinates.timing(target, q)
     past = horizon + round(SEARCH.gate_window_s * base.sample_rate_hz)
-    run = problem.model.run(target, q, past, events=EVENTS)
+    run = problem.model.run(target, q, past, events=STAGES.most_switches)
     for _ in run.blocks():
         pass
     plant, switching = problem.space.mechanism.plant, run.switching
@@ -78,20 +68,22 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
 
 def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: float) -> str:
     """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
-    reach = round(STRETCH_STEPS / rate * target.base.sample_rate_hz)
+    reach = round(STAGES.stretch_steps / rate * target.base.sample_rate_hz)
     window = max(horizon - reach, 0), min(horizon + reach, target.samples)
     r = misfit_series(problem.model, target, q, window)[0][:]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
     fit_line(r, 2).take_from(r)
-    tapered = np.concatenate([r * np.hanning(r.size), np.zeros((PADDED - 1) * r.size)])
+    tapered = np.concatenate([r * np.hanning(r.size), np.zeros((STAGES.padded - 1) * r.size)])
     frequency, amplitude = amplitude_spectrum(tapered, target.base.sample_rate_hz)
     tellable = (frequency > 2.0 * target.base.sample_rate_hz / r.size) & (frequency < 10.0 * rate)
     if not tellable.any():
         return ""
     width_hz = target.base.sample_rate_hz / r.size
     swinging = resonances(problem.space.at(q[: problem.space.size]))
-    least = max(STANDS_OUT * float(np.median(amplitude[tellable])), SHARE * float(amplitude[tellable].max()))
+    least = max(
+        STAGES.stands_out * float(np.median(amplitude[tellable])), STAGES.line_share * float(amplitude[tellable].max())
+    )
     peaks = [k for k in _peaks(amplitude) if tellable[k] and amplitude[k] > least]
     said: dict[str, str] = {}
     for k in sorted(peaks, key=lambda k: -amplitude[k])[:2]:

@@ -22,6 +22,16 @@ class StageSettings:
     """Repetitions of filter and fit: a resonance in the noise with poles of radius 0.99 needs them."""
     longest_step_s: float = 2e-4
     """Integration steps up to this length are stable also where a start's viscous friction is far too large."""
+    exchange_margin: float = 0.01
+    """Share of what a needed term explains by which another one in its place may be worse and still be tried by a fit:
+    the derivatives at the optimum of all terms do not separate a detent of 7.2 deg from offsets of the phase voltages,
+    of which a fit leaves 1 % more of the sum of squares."""
+    alike: float = 2.0
+    """Difference of the Bayesian criterion below which one set of terms is no better than another (Raftery 1995)."""
+    padded: int = 8
+    """Zero padding of the spectrum of a misfit, so that a line between two bins stands out as one on a bin does."""
+    most_switches: int = 100_000
+    """Switches that are logged where a model leaves a record; the paper's sweep of 60 s has 142."""
 
     # The others are choices; no benchmark distinguishes values near them.
 
@@ -41,7 +51,7 @@ class StageSettings:
     alternatives: int = 3
     """Alternative laws that do not explain the first moments and are grown all the same: those with the best starts."""
     joint_steps: int = 30
-    """Steps of the joint fit that shows which disturbances are needed."""
+    """Steps of a joint fit that shows which terms are needed, and only has to come near its optimum."""
     confirmations: int = 2
     """Times that growth in finer steps is tried."""
     corner_share: float = 1e-3
@@ -54,6 +64,20 @@ class StageSettings:
     """Relative fall of the cost at which the fit before the release of the noise may stop."""
     most_from_draws: int = 3
     """Times that a search continues from a draw that is lower than its optimum."""
+    near_tolerance: float = 1e-4
+    """Relative fall of the cost at which the fit of all terms may stop before they are judged."""
+    held_share: float = 1e-4
+    """Share of its small prior's width within which a dropped term is held about zero while the others are fitted."""
+    exchanges: int = 3
+    """Terms that are tried in place of others at most, those that explain most."""
+    most_named: int = 3
+    """Added terms that a sentence names at most, those that explain most."""
+    stretch_steps: float = 16.0
+    """Full steps before and after the instant over which the misfit's frequency is read: four electrical turns each."""
+    stands_out: float = 3.0
+    """Amplitude of a line of the misfit over the median of the amplitudes around it."""
+    line_share: float = 0.2
+    """Least amplitude of such a line over the largest, as it may be the side lobe of that one."""
 
 
 STAGES = StageSettings()
