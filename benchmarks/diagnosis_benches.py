@@ -35,7 +35,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing
-from mechid.identification.run import Companion, IdentifyRun, completed_fit, examined
+from mechid.identification.run import Companion, IdentifyRun, fit_completed_mechanism, search_and_diagnose
 from recovery.mechanisms import FAMILIES
 
 OUT = Path("build/diagnosis")
@@ -106,7 +106,7 @@ def diagnosed(effect: str, seed: int, fits: Path, *, complete: bool) -> dict[str
     line = {"effect": effect, "seed": seed, "size": dict(bench.size)}
     began, began_cpu = time.perf_counter(), time.process_time()
     if complete:
-        fit, found = examined(campaign, IdentifyRun(), Companion())
+        fit, found = search_and_diagnose(campaign, IdentifyRun(), Companion())
     else:
         fit, line["search_s"] = _fit_of(campaign, fits / ESTIMATES / f"{effect}-{seed}.json")
         began, began_cpu = time.perf_counter(), time.process_time()
@@ -159,7 +159,7 @@ def _completed(fit: Fit, found: Diagnosis, truth: Any) -> dict[str, Any]:
     """Return grade, reasons, and parameters beside the truth, after the mechanism has what is proposed."""
     began, began_cpu = time.perf_counter(), time.process_time()
     if found.mechanism is not None:
-        fit = completed_fit(replace(fit.required_campaign, mechanism=found.mechanism), found, IdentifyRun())
+        fit = fit_completed_mechanism(replace(fit.required_campaign, mechanism=found.mechanism), found, IdentifyRun())
     estimates = {name: fit.parameters[name] for name in truth}
     own = {
         name: {"truth": truth[name], "value": p.value, "unit": p.unit, "std_error": p.std_error}

@@ -117,14 +117,14 @@ def test_an_interrupted_fleet_goes_on_from_its_journals(run, units, tmp_path, mo
 
 @pytest.mark.usefixtures("without_reports")
 def test_a_fault_in_one_campaign_is_said_and_the_others_go_on(run, units, tmp_path, monkeypatch):
-    real = unit_run.identified_into
+    real = unit_run.identify_into_folder
 
     def broken(campaign, *rest, **options):
         if campaign.path.parent.name == "FM1":
             raise ZeroDivisionError("a fault")
         return real(campaign, *rest, **options)
 
-    monkeypatch.setattr(unit_run, "identified_into", broken)
+    monkeypatch.setattr(unit_run, "identify_into_folder", broken)
     result = run("fleet", *units, "--out", tmp_path / "fleet", "--workers", 1)
     assert result.exit_code == 5
     assert hows(tmp_path / "fleet")["FM1"] == ("none", "unexpected error, ZeroDivisionError: a fault")

@@ -114,7 +114,7 @@ def test_a_search_keeps_what_it_has_before_its_last_steps(run, wrong, tmp_path, 
 
     monkeypatch.setattr(conclude, "standard_errors", end)
     with pytest.raises(Ended):
-        identified.identified_into(load_campaign(wrong / "bench"), tmp_path, quiet())
+        identified.identify_into_folder(load_campaign(wrong / "bench"), tmp_path, quiet())
     content, _ = numbers(tmp_path)
     whole, _ = numbers(wrong / "whole")
     assert (content["grade"], content["outcome"]["code"]) == ("failed", "interrupted")

@@ -258,3 +258,62 @@ def test_a_fit_without_added_terms_has_nothing_as_written():
     own = content["records"][RECORD]
     assert own["followed_percent"] == 100.0
     assert own["residual_over_noise"] == own["residual_rms"] / own["noise_known"]
+
+
+TERMS = (
+    "stepper.microstep_table",
+    "stepper.torque_harmonic:5",
+    "stepper.imbalance",
+    "stepper.phase_offset",
+    "stepper.saliency",
+    "supply.sag",
+    "stepper.detent:7.2deg",
+    "stepper.detent:1.03deg",
+    "friction.directional",
+    "friction.position",
+    "friction.position:output",
+    "gear.kinematic_error:1",
+    "gear.kinematic_error:4",
+)
+LAWS = (
+    "friction.stribeck",
+    "friction.load_dependent",
+    "gear.backlash",
+    "output_friction",
+    "housing.second_mode",
+    "charge_amplifier",
+    "anti_alias:4",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*TERMS, *LAWS])
+def test_every_term_and_law_that_a_fit_may_add_is_in_all_that_it_leaves(name, tmp_path):
+    """Truth: a record of the mechanism with the effect, and a simulation of the mechanism file that is left."""
+
+    def added(mechanism):
+        if name in LAWS:
+            return law_beside(mechanism, next(law for law in rivals_of(mechanism) if law.name == name))
+        return replace(terms_beside(superset_of(mechanism, only=[name]), [name]), widths={})
+
+    own = added(truth())
+    widths = superset_of(truth(), only=[name]).widths if name in TERMS else {}
+    size = {n: 0.5 * width for n, width in widths.items()}
+    start = {n: size.get(n, own.mechanism.value(n)) for n in own.new}
+    found = left(*concluded(own.mechanism.with_values(size), added, start), tmp_path)
+    rms = rms_of_left_mechanism(found)
+    report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert report["records"][0]["residual_rms"] == pytest.approx(rms, rel=1e-4)  # in fewer steps of integration
+    assert report["validation"][0]["residual_rms"] == pytest.approx(rms, rel=1e-6)
+    assert rms < 1.1 * found.fit.records[RECORD].noise_sigma
+    for again in (read_fit(tmp_path), found.read):
+        assert again.mechanism.plant.digest == found.fit.mechanism.plant.digest
+        assert again.values == found.fit.values
+    (entry,) = found.fit.missing
+    assert entry.name == name
+    assert set(entry.parameters) == set(own.new)
+    tomllib.loads(entry.toml)
+    text = (tmp_path / "mechanism.toml").read_text(encoding="utf-8")
+    assert f"added by mechid: {entry.words}; the records need it" in text
+    flying = flying_estimate(read_fit(tmp_path), Flight())
+    assert all(n in flying.mechanism.parameters for n in own.new) or any("[" in what for what in flying.left)

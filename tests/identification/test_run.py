@@ -41,7 +41,7 @@ def test_a_completion_searches_patiently_only_where_no_model_follows(outcome, sh
 
     monkeypatch.setattr(run, "search", search)
     monkeypatch.setattr(run, "diagnose", lambda *_, **__: SimpleNamespace(mechanism=object(), share=share))
-    fit, found = run.examined(None, run.IdentifyRun(), run.Companion())
+    fit, found = run.search_and_diagnose(None, run.IdentifyRun(), run.Companion())
     assert searches == asked
     assert fit.patient is asked[-1]
     assert (found is None) == (outcome is FitOutcome.INTERRUPTED)
@@ -58,7 +58,7 @@ def test_a_completed_fit_that_is_not_followed_is_searched_again(grades, kept, mo
 
     monkeypatch.setattr(run, "search", search)
     whole = SimpleNamespace(mechanism=SimpleNamespace(free=[SimpleNamespace(name="a", value=1.0)]))
-    fit = run.completed_fit(whole, SimpleNamespace(share=1.0, steps=()), run.IdentifyRun())
+    fit = run.fit_completed_mechanism(whole, SimpleNamespace(share=1.0, steps=()), run.IdentifyRun())
     assert fit.grade == kept
     assert begun_near == [{"a": 1.0}, None][: len(grades)]
 

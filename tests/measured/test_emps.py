@@ -14,8 +14,8 @@ import pytest
 from mechid.analysis import validate
 from mechid.campaign import load_campaign, read_mechanism
 from mechid.campaign.prediction import simulate
-from mechid.identification.beside.beside import lifted, terms_beside
 from mechid.identification.conclude import conclude
+from mechid.identification.effects.effect import lifted, terms_beside
 from mechid.identification.identify import make_problem
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState

@@ -43,7 +43,7 @@ class IdentifyOptions:
     disturbances : "auto", "none" or tuple of str
         Which of `DISTURBANCES` may be added where the records ask for them: all, none, or those named.
     terms : bool
-        Whether terms and laws may be put beside the mechanism where it does not follow the records as written.
+        Whether terms and laws may be added to the mechanism where it does not follow the records as written.
     mains : float or None
         Frequency of the mains in Hz, whose hum is projected out of all records from the start; 50 or 60 are nominal,
         and what it was is seen in the records.

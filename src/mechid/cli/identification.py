@@ -16,7 +16,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.run import IdentifyRun
 from mechid.reports import print_report
 from mechid.reports.console import console_on
-from mechid.reports.identified import DEFAULT_RUN, Audience, identified_into
+from mechid.reports.identified import DEFAULT_RUN, Audience, identify_into_folder
 
 
 def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN) -> None:
@@ -30,7 +30,7 @@ def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_R
         It was interrupted, with its exit code; the results are those so far.
     """
     advise(f"what was worked out is in {folder}: mechid identify with --resume goes on")
-    made = identified_into(campaign, folder, Audience(followed=followed, say=say), run)
+    made = identify_into_folder(campaign, folder, Audience(followed=followed, say=say), run)
     print_report(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         say_interrupted(f"mechid: interrupted; {folder} holds the best so far")

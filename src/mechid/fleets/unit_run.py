@@ -18,7 +18,7 @@ from mechid.holding import held
 from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.run import IdentifyRun
-from mechid.reports.identified import Audience, identified_into
+from mechid.reports.identified import Audience, identify_into_folder
 
 
 def silent(line: str) -> None:
@@ -158,7 +158,7 @@ def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) ->
     def followed() -> Iterator[Listener]:
         yield _stages(say_of_unit)
 
-    made = identified_into(
+    made = identify_into_folder(
         campaign,
         Path(task.folder),
         Audience(followed=followed, say=say_of_unit),

@@ -67,7 +67,7 @@ def identify(
         noise. Search and confirmation are left out; they have no effect where the file has stages.
     patient : bool
         False ends the search where the mechanism does not follow the records from its best start, as written or with
-        terms beside: for a diagnosis, which asks there for what is missing. No effect where the file has stages.
+        added terms: for a diagnosis, which asks there for what is missing. No effect where the file has stages.
     keep : callable or None
         Called with the fit so far, as if it were interrupted there, after the first joint fit and at the end of the
         search: what follows either may take long, and whoever ends it may leave no time for a conclusion.
@@ -130,7 +130,7 @@ def _told_before(watch: Watch, campaign: Campaign) -> tuple[str, ...]:
 
 
 def with_terms(campaign: Campaign, state: SearchState) -> Campaign:
-    """Return the campaign with the terms that the search has put beside its mechanism."""
+    """Return the campaign with the terms that the search has added to its mechanism."""
     return replace(campaign, mechanism=state.beside.mechanism) if state.beside else campaign
 
 
@@ -171,7 +171,8 @@ def _follow_plan(
         state, growth = vouched(state, near)
     if growth is None:
         return state
-    names = (*names, *(n for n in state.problem.coordinates.own_names if n not in names))
+    added = (*(state.beside.new if state.beside else ()), *state.problem.coordinates.own_names)
+    names = (*names, *(n for n in added if n not in names))
     left_out = any(t.left_out for t in state.taken.values())
     whole = growth.complete and not left_out
     state = state.at(growth.q, growth.horizons).ending(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)

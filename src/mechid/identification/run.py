@@ -106,7 +106,7 @@ def identify(campaign: Campaign, run: IdentifyRun, listener: Listener = silent) 
     except KeyboardInterrupt:
         if not companion.kept:
             raise
-        return unexamined(companion.kept[-1])
+        return mark_unexamined(companion.kept[-1])
 
 
 def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companion) -> Fit:
@@ -120,7 +120,7 @@ def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companio
         It was interrupted after a search has ended; `companion` has kept the fit of that search.
     """
     with companion.progress() as listener:
-        fit, found = (examined if run.complete else searched)(campaign, run, companion, listener)
+        fit, found = (search_and_diagnose if run.complete else search_only)(campaign, run, companion, listener)
     if fit.outcome is FitOutcome.INTERRUPTED:
         return fit
     if found is not None:
@@ -128,17 +128,17 @@ def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companio
         fit = replace(fit, completed=())
         if found.mechanism is not None:
             with companion.progress() as listener:
-                fit = completed_fit(whole, found, run, listener)
+                fit = fit_completed_mechanism(whole, found, run, listener)
     companion.judge(fit)
     return with_suggestions(fit, run.workers or os.cpu_count() or 1, say=companion.say)
 
 
-def unexamined(fit: Fit) -> Fit:
+def mark_unexamined(fit: Fit) -> Fit:
     """Return a fit with a warning that the steps after its search have not been done."""
     return fit if fit.outcome is FitOutcome.INTERRUPTED else replace(fit, warnings=(*fit.warnings, UNEXAMINED))
 
 
-def searched(
+def search_only(
     campaign: Campaign, run: IdentifyRun, companion: Companion, listener: Listener = silent
 ) -> tuple[Fit, Diagnosis | None]:
     """Return the fit of the mechanism as written, and no diagnosis."""
@@ -147,7 +147,7 @@ def searched(
     return fit, None
 
 
-def examined(
+def search_and_diagnose(
     campaign: Campaign, run: IdentifyRun, companion: Companion, listener: Listener = silent
 ) -> tuple[Fit, Diagnosis | None]:
     """Return the fit of the mechanism as written and its diagnosis; None if the fit has failed or was interrupted.
@@ -184,7 +184,7 @@ def _search(campaign: Campaign, run: IdentifyRun, companion: Companion, listener
     )
 
 
-def completed_fit(whole: Campaign, found: Diagnosis, run: IdentifyRun, listener: Listener = silent) -> Fit:
+def fit_completed_mechanism(whole: Campaign, found: Diagnosis, run: IdentifyRun, listener: Listener = silent) -> Fit:
     """Return the fit of a campaign whose mechanism has the effects that a diagnosis proposes, begun at its values.
 
     Values that do not follow the records to their ends are only a start, and those that lead to a fit of grade C may be

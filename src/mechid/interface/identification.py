@@ -15,7 +15,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
 from mechid.interface.progress import listening, telling
-from mechid.reports.identified import Audience, Identified, identified_into
+from mechid.reports.identified import Audience, Identified, identify_into_folder
 
 
 def identify(
@@ -130,4 +130,4 @@ def identify_into(
     with held(out), telling(say) as tell_line, working_on(executor):
         audience = Audience(followed=followed, say=tell_line)
         run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume, truth=truth)
-        return identified_into(campaign, Path(out), audience, run)
+        return identify_into_folder(campaign, Path(out), audience, run)

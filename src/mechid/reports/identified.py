@@ -20,7 +20,7 @@ from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.identification.result.outcome import FitOutcome
-from mechid.identification.run import Companion, IdentifyRun, run_identification, unexamined
+from mechid.identification.run import Companion, IdentifyRun, mark_unexamined, run_identification
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
@@ -62,7 +62,9 @@ class Identified:
     files: tuple[Path, ...]
 
 
-def identified_into(campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN) -> Identified:
+def identify_into_folder(
+    campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN
+) -> Identified:
     """Identify a campaign and leave journal, results and report in a folder, also where it failed.
 
     The results are there as soon as the search has ended; later steps, which may be interrupted or fail, replace them.
@@ -149,7 +151,7 @@ class _IntoFolder(Companion):
 
     def keep(self, fit: Fit) -> None:
         """Write a fit as one that has not been examined yet."""
-        self.written.append(self.write(unexamined(fit)))
+        self.written.append(self.write(mark_unexamined(fit)))
 
     def complete(self, campaign: Campaign, found: Diagnosis) -> Campaign:
         """Write the diagnosis, and the mechanism that it proposes, with which the campaign is read again."""

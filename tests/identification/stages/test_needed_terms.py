@@ -6,7 +6,7 @@ import pytest
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.beside.beside import law_beside, lifted, terms_beside
+from mechid.identification.effects.effect import law_beside, lifted, terms_beside
 from mechid.identification.identify import make_problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve

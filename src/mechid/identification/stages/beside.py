@@ -1,4 +1,4 @@
-"""Growth with terms beside the mechanism as written, where it does not follow the records without them.
+"""Growth with terms added to the mechanism, where it does not follow the records as written.
 
 While the branch is still wrong no single effect that is freed helps; many small freedoms together act as a model of
 what is missing, and lead to where each can be told. Terms that are nothing at a null value are all free at once, each
@@ -53,7 +53,7 @@ def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[
 def grown_beside(
     watch: Watch, state: SearchState, campaign: Campaign, q: FloatArray, seed: int, fitted: Wide | None = None
 ) -> tuple[SearchState, Growth] | None:
-    """Return the growth with terms beside from a start; None where that does not follow all records either.
+    """Return the growth with added terms from a start; None where that does not follow all records either.
 
     `fitted` is where all terms have been fitted at once at a raised noise level: growth then begins there.
     """
@@ -80,7 +80,7 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
 def settled_louder(
     watch: Watch, louder: SearchState, growth: Growth, fitted: Wide | None
 ) -> tuple[SearchState, Growth] | None:
-    """Return the state at a raised noise level, with terms beside where these are needed.
+    """Return the state at a raised noise level, with added terms where these are needed.
 
     None where most of a record is not explained there.
     """

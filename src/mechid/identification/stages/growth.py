@@ -48,7 +48,7 @@ def searched(
 ) -> tuple[SearchState, Growth | None]:
     """Return the growth from the best starts, or None where none of them can be simulated.
 
-    Without patience it is that from the best start of all, of the mechanism as written, or with terms beside it.
+    Without patience it is that from the best start of all, of the mechanism as written, or with added terms.
     """
     found = _candidates(watch, state, seed)
     best = next(found, None)
