@@ -157,7 +157,9 @@ def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Win
     wide = terms_beside(superset, [term.name for term in superset.terms]).problem(plain)
     start = Candidate(lifted(plain, found.best.q, wide), found.best.cost)
     best = refine(wide, start, steps=RULES.trial_steps, windows=windows)
-    return replace(found, best=best, cost=best.cost * found.cost / found.best.cost) if best.cost else found
+    if not best.cost < found.best.cost:  # also where the wider model cannot be simulated
+        return found
+    return replace(found, best=best, cost=best.cost * found.cost / found.best.cost)
 
 
 def _resting_cost(targets: Sequence[Target], windows: Windows) -> tuple[float, int]:
