@@ -5,7 +5,8 @@ import pytest
 
 import mechid
 from mechid.campaign.bench import TRUTH
-from mechid.designs.planned import NOISE_NM, PlannedRecord, Recording, planned_records
+from mechid.designs.planned import PlannedRecord, Recording, planned_records
+from mechid.designs.settings import DESIGN
 
 COMMAND = mechid.make_command("full", rate=46.0, start_angle_deg=45.0)
 RATE_HZ, SAMPLES, NOISE = 5000.0, 1001, 0.004
@@ -40,8 +41,8 @@ def test_what_is_asked_for_goes_before_what_was_seen(campaign):
 def test_a_noise_that_nobody_has_named_is_said_to_be_assumed():
     alone = mechid.make_campaign(mechid.catalogue_mechanism(), [mechid.make_record("planned", command=COMMAND)])
     (planned,), said = planned_records(alone, Recording())
-    assert planned.sigma == NOISE_NM
-    assert said == (f"the noise is assumed, {NOISE_NM:g} N m a sample; write noise_Nm in the design file",)
+    assert planned.sigma == DESIGN.noise_nm
+    assert said == (f"the noise is assumed, {DESIGN.noise_nm:g} N m a sample; write noise_Nm in the design file",)
 
 
 def test_both_ends_of_a_record_are_samples():
@@ -51,4 +52,4 @@ def test_both_ends_of_a_record_are_samples():
     assert record.base.samples == target.base.samples == 2001
     (channel,) = target.channels
     assert not np.any(channel.measured[:])
-    assert (channel.sigma, channel.linear) == (NOISE_NM, 1)
+    assert (channel.sigma, channel.linear) == (DESIGN.noise_nm, 1)

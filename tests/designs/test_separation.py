@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from mechid.designs.separation import CLEAR, LEAST, Pair, least_misfit
+from mechid.designs.separation import CLEAR, Pair, least_misfit
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 
 
 def made_up(rng, records=5, size=4, scale=1.0):
@@ -42,4 +43,4 @@ def test_clear_is_what_chance_leaves_enough_of():
     d = np.full(20, np.sqrt(CLEAR / 20.0))
     noise = rng.standard_normal((40_000, 20))
     falls = np.sum((d + noise) ** 2, axis=1) - np.sum(noise**2, axis=1)
-    assert np.mean(falls < LEAST) == pytest.approx(0.0228, abs=0.003)
+    assert np.mean(falls < IN_DIAGNOSIS.least_chi_square) == pytest.approx(0.0228, abs=0.003)

@@ -1,6 +1,7 @@
 """Colours mean the same everywhere. Truth: the one table of them, and the legends of what is drawn."""
 
 import re
+from dataclasses import replace
 from importlib.resources import files
 from itertools import combinations
 from pathlib import Path
@@ -11,7 +12,6 @@ from matplotlib.colors import to_rgb
 
 from colours_drawn import wrong_colours
 from mechid.analysis.look import look_at
-from mechid.interface.identification import of_campaign
 from mechid.interface.plots import plot_fit, plot_record
 from mechid.reports.drawings import draw
 from mechid.reports.fit.illustration import Illustration
@@ -92,7 +92,7 @@ def test_the_figures_of_a_look_and_of_check(reported):
 def test_what_python_plots(reported):
     record = reported.campaign.records[0].data
     for axes in (
-        plot_fit(of_campaign(reported.fit, reported.campaign), "full_46", None, None),
+        plot_fit(replace(reported.fit, campaign=reported.campaign), "full_46", None, None),
         plot_record(record, None, None),
     ):
         assert wrong_colours(axes.figure) == []
