@@ -25,11 +25,10 @@ from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
+from mechid.identification.stages.settings import STAGES
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import words_of
 
-STEPS = 30
-"""Of the fit of the mechanism as written that shows what a law explains; a choice, not measured."""
 NAMED = 3
 """Added terms that a sentence names at most, those that explain most; a choice, not measured."""
 
@@ -119,7 +118,7 @@ def _falls(
     plain = Beside(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
     q = plain.coordinates.point(weighted.coordinates.values(state.q))
     if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
-        q = solve(plain, q, state.windows, steps=STEPS, tolerance=1e-6).q
+        q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     fall = max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
     return {**dict.fromkeys(by_name, fall), "": fall}
 

@@ -21,23 +21,10 @@ from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import horizons_at, least_horizons
 from mechid.identification.search.solve import solve
+from mechid.identification.stages.settings import STAGES
 from mechid.plant.superset import superset_of
 
 Follows = Callable[[Problem, FloatArray], bool]
-STEPS = 30
-"""Of the fits before and after the pruning, which only have to come near their optimum; a choice, not measured."""
-NEAR = 1e-4
-"""Relative fall of the cost at which the fit of all terms may stop before they are judged; a choice, not measured."""
-AS_GOOD = 0.01
-"""Share of what a needed term explains by which another one in its place may be worse and still be tried by a fit: the
-derivatives at the optimum of all terms do not tell a detent of 7.2 deg from offsets of the phase voltages, of which a
-fit leaves 1 % more of the sum of squares; a choice, not measured."""
-HELD = 1e-4
-"""Of its small prior's width, within which a dropped term is held about nothing while the others are fitted."""
-ALIKE = 2.0
-"""Difference of the Bayesian criterion below which one set of terms is no better than another (Raftery 1995)."""
-EXCHANGES = 3
-"""Terms tried in place of others at most, those that explain most; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +53,13 @@ class Judged:
         least = self.without(kept)[0]
         found: list[tuple[float, frozenset[str]]] = []
         for name in sorted(kept):
-            allowed = AS_GOOD * (self.without(kept - {name})[0] - least)
+            allowed = STAGES.as_good * (self.without(kept - {name})[0] - least)
             for other in sorted(self.groups.keys() - kept):
                 names = kept - {name} | {other}
                 more = self.without(names)[0] - least
                 if more <= max(allowed, math.log(max(self.worth, math.e))):
                     found.append((more, names))
-        yield from (names for _, names in sorted(found, key=lambda each: each[0])[:EXCHANGES])
+        yield from (names for _, names in sorted(found, key=lambda each: each[0])[: STAGES.exchanges])
 
 
 def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | None = None) -> SearchState:
@@ -93,7 +80,9 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     """
     if state.beside is None or state.beside.is_law:
         return state
-    q = solve(state.problem, state.q, state.problem.whole(), steps=STEPS, tolerance=NEAR).q
+    q = solve(
+        state.problem, state.q, state.problem.whole(), steps=STAGES.joint_steps, tolerance=STAGES.near_all_terms
+    ).q
     all_terms = judged(state.problem, q, state.beside)
     if all_terms is None:
         return state
@@ -132,7 +121,9 @@ class Fitted:
 
     def aliases(self, others: Sequence[Fitted]) -> dict[str, tuple[str, ...]]:
         """Return the terms that other fits have in place of one of its own, and are no worse with, by that one."""
-        alike = [o.names for o in others if o.criterion - self.criterion < ALIKE and len(self.names - o.names) == 1]
+        alike = [
+            o.names for o in others if o.criterion - self.criterion < STAGES.alike and len(self.names - o.names) == 1
+        ]
         return {
             n: tuple(sorted(x for names in alike if n not in names for x in names - self.names)) for n in self.names
         }
@@ -146,10 +137,12 @@ def _fits_of(
     assert wide is not None
     fits = []
     for names in sets:
-        held = {name: HELD * width for name, width in wide.widths.items() if wide.new[name] not in names}
+        held = {name: STAGES.held_share * width for name, width in wide.widths.items() if wide.new[name] not in names}
         problem = replace(state.problem, shrinkage=held)
         whole = problem.whole()
-        q = solve(problem, all_terms.without(names)[1], whole, steps=STEPS, tolerance=1e-6).q
+        q = solve(
+            problem, all_terms.without(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
+        ).q
         if _follows_all(problem, q) and (follows is None or follows(problem, q)):
             count = sum(len(all_terms.groups[name]) for name in names)
             criterion = problem.total_norm(q, whole) ** 2 + count * math.log(max(all_terms.worth, math.e))

@@ -23,6 +23,13 @@ class StageSettings:
     longest_step_s: float = 2e-4
     """Integration steps up to this length are stable also where a start's viscous friction is far too large."""
 
+    as_good: float = 0.01
+    """Share of what a needed term explains by which another one in its place may be worse, by the derivatives at the
+    optimum of all terms, and still be tried by a fit: they do not tell a detent of 7.2 deg from offsets of the phase
+    voltages, which a fit from a bad start left 1.4 % apart."""
+    alike: float = 2.0
+    """Difference of the Bayesian criterion below which one set of terms is no better than another (Raftery 1995)."""
+
     # The others are choices; no benchmark distinguishes values near them.
 
     candidates: int = 12
@@ -41,7 +48,13 @@ class StageSettings:
     alternatives: int = 3
     """Alternative laws that do not explain the first moments and are grown all the same: those with the best starts."""
     joint_steps: int = 30
-    """Steps of the joint fit that shows which disturbances are needed."""
+    """Steps of the joint fits that show which disturbances and terms are needed."""
+    near_all_terms: float = 1e-4
+    """Relative fall of the cost at which the fit of all terms may stop before they are judged."""
+    held_share: float = 1e-4
+    """Share of its small prior's width within which a dropped term is held about nothing while others are fitted."""
+    exchanges: int = 3
+    """Terms tried in place of others at most, those that explain most."""
     confirmations: int = 2
     """Times that growth in finer steps is tried."""
     corner_share: float = 1e-3
