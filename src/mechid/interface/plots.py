@@ -10,7 +10,6 @@ from mechid.analysis.prediction import predict
 from mechid.budgets.budget import Budget
 from mechid.errors import UsageError, did_you_mean
 from mechid.identification.result.fit import Fit
-from mechid.interface.report import campaign_of
 from mechid.records.record import Record
 from mechid.reports.curves import drawn
 from mechid.reports.palette import LIMIT, MEASURED, MODELLED, RESIDUAL, SERIES, series
@@ -47,7 +46,7 @@ def plot_record(record: Record, quantity: str | None, ax: Axes | None) -> Axes:
 
 def plot_fit(fit: Fit, record: str | None, quantity: str | None, ax: Axes | None) -> Axes:
     """Draw what was measured of a record, offset and drift removed, what the fit says of it, and what is left."""
-    campaign = campaign_of(fit, None)
+    campaign = fit.required_campaign
     name = _one_of(record, {r.name: r for r in campaign.records if r.data is not None}, "record")
     found = predict(campaign.record(name), fit)
     quantity = _one_of(quantity, found, "quantity")

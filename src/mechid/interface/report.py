@@ -8,7 +8,6 @@ from pathlib import Path
 
 from mechid.analysis import validate
 from mechid.campaign import Campaign
-from mechid.errors import UsageError
 from mechid.holding import held
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.result.estimated_mechanism import signed
@@ -59,7 +58,7 @@ def report(
     >>> import mechid
     >>> mechid.report(mechid.load_fit("fit"), "again")  # doctest: +SKIP
     """
-    own, folder = campaign_of(fit, campaign), Path(out)
+    own, folder = campaign or fit.required_campaign, Path(out)
     with held(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
         again = _is_there(fit, folder)
         was, known = read_truth(folder) if again and truth is None else (False, truth)
@@ -84,11 +83,3 @@ def _is_there(fit: Fit, folder: Path) -> bool:
 def write_fit(fit: Fit, folder: Path) -> list[Path]:
     """Write what `report` writes of a fit that holds its campaign."""
     return report(fit, folder)
-
-
-def campaign_of(fit: Fit, campaign: Campaign | None) -> Campaign:
-    """Return the campaign given, else the one that a fit holds; UsageError where it holds none."""
-    found = campaign or fit.campaign
-    if found is None:
-        raise UsageError("the fit does not hold its campaign; give campaign=, with its records read")
-    return found

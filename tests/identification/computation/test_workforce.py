@@ -117,38 +117,6 @@ def test_batches_take_a_second(monkeypatch):
     assert all(size in (100, 101) for size in sizes[WORK.ahead : -1])
 
 
-def test_a_worker_of_another_version_is_refused_by_name():
-    said = r"worker \S+:\d+ is refused: it has mechid 0\.0\.9; here is mechid 0\.1"
-    odd = ProcessPoolExecutor(1, mp_context=SPAWN, initializer=chores.of_another_version)
-    with odd, working_on(odd), pytest.raises(WorkersError, match=said):
-        mapped(partial(chores.squared, 0), range(3), 1)
-
-
-def without_cache(folder):
-    """Return a process that cannot write to its cache: root may write anywhere, but not below a file."""
-    (folder / "file").touch()
-    blocked = str(folder / "file" / "cache")
-    return ProcessPoolExecutor(1, mp_context=SPAWN, initializer=chores.without_cache, initargs=(blocked,))
-
-
-def test_a_worker_that_cannot_write_to_its_cache_says_so_once(tmp_path):
-    told = []
-    with without_cache(tmp_path) as odd, working_on(odd, told.append):
-        folders = mapped(chores.cache_of, range(3), 1)
-    assert len(set(folders)) == len(told) == 1
-    assert folders[0] != str(tmp_path / "file" / "cache")
-    assert not Path(folders[0]).exists(), "it is gone with its process"
-    assert "cannot write to" in told[0]
-    assert "temporary folder" in told[0]
-
-
-@pytest.mark.slow
-def test_a_worker_that_cannot_write_to_its_cache_compiles_elsewhere(tmp_path, housing):
-    with without_cache(tmp_path) as odd, working_on(odd, lambda line: None):
-        there = bootstrap(housing, 2)
-    assert repr(there.draws) == repr(bootstrap(housing, 2).draws)
-
-
 def test_a_process_that_dies_is_told_and_its_journal_goes_on(tmp_path):
     """Truth: what had ended before is in the journal, and is not worked out again."""
     path, before = tmp_path / "journal.jsonl", list(range(4))

@@ -21,8 +21,8 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
-from mechid.identification.computation.installation import source_digest
 from mechid.identification.computation.parallel import Done, mapped
+from mechid.identification.computation.worker import source_digest
 from mechid.writing import placed, writable
 
 STARTED, STEP = "started", "step"

@@ -7,8 +7,10 @@ is refused by name instead of stumbling over a pickle.
 from __future__ import annotations
 
 import atexit
+import hashlib
 import os
 import pickle
+import platform
 import shutil
 import socket
 import tempfile
@@ -19,14 +21,35 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import llvmlite.binding
 
-from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import on_one_core
 from mechid.identification.computation.settings import WORK
 from mechid.writing import CACHE, cache_folder
+
+LIBRARIES = ("numpy", "scipy", "numba")
+
+
+@lru_cache(maxsize=1)
+def installation() -> str:
+    """Return in a line what results depend on: mechid with a digest of its sources, Python, the numerical libraries."""
+    python = ".".join(platform.python_version_tuple()[:2])
+    others = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
+    return f"mechid {source_digest()}, Python {python}, {others}"
+
+
+def source_digest() -> str:
+    """Return the version of mechid and a digest of its sources: other code may go another way."""
+    root = Path(__file__).parents[2]
+    total = hashlib.sha256()
+    for file in sorted(root.rglob("*.py")):
+        total.update(file.read_bytes())
+    return f"{version('mechid')} {total.hexdigest()[:16]}"
+
 
 DONE, LACKING, REFUSED = "done", "lacking", "refused"
 

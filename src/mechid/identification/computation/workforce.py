@@ -24,11 +24,19 @@ from statistics import median
 from typing import Any
 
 from mechid.errors import WorkersError
-from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import Done, Ended, mapped_by
 from mechid.identification.computation.progress import Tell
 from mechid.identification.computation.settings import WORK
-from mechid.identification.computation.worker import DONE, LACKING, REFUSED, Answer, Batch, processor, work
+from mechid.identification.computation.worker import (
+    DONE,
+    LACKING,
+    REFUSED,
+    Answer,
+    Batch,
+    installation,
+    processor,
+    work,
+)
 from mechid.simulation.interruption import ask
 
 

@@ -17,7 +17,7 @@ from mechid.identification.output_error.identity import file_digest
 from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.estimate_file import FILE_NAME, is_synthetic, read_estimate
+from mechid.identification.result.estimate_file import FILE_NAME, WITH_ERRORS, is_synthetic, read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import Grade, Reason
@@ -61,6 +61,8 @@ NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
 
 NOT_READ: Any = None
+NEEDED = (*WITH_ERRORS, "records")
+"""Tables of estimate.json without which there is no fit."""
 
 
 def estimate_path(place: Path | str) -> Path:
@@ -92,7 +94,7 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
         campaign the mechanism file is not the one that identify left.
     """
     path = estimate_path(place)
-    content = read_estimate(path)
+    content = read_estimate(path, needs=NEEDED)
     if campaign is None or _has_added_terms(content):
         mechanism = read_estimated_mechanism(content.get("provenance"), path)
     else:
@@ -108,7 +110,7 @@ def read_numbers(place: Path | str) -> Fit:
     fits can be compared whose mechanism files or own blocks have changed since.
     """
     path = estimate_path(place)
-    return _checked(read_estimate(path), path)
+    return _checked(read_estimate(path, needs=NEEDED), path)
 
 
 def _checked(

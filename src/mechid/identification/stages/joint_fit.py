@@ -20,10 +20,9 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.cliffs import along_cliff
 from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import Solution, promised_fall, solve
+from mechid.identification.search.solve import Solution, along_cliff, promised_fall, solve
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_residual_levels

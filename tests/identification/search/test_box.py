@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from mechid.identification.search.sobol import DIRECTIONS, sobol_points
+from mechid.identification.search.box import DIRECTIONS, sobol_points
 
 
 @pytest.mark.parametrize("seed", [0, 7])
