@@ -115,7 +115,7 @@ def _falls(
     plain = Beside(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
     q = plain.coordinates.point(weighted.coordinates.values(state.q))
     if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
-        q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=1e-6).q
+        q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     fall = max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
     return {**dict.fromkeys(by_name, fall), "": fall}
 

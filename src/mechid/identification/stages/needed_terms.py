@@ -140,7 +140,9 @@ def _fits_of(
         held = {name: STAGES.held_share * width for name, width in wide.widths.items() if wide.new[name] not in names}
         problem = replace(state.problem, shrinkage=held)
         whole = problem.whole()
-        q = solve(problem, all_terms.without(names)[1], whole, steps=STAGES.joint_steps, tolerance=1e-6).q
+        q = solve(
+            problem, all_terms.without(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
+        ).q
         if _follows_all(problem, q) and (follows is None or follows(problem, q)):
             count = sum(len(all_terms.groups[name]) for name in names)
             criterion = problem.total_norm(q, whole) ** 2 + count * math.log(max(all_terms.worth, math.e))
