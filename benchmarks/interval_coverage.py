@@ -25,8 +25,8 @@ from scipy.stats import binomtest, norm, t
 
 from mechid.campaign import Campaign, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
-from mechid.identification.computation.cluster import lent_by
 from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.workforce import lent_by
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit
 from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ, record_of, tests, torque_of

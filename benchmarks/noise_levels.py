@@ -19,8 +19,8 @@ from pathlib import Path
 from mechid.campaign import Campaign, CampaignRecord, Match, load_campaign
 from mechid.identification.identify import identify
 from mechid.identification.output_error.noise_level import known_noise
-from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.record_result import ChannelFit
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "measured"
 BY_TRIAL = 4.0

@@ -19,8 +19,8 @@ from pathlib import Path
 
 from scipy.stats import binomtest
 
-from mechid.identification.computation.cluster import lent_by
 from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.workforce import lent_by
 from recovery.campaigns import VARIANTS
 from recovery.mechanisms import FAMILIES
 from recovery.recovered import recovered

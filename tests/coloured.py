@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from mechid.campaign.bench import TRUTH
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, record, torque_of, truth
 
 FREE = ("gear.stiffness", "gear.damping", "stepper.torque_constant", "housing.gain")

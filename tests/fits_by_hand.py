@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 
 
 def fit_by_hand(mechanism, **known):

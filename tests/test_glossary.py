@@ -5,8 +5,7 @@ import re
 from pathlib import Path
 
 import mechid
-from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, FitOutcome, Grade
 from mechid.parameter import Status
 
 ROOT = Path(mechid.__file__).parent

@@ -15,7 +15,7 @@ from mechid.campaign.bench import write_bench
 from mechid.cli.identification import INTERRUPTED
 from mechid.fleets import unit_run
 from mechid.identification import run as identification
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.reports import identified
 from synthetic_fleet import drawn, write_fit, write_fleet_file
 

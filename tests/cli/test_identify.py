@@ -10,8 +10,7 @@ from mechid.campaign import read_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
-from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
 from mechid.reports import identified
 
 FILES = [

@@ -9,8 +9,7 @@ import threading
 
 import pytest
 
-from mechid.identification.result.grade import GRADE_WORDS, Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, FitOutcome, Grade
 
 WAIT_S = 120.0
 

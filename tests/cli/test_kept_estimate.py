@@ -15,7 +15,7 @@ from mechid.cli.app import app
 from mechid.identification import conclude
 from mechid.identification import run as identification
 from mechid.identification.result.fit_file import read_fit
-from mechid.identification.result.outcome import UNEXAMINED
+from mechid.identification.result.grade import UNEXAMINED
 from mechid.reports import identified
 from signalled import Command
 

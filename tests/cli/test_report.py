@@ -10,8 +10,7 @@ import pytest
 from mechid.campaign import load_campaign
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
-from mechid.identification.result.grade import Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome, Grade
 
 NAMES = ["report.html", "report.json", "report.md"]
 

@@ -16,10 +16,10 @@ import pytest
 import chores
 from dask_cluster import cluster
 from mechid.errors import WorkersError
-from mechid.identification.computation import cluster as scheduler
-from mechid.identification.computation.cluster import lent_by
+from mechid.identification.computation import workforce
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.computation.settings import WORK
+from mechid.identification.computation.workforce import lent_by
 
 WAIT_S = 120.0
 DRAWS = 400
@@ -85,7 +85,7 @@ def test_a_bootstrap_on_two_workers_is_the_same_to_the_last_bit(fitted, run, wor
 
 def test_no_scheduler_at_the_address(fitted, refused, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(scheduler, "WORK", replace(WORK, scheduler_patience_s=0.5))
+    monkeypatch.setattr(workforce, "WORK", replace(WORK, scheduler_patience_s=0.5))
     line = refused(2, "bootstrap", fitted / "fit", "--out", tmp_path, "--scheduler", "tcp://127.0.0.1:1")
     assert "--scheduler tcp://127.0.0.1:1: no Dask scheduler answers there" in line
 

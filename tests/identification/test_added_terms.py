@@ -24,8 +24,7 @@ from mechid.identification.effects.effect import law_beside, terms_beside
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.result.fit_file import read_fit
-from mechid.identification.result.grade import Cause, Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import rivals_of, superset_of

@@ -25,7 +25,7 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.target import target_of
 from mechid.identification.result.as_fitted import campaign_as_fitted, record_as_fitted
 from mechid.identification.result.fit_file import read_fit
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.parameter import Parameter, Status
 from mechid.web.estimate import estimate_of

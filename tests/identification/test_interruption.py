@@ -9,7 +9,7 @@ import synthetic
 from mechid.analysis import validate
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.identify import identify
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.simulation.interruption import ask, interrupted_by
 from mechid.simulation.simulator import PLAIN_BLOCK
 from synthetic import displaced

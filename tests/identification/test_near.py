@@ -6,7 +6,7 @@ import pytest
 
 from coloured import FREE, NEAR, assert_true, coloured
 from mechid.identification.identify import identify
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from synthetic import NOISE_NM, bench, campaign, displaced, truth
 
 

@@ -15,8 +15,7 @@ from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import ONE_RECORD
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.result.grade import Cause, Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from synthetic import COMMANDS, NOISE_NM, bench, bounded, campaign, displaced, measured, record, truth
 
 GEAR = {"gear.stiffness": 1.25, "gear.damping": 0.6}

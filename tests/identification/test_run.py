@@ -8,8 +8,7 @@ import pytest
 import mechid
 from diagnosis_bench import HARMONIC, made
 from mechid.identification import run
-from mechid.identification.result.grade import Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome, Grade
 from synthetic import TRUTH
 
 

@@ -17,7 +17,7 @@ from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import conclude
 from mechid.identification.effects.effect import lifted, terms_beside
 from mechid.identification.identify import make_problem
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.growth import vouched

@@ -16,8 +16,7 @@ from mechid.campaign import Stage, catalogue_mechanism
 from mechid.command import Command, RateProfile
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit, StageReport
-from mechid.identification.result.grade import Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Status

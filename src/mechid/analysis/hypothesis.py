@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechid.analysis.fit_residuals import FitResiduals, ValidationSummary
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.result.grade import Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.parameter import Status
 from mechid.plant.tables import TABLES, table_of
 

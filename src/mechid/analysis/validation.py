@@ -20,7 +20,7 @@ from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.nuisance import Nuisance
+from mechid.identification.result.record_result import Nuisance
 from mechid.records import COMPONENTS, Mounting
 from mechid.shown import Shown
 from mechid.signal import (

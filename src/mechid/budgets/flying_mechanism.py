@@ -15,9 +15,9 @@ from mechid.budgets.discrepancy import Discrepancy, discrepancy_of
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
 from mechid.budgets.residual_source import ResidualSource, residual_source
 from mechid.errors import InputFileError, did_you_mean
+from mechid.identification.result.as_fitted import error_covariance, refuse_failed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
-from mechid.identification.result.usable_values import error_covariance, refuse_failed
 from mechid.parameter import Role
 from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
 from mechid.plant.layout import Base, Flying

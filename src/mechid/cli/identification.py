@@ -11,8 +11,7 @@ from mechid.cli.ending import INTERRUPTED, advise, say_interrupted
 from mechid.cli.printed import followed, say
 from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import GRADE_WORDS
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, FitOutcome
 from mechid.identification.run import IdentifyRun
 from mechid.reports import print_report
 from mechid.reports.console import console_on

@@ -17,11 +17,10 @@ from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import FitError
 from mechid.exports.stand import which_mechanism
-from mechid.identification.result.estimate_file import SYNTHETIC
-from mechid.identification.result.estimated_mechanism import DIGEST
+from mechid.identification.result.as_fitted import error_covariance, refuse_failed
+from mechid.identification.result.estimate_file import DIGEST, SYNTHETIC
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
-from mechid.identification.result.usable_values import error_covariance, refuse_failed
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import TimeBase
 

@@ -16,7 +16,7 @@ from mechid.fleets.finished import can_resume, changed_since
 from mechid.fleets.members import Member
 from mechid.holding import held
 from mechid.identification.computation.progress import Listener, Progress, Tell
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.run import IdentifyRun
 from mechid.reports.identified import Audience, identify_into_folder
 

@@ -16,11 +16,9 @@ from mechid.identification.effects.pruning import groups_of, rises
 from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import Cause, Reason
-from mechid.identification.result.missing import Missing, OwnValue, missing_warning
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Cause, FitOutcome, Reason
+from mechid.identification.result.missing import AsWritten, Missing, OwnValue, missing_warning
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState

@@ -25,8 +25,8 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
-from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState

@@ -8,10 +8,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from mechid.identification.result.consistency import Consistency, Scatter
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import Cause, Reason, grade_of
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Cause, Consistency, FitOutcome, Reason, Scatter, grade_of
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.settings import GRADE

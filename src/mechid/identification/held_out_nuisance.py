@@ -21,14 +21,13 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_time_offset, target_of
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.missing import OwnValue
-from mechid.identification.result.nuisance import Nuisance
-from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import channel_noises, record_fit
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import Nuisance, RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.result.settings import HELD_OUT
-from mechid.identification.search.run_up import run_up
+from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.noise import without_spikes

@@ -1,4 +1,4 @@
-"""Identify: from a campaign to a fit, by the user's stages or by the plan made without them."""
+"""Identification of a campaign by its plan or its stages, or from values that the user gives."""
 
 from __future__ import annotations
 
@@ -7,23 +7,27 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+import numpy as np
+
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.computation.progress import Listener, silent
+from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.conclude import GoOn, conclude
 from mechid.identification.effects.disturbance import lines_of, with_disturbances
 from mechid.identification.effects.mains import mains, read_anew
-from mechid.identification.identifiability.predictability import chaos_warnings
-from mechid.identification.identifiability.visibility import refuse_free_supply
+from mechid.identification.identifiability.visibility import chaos_warnings, refuse_free_supply
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.detectors import read_as_found
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.first_moments import run_up
+from mechid.identification.search.gates import grow_horizons
 from mechid.identification.stages.disturbances import fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
@@ -229,3 +233,57 @@ def _judged(state: SearchState) -> SearchState:
     if state.outcome.has_optimum and not state.converged:
         return state.ending(FitOutcome.NOT_CONVERGED)
     return state
+
+
+def identify_from(
+    campaign: Campaign,
+    values: Mapping[str, float],
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    listener: Listener = silent,
+) -> Fit:
+    """Identify from a start: horizons grow from it to the records' ends, then all that is free is fitted jointly.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its stages are left out.
+    values : mapping of str to float
+        By dotted name; what is not among them starts at the file's value.
+    seed, workers, listener
+        As of `identify`.
+
+    Returns
+    -------
+    Fit
+        Also where the fit did not succeed: its `outcome` says so.
+
+    Raises
+    ------
+    FitError
+        If nothing is free, or no record is to be estimated from.
+    """
+    planned = replace(campaign, stages=())
+    problem = make_problem(planned, workers or os.cpu_count() or 1)
+    point = run_up(problem, problem.coordinates.point(values), known=values)
+    state = SearchState(problem, point, problem.whole())
+    watch = Watch(state, listener, 3)
+    total = sum(t.samples for t in problem.targets)
+
+    def tell(line: str) -> None:
+        watch.tell("gated growth", line, problem.total_norm(watch.latest.q, state.windows) ** 2)
+
+    def on_growth(q: FloatArray, gates: Mapping[str, int]) -> None:
+        watch.note(state.at(q))
+        tell(f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
+
+    tell("begins")
+    grown = state.at(grow_horizons(problem, state.q, np.random.default_rng(seed), on_growth).q)
+    spent = watch.seconds
+
+    def told_of_the_rest(progress: Progress) -> None:
+        number = min(progress.number + 1, 3)
+        listener(replace(progress, number=number, total=3, elapsed_s=spent + progress.elapsed_s))
+
+    return identify(planned, seed=seed, workers=workers, listener=told_of_the_rest, near=grown.values)

@@ -12,11 +12,10 @@ from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from mechid.identification.diagnosis.suggestion import with_suggestions
+from mechid.identification.diagnosis.start import with_suggestions
 from mechid.identification.identify import identify as search
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import Grade
-from mechid.identification.result.outcome import UNEXAMINED, FitOutcome
+from mechid.identification.result.grade import UNEXAMINED, FitOutcome, Grade
 
 SHORT = (FitOutcome.HORIZON, FitOutcome.FAILED)
 """Outcomes of an impatient search that a patient one may improve."""

@@ -9,8 +9,7 @@ from pathlib import Path
 from mechid.analysis import validate
 from mechid.campaign import Campaign
 from mechid.holding import held
-from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
-from mechid.identification.result.estimated_mechanism import signed
+from mechid.identification.result.estimate_file import FILE_NAME, read_estimate, signed
 from mechid.identification.result.fit import Fit
 from mechid.reports.fit.files import write_report
 from mechid.reports.fit.illustration import Illustration

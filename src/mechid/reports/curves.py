@@ -14,8 +14,8 @@ from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.arrays import FloatArray, IntArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.as_fitted import record_as_fitted
-from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.record_result import ChannelFit
 from mechid.reports.outline import Outline, outline_of
 from mechid.reports.quantities import channel_key
 from mechid.reports.trace import Trace, trace_of

@@ -16,10 +16,10 @@ from mechid.errors import UnwritableError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.output_error.identity import campaign_digests
-from mechid.identification.result.estimated_mechanism import signed
+from mechid.identification.result.estimate_file import signed
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
-from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.run import Companion, IdentifyRun, mark_unexamined, run_identification
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data

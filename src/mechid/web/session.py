@@ -13,10 +13,9 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.identifiability.visibility import sensitivities
-from mechid.identification.identify import identify
+from mechid.identification.identify import identify, identify_from
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
-from mechid.identification.start_given import identify_from
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.web.diagnosed import Diagnosed

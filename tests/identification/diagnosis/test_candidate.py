@@ -8,9 +8,9 @@ import pytest
 
 from mechid.campaign.mechanism_file import read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
-from mechid.identification.diagnosis.laws import promise_of_law
 from mechid.identification.diagnosis.proposal import proposal_of
 from mechid.identification.diagnosis.start import initial_models
+from mechid.identification.diagnosis.steps import promise_of_law
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.selection import (
     add_likeliest,

@@ -13,8 +13,7 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.readings.agreement import agreement_without
 from mechid.identification.readings.trial import first_moments
-from mechid.identification.result.grade import Cause, Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.stages import growth
 from odd_records import FACTORS, NAMES, SECONDS, backward, bending, half_steps, made, turned
 from synthetic import (

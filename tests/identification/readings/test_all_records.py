@@ -7,7 +7,7 @@ import pytest
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.readings.all_records import common_readings
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.search.gates import Growth
 from odd_records import NAMES, made
 

@@ -14,7 +14,7 @@ from mechid.identification.readings.detectors import declaration_warnings
 from mechid.identification.readings.finding import DeclaredRecords
 from mechid.identification.readings.misreading import find_misreadings
 from mechid.identification.readings.suspicion import Suspicions, suspect
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from paper import constant
 from synthetic import COMMANDS, campaign, displaced, measured, record, truth
 

@@ -5,16 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.campaign import catalogue_mechanism
+from complete_benches import Bench, catalogue, noisy
+from complete_fits import COULOMB, GEARED, table
+from csv_files import write_csv
+from layouts import mechanism_of
+from mechid.analysis import validate
+from mechid.campaign import catalogue_mechanism, load_campaign, mechanism_text
+from mechid.command import Command, InputChannel, MeasuredCommand, RateProfile
 from mechid.identification.identifiability.visibility import unseen_parameters
-from mechid.identification.identify import identify, make_problem
+from mechid.identification.identify import identify, identify_from, make_problem
 from mechid.identification.readings.timing import find_long_rest
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_window, robust_cost
 from mechid.identification.search.multistart import capped_costs
 from mechid.identification.search.settings import SEARCH
+from mechid.reports import report_data
+from mechid.simulation.simulator import Simulator
+from mechid.simulation.start import Start
 from paper import constant
+from runs import base, run_kernel
 from synthetic import COMMANDS, RATE_HZ, campaign, measured, record, truth
 
 FREE = {"value": 0.5, "min": 0.0, "max": 1.0}
@@ -130,3 +140,173 @@ def test_tiny_residuals_are_squared(size):
 def test_large_residuals_count_by_their_size():
     r = np.array([1e9])
     assert robust_cost(r) == pytest.approx(2.0 * SEARCH.robust_sigmas * 1e9, rel=1e-6)
+
+
+FULL, MICRO = 'stepping = "full", rate = {}, start_angle_deg = 45.0', 'stepping = "micro", microsteps = 16, rate = {}'
+CUTS = {
+    "full_46": (FULL.format(46.0), 2.03, 0.57),
+    "micro_46": (MICRO.format(46.0), 1.5, 0.5),
+    "full_5": (FULL.format(5.0), 1.013, 0.6),
+}
+"""Command, first instant and length of each record, s."""
+RECORD = 'mechanism = "mechanism.toml"\n[[record]]\nname = "run"\nfile = "run.csv"\n'
+
+
+def cut(folder, free, names=tuple(CUTS), shorter=1.0, seed=5):
+    """Write a campaign of records that are parts of longer ones, and read it; returns the truth too."""
+    bench, rng = Bench(seed=seed, table=table(), free=free), np.random.default_rng(seed)
+    lines = ['mechanism = "mechanism.toml"']
+    for name in names:
+        text, first_s, length_s = CUTS[name]
+        rate = float(text.partition("rate = ")[2].partition(",")[0])
+        command = Command(
+            stepping="micro" if "micro" in text else "full",
+            microsteps=16 if "micro" in text else 1,
+            rate=RateProfile.constant(rate),
+            start_angle_deg=45.0 if "45" in text else 0.0,
+        )
+        time_base = base(shorter * length_s, start_s=first_s)
+        run = run_kernel(bench.mechanism, command, time_base, substeps=8)
+        rows = np.stack([time_base.times, noisy(run.torque, "torque", rng)], axis=1)
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="time_s,torque_Nm", comments="", fmt="%.12g")
+        lines += [
+            "[[record]]",
+            f'name = "{name}"',
+            f'file = "{name}.csv"',
+            f'command = {{ {text}, start = "estimated" }}',
+        ]
+    (folder / "mechanism.toml").write_text(catalogue(bench))
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+    return load_campaign(folder), bench.truth
+
+
+def test_a_held_out_record_gets_its_start_from_its_first_part(tmp_path):
+    """Truth: a stretch of 0.57 s that begins in motion; from the start that the command gives it is missed."""
+    of, truth = cut(tmp_path, ("gear.stiffness",), ("micro_46", "full_46"))
+    held = replace(of.record("full_46"), use="validate")
+    of = replace(of, records=(of.record("micro_46"), held))
+    fit = identify(of, near={name: value for name, value in truth.items() if name == "gear.stiffness"}, workers=1)
+    found = fit.records["full_46"].nuisance
+    assert {name.removeprefix("record.full_46.start.") for name in found.parameters} >= {"angle", "rate", "current_a"}
+    channel = validate(of, fit)["full_46"].channels["torque"]
+    assert channel.fit_percent > 95.0
+    assert channel.samples == held.data.samples - found.samples
+
+
+def assert_within(fit, truth, sigmas=3.5):
+    for name, value in truth.items():
+        p = fit.parameters[name]
+        assert p.std_error is not None, (name, p.status, p.reason)
+        assert abs(p.value - value) < sigmas * p.std_error, name
+        assert p.std_error < 0.03 * abs(value), name
+
+
+@pytest.mark.slow
+def test_records_cut_out_of_longer_ones_are_identified_from_the_catalogue(tmp_path):
+    campaign, truth = cut(tmp_path, COULOMB)
+    fit = identify(campaign, workers=1)
+    assert fit.grade == "A"
+    assert_within(fit, truth)
+    again = fit.optimum
+    for name, value in again.values(again.q).items():
+        assert value == pytest.approx(fit.parameters[name].value, abs=0.05 * (fit.parameters[name].std_error or 1.0))
+
+
+@pytest.fixture(scope="module")
+def one_cut(tmp_path_factory):
+    """Return a short part of one record and a fit of it, from values some tenth off."""
+    campaign, truth = cut(tmp_path_factory.mktemp("cut"), GEARED[2:], ("full_46",), shorter=0.5)
+    start = {name: 1.1 * value for name, value in truth.items()}
+    return campaign, truth, identify_from(campaign, start, workers=1)
+
+
+def test_a_part_of_a_record_is_identified_without_what_was_before(one_cut):
+    _, truth, fit = one_cut
+    assert fit.grade in {"A", "B"}
+    assert_within(fit, truth)
+    states = {name: p for name, p in fit.parameters.items() if ".start." in name}
+    assert len(states) == 8
+    assert any("the start is estimated too, 8 numbers" in note for note in fit.notes)
+
+
+def test_what_is_shown_of_it(one_cut):
+    """Truth: the fit's own residual; the table of parameters leaves the start to estimate.json."""
+    campaign, _, fit = one_cut
+    found = validate(campaign, fit)
+    data = report_data(fit, validation=found)
+    assert not any(".start." in row["name"] for row in data["parameters"])
+    assert not any(".start." in line for line in fit.warnings)
+    record = fit.records["full_46"]
+    assert record.fit_percent > 98.0
+    assert record.residual_rms == pytest.approx(2e-3, rel=0.05)
+    (shown,) = data["records"]
+    assert shown["residual_rms"] == pytest.approx(record.residual_rms, rel=1e-6)
+
+
+def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
+    """Truth: what made the record; its currents and its gear began otherwise than the model says."""
+    bench, rng = Bench(seed=7, table=table(), free=GEARED[2:]), np.random.default_rng(7)
+    m, time_base = bench.mechanism, base(0.3)
+    command = Command(stepping="full", microsteps=1, rate=RateProfile.constant(46.0), start_angle_deg=45.0)
+    off = {"start.current_a": 0.15, "start.current_b": -0.1, "start.twist": 3e-4}
+    made = Simulator(m.plant, command, time_base, capacity=32, start=Start(off))
+    run = made.run(m.kernel_values(), substeps=8, directions=np.zeros((m.kernel_values().size, 0)))
+    y = np.concatenate([b.y[:, 0].copy() for b in run.blocks()])
+    write_csv(tmp_path / "run.csv", "time_s,torque_Nm", time_base.times, noisy(y, "torque", rng))
+    (tmp_path / "mechanism.toml").write_text(catalogue(bench))
+
+    def campaign(start):
+        (tmp_path / "campaign.toml").write_text(f'{RECORD}command = {{ {CUTS["full_46"][0]}, start = "{start}" }}\n')
+        return load_campaign(tmp_path)
+
+    spoilt = identify_from(campaign("commanded"), {n: 1.05 * v for n, v in bench.truth.items()}, workers=1)
+    assert (spoilt.grade, spoilt.records["run"].residual_rms > 0.02) == ("C", True)
+    fit = identify(campaign("estimated"), workers=1)
+    assert fit.grade == "A"
+    assert fit.records["run"].residual_rms == pytest.approx(2e-3, rel=0.05)
+    assert_within(fit, bench.truth)
+    for key, value in off.items():
+        p = fit.parameters[f"record.run.{key}"]
+        assert abs(p.value - value) < 4.0 * p.std_error
+
+
+AXIS = {
+    "assembly": "direct_torque_drive",
+    "load": {"inertia": 2e-3},
+    "drive": {},
+    "friction": {"coulomb": 0.02, "viscous": 0.01},
+}
+
+
+@pytest.mark.parametrize("way", ["estimated", "burn_in"])
+def test_a_driven_axis_that_begins_in_motion(tmp_path, way):
+    """Truth: what made the record: its file begins in the middle of a swing; friction forgets the start in 0.2 s.
+
+    Its rate is estimated, or the first second does not count. Its angle is measured but for an offset.
+    """
+    rng, whole = np.random.default_rng(3), base(6.0, rate_hz=1000.0)
+    m = mechanism_of(AXIS)
+    t = whole.times
+    u = 0.06 * np.sin(2 * np.pi * 1.3 * t) + 0.05 * np.sin(2 * np.pi * 3.1 * t + 1.0)
+    command = MeasuredCommand().driven_by((InputChannel(quantity="torque", samples=u),), 1000.0, 0.0)
+    plant = m.plant.measuring(("output_rate",))
+    p = m.kernel_values()
+    made = Simulator(plant, command, whole, capacity=0).run(p, substeps=8, directions=np.zeros((p.size, 0)))
+    y = np.concatenate([b.y[:, 0].copy() for b in made.blocks()]) + rng.normal(0.0, 2e-3, whole.samples)
+    kept = t >= 2.2
+    write_csv(tmp_path / "run.csv", "time_s,rate,torque", t[kept], y[kept], u[kept], fmt="%.12g")
+    assert abs(y[kept][0]) > 0.1
+    text = mechanism_text(m).replace("viscous = 0.01", "viscous = { value = 0.013, min = 0.001, max = 0.1 }")
+    text = text.replace("inertia = 0.002", "inertia = { value = 0.0025, min = 0.0005, max = 0.01 }")
+    (tmp_path / "mechanism.toml").write_text(text)
+    own = {
+        "estimated": 'command.start = "estimated"\nstart_state = { rate = { value = 0.0, min = -9.0, max = 9.0 } }',
+        "burn_in": "burn_in_s = 1.0",
+    }
+    channels = """channels = [{ quantity = "output_rate", column = 1, unit = "rad/s" },
+                  { quantity = "torque", column = 2, unit = "N m", role = "input" }]"""
+    (tmp_path / "campaign.toml").write_text(f"{RECORD}{channels}\n{own[way]}\n")
+    fit = identify(load_campaign(tmp_path), workers=1)
+    assert_within(fit, {"friction.viscous": 0.01, "load.inertia": 2e-3})
+    assert fit.records["run"].residual_rms == pytest.approx(2e-3, rel=0.05)
+    assert fit.records["run"].rejected == (1000 if way == "burn_in" else 0)

@@ -10,7 +10,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.search.solve import covariance, descend, solve
 from synthetic import COMMANDS, campaign, displaced, measured, record, truth
 

@@ -10,8 +10,7 @@ from mechid.identification.identify import make_problem
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.grade import Cause
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Cause, FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import covariance, solve
 from mechid.identification.uncertainty.draws import examine_draws, grazing_switches, parameters_resting_on

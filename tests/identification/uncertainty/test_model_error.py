@@ -12,7 +12,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import WeightedRows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.consistency import Consistency, Scatter
+from mechid.identification.result.grade import Consistency, Scatter
 from mechid.identification.result.settings import GRADE
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty import model_error

@@ -11,7 +11,7 @@ from mechid.identification.identify import identify
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.noise import (

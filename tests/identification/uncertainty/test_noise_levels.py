@@ -16,8 +16,7 @@ from mechid.identification.output_error.noise_level import LARGEST, NoiseSource,
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.grade import Grade
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.identification.result.record_fit import channel_noises
 from mechid.identification.search.gates import Growth
 from mechid.identification.uncertainty.noise_levels import lower_levels, moving_deviation, raise_levels, with_levels_of

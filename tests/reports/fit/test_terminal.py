@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from mechid.identification.output_error.declaration import Reading
-from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
 from mechid.reports import print_report, report_data
 from printing import printed, tables
 

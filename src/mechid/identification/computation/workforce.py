@@ -1,15 +1,9 @@
-"""Distribution of tasks to an external executor: threads, processes, Dask's workers, MPI's ranks.
-
-The function, with the problem in it, is pickled once and known by its digest. It goes with as many batches as there
-are workers; the others name it by its digest, and where a worker does not know it, it answers so at once and the batch
-is sent again with it. To Dask it goes as a value of the cluster's own, which the workers hand on to one another.
-Batches are so large that one takes about a second, as the tasks say that have ended, and no more of them are under way
-than keep all workers busy. Results come in the order of the tasks, whatever the order in which they were worked out.
-"""
+"""Distribution of tasks to an external executor, as the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
 import hashlib
+import logging
 import math
 import os
 import pickle
@@ -23,7 +17,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
 
-from mechid.errors import WorkersError
+from mechid.errors import UsageError, WorkersError
 from mechid.identification.computation.parallel import Done, Ended, mapped_by
 from mechid.identification.computation.progress import Tell
 from mechid.identification.computation.settings import WORK
@@ -251,3 +245,53 @@ def _lost(error: BaseException) -> WorkersError:
         f"the workers are lost ({what}); what they had finished is kept where there is a journal: "
         "--resume goes on, also without them"
     )
+
+
+QUIET = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "asyncio", "tornado.application")
+"""Loggers that print a traceback where a connection is lost; a scheduler may also go when its work is done."""
+
+
+@contextmanager
+def lent_by(address: str | None, say: Tell = warn) -> Iterator[None]:
+    """Let the workers of the Dask scheduler at an address do what is mapped within; None leaves it to this process.
+
+    Parameters
+    ----------
+    address : str or None
+        As ``tcp://host:8786``, which a scheduler writes when it starts.
+    say : callable
+        Called with a line on what is odd about workers.
+
+    Raises
+    ------
+    UsageError
+        Dask is not installed.
+    WorkersError
+        There is no scheduler at the address, or it is lost on the way.
+    """
+    if address is None:
+        yield
+        return
+    with _client(address) as client:
+        if not client.nthreads():
+            say(f"scheduler {address}: it has no workers yet; waiting for them")
+        with working_on(client.get_executor(), say):
+            yield
+
+
+def _client(address: str) -> Any:
+    """Return a client of a scheduler; what that would say of a lost connection is said in the error."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise UsageError('--scheduler needs Dask; install it with pip install "mechid[cluster]"') from error
+    for name in QUIET:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        return Client(address, timeout=WORK.scheduler_patience_s, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        what = " ".join(str(error).split())
+        raise WorkersError(
+            f"--scheduler {address}: no Dask scheduler answers there ({what}); "
+            "give the address that it writes when it starts, as tcp://host:8786"
+        ) from error

@@ -14,16 +14,13 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, Tell, silent
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.held_out import HeldOut, held_out
-from mechid.identification.diagnosis.hum import hum_left
-from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
-from mechid.identification.diagnosis.proposal import Proposal, proposal_of
-from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach, weighed
+from mechid.identification.diagnosis.proposal import HeldOut, Proposal, held_out, hum_left, proposal_of
 from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.steps import Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
+from mechid.identification.diagnosis.unexplained import NOT_LOOKED_FOR, Locked, locked, out_of_reach, weighed
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.refit.rebuild import grade_lines, refuse_other_files
 from mechid.identification.result.fit import Fit

@@ -1,15 +1,22 @@
-"""The mechanism that a diagnosis proposes: as written, with the effects that its records ask for, laid out alone."""
+"""Proposal of a diagnosis: the mechanism with the effects found, its hum, its prediction of held-out records."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.campaign.mechanism_text import appendix_text
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.scores import by_own_residuals
-from mechid.identification.result.missing import OwnValue
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
+from mechid.identification.effects.mains import mains
+from mechid.identification.effects.scores import by_own_residuals, scores
+from mechid.identification.effects.selection import is_significant
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.identify import make_problem
+from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.missing import Missing, OwnValue
 from mechid.identification.search.solve import covariance
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import superset_of
@@ -91,3 +98,56 @@ def _toml(model: Model, mechanism: Mechanism, effect: str, own: dict[str, OwnVal
         one = next(one for one in model.setting.disturbances if one.name == effect)
         return one.toml({name: p.value for name, p in own.items()})
     return appendix_text(mechanism, own, model.setting.problem.space.mechanism)
+
+
+def hum_left(model: Model, fit: Fit) -> list[Missing]:
+    """Return the hum that a fit names and its records show beside a model too: steps have lines like the mains'."""
+    named = [one for one in fit.missing if one.name.startswith(MAINS_PREFIX)]
+    if not named:
+        return []
+    lines = tuple(lines_of(model.problem))
+    removed = Disturbance("", "", lines_hz={t.name: lines for t in model.problem.targets})
+    bare, q = without(model.problem, model.q, [removed])
+    seen = mains(bare, q)
+    if seen is None:
+        return []
+    score = scores(bare, q, model.setting.windows, [seen])[seen.name]
+    return [one for one in named if one.name == seen.name and is_significant(score, RULES)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOut:
+    """A record that was not fitted: RMS of what is left of it over its noise, offset and drift removed.
+
+    Attributes
+    ----------
+    record : str
+    before, after : float
+        As written, and with the effects.
+    """
+
+    record: str
+    before: float
+    after: float
+
+
+def held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ...]:
+    """Return how well each record that was held out is predicted, with what the fit found on its first part."""
+    campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
+    kept = tuple(replace(r, use="estimate") for r in campaign.records if r.use == "validate")
+    if not kept:
+        return ()
+    mechanism = before.setting.problem.space.mechanism
+    problem = make_problem(replace(campaign, mechanism=mechanism, records=kept), before.setting.problem.workers)
+    setting = replace(before.setting, problem=problem, windows=problem.whole(), disturbances=())
+
+    def norms(model: Model) -> list[float]:
+        values = model.problem.coordinates.values(model.q)
+        there = replace(model, setting=setting, disturbances=()).at(values)
+        return there.problem.norms(there.q, setting.windows)
+
+    counts = [t.samples * len(t.channels) for t in problem.targets]
+    return tuple(
+        HeldOut(record=t.name, before=one / n**0.5, after=other / n**0.5)
+        for t, n, one, other in zip(problem.targets, counts, norms(before), norms(after), strict=True)
+    )

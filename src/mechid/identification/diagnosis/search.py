@@ -8,8 +8,17 @@ from dataclasses import dataclass
 
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.laws import add_hidden_laws, add_law, replace_imitators
-from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, exchange_effect, step, with_criteria
+from mechid.identification.diagnosis.steps import (
+    Step,
+    add_effects,
+    add_hidden_laws,
+    add_law,
+    drop_effects,
+    exchange_effect,
+    replace_imitators,
+    step,
+    with_criteria,
+)
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import gain, is_needed
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES

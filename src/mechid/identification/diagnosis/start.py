@@ -1,20 +1,25 @@
-"""A finished fit as the model that a diagnosis begins from, with the effects that are looked for."""
+"""A finished fit as the model that a diagnosis begins from, and suggestions by its derivatives alone."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+
+from scipy.special import chdtrc
 
 from mechid.campaign import Campaign
 from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
+from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.selection import likely_effects
+from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.optimum import MOVED
 from mechid.plant.superset import rivals_of, words_of
 
@@ -111,3 +116,31 @@ def _considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:
             raise InputFileError(f'{place}: found "{name}", which no effect is called here{near}')
         chosen |= of_kind
     return frozenset(chosen if campaign.considered else known)
+
+
+def with_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:
+    """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
+
+    One with added terms has found them already, and gets none.
+    """
+    if fit.grade not in (Grade.B, Grade.C) or fit.as_written:
+        return fit
+    say("asking the residual what the model is missing ...")
+    with one_core_algebra():
+        model = model_of_fit(fit, workers=workers)
+        return replace(fit, suggested=_suggested(model))
+
+
+def _suggested(model: Model) -> tuple[Suggested, ...]:
+    scores, words = model.scores(), model.words
+    return tuple(
+        Suggested(
+            name=name,
+            words=words[name],
+            chi_square=one.chi_square,
+            dof=one.dof,
+            share=one.share,
+            p_value=float(chdtrc(one.dof, one.chi_square)),
+        )
+        for name, one in ((name, scores[name]) for name in likely_effects(model, scores)[: RULES.suggested])
+    )

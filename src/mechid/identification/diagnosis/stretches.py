@@ -15,8 +15,7 @@ import numpy as np
 
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.laws import add_law
-from mechid.identification.diagnosis.steps import add_effects, drop_effects, exchanged_models
+from mechid.identification.diagnosis.steps import add_effects, add_law, drop_effects, exchanged_models
 from mechid.identification.effects.selection import add_likeliest
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons

@@ -113,9 +113,9 @@ def describe_unknown(parameter: Parameter, value: float, std_error: float) -> st
     --------
     >>> from mechid.campaign import catalogue_mechanism
     >>> viscous = catalogue_mechanism().parameters["friction.viscous"]
-    >>> not_known(viscous, 0.006, 0.001)
+    >>> describe_unknown(viscous, 0.006, 0.001)
     ''
-    >>> not_known(viscous, 0.006, 5e15).partition(";")[0]
+    >>> describe_unknown(viscous, 0.006, 5e15).partition(";")[0]
     'not known from these records: its standard error of 5e+15 exceeds what its range of 0 to 0.05 allows'
     """
     span = parameter.max - parameter.min

@@ -12,11 +12,8 @@ from typing import TYPE_CHECKING, Any
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
-from mechid.identification.result.as_written import AsWritten
-from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing, Suggested
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Consistency, FitOutcome, Grade, Reason
+from mechid.identification.result.missing import AsWritten, Missing, Suggested
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
 from mechid.plant.mechanism import Mechanism
@@ -36,7 +33,7 @@ LINEAR = "mechid.exports.linear.linear"
 REBUILD = "mechid.identification.refit.rebuild"
 """Rebuilds the optimum of a fit, likewise."""
 
-MECHANISM_FILE = "mechid.identification.result.estimated_mechanism"
+MECHANISM_FILE = "mechid.identification.result.estimate_file"
 """Reads the mechanism file beside an estimate; likewise."""
 
 

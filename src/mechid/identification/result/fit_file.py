@@ -14,18 +14,18 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.identity import file_digest
-from mechid.identification.result.as_written import AsWritten
-from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.estimate_file import FILE_NAME, WITH_ERRORS, is_synthetic, read_estimate
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.identification.result.estimate_file import (
+    FILE_NAME,
+    WITH_ERRORS,
+    is_synthetic,
+    read_estimate,
+    read_estimated_mechanism,
+)
 from mechid.identification.result.fit import Fit, StageReport
-from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing, Suggested
-from mechid.identification.result.nuisance import Nuisance
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Consistency, FitOutcome, Grade, Reason
+from mechid.identification.result.missing import AsWritten, Missing, Suggested
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import ChannelFit, Nuisance, RecordFit
 from mechid.plant.mechanism import Mechanism
 
 ESTIMATED = (

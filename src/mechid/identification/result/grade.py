@@ -1,11 +1,124 @@
-"""Grade of a fit, and the reasons for it, each with the next step."""
+"""Grade of a fit: outcome of its search, agreement of its parts, and the reasons, each with the next step."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from enum import StrEnum
+from enum import Enum, StrEnum
 from typing import Any, Self
+
+from mechid.identification.result.settings import GRADE
+
+UNEXAMINED = (
+    "The run was ended before this fit was examined: its records are not validated, what is left of them was not asked "
+    "for missing effects, and there is no report. mechid identify with --resume goes on from here."
+)
+"""Warning of a fit whose search has ended, until all that is optional has been done; its grade is the search's."""
+
+
+class FitOutcome(Enum):
+    """How the search of a fit ended; the value is the sentence its reader sees. What it is worth is its grade."""
+
+    CONVERGED = "The joint fit of all records has converged."
+    STAGES_DONE = "The stages of the campaign file have been worked through."
+    EVENT_MISSED = (
+        "The joint fit has converged, but for a moment it leaves a record by more than its residual elsewhere: "
+        "a stick/slip falls the other way there."
+    )
+    HORIZON = (
+        "No start was found from which the model follows all records to their ends; the values come from the parts "
+        "that it follows."
+    )
+    CLIFF = (
+        "The joint fit stopped at a stick/slip threshold: beyond it a stick/slip falls the other way, and the cost "
+        "rises where it should still fall."
+    )
+    NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
+    FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
+    INTERRUPTED = "Interrupted by the user; the values are the best found so far."
+
+    @property
+    def good(self) -> bool:
+        """Whether the search came to its end."""
+        return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
+
+    @property
+    def stopped_short(self) -> bool:
+        """Whether the derivatives may still promise a step, which counts in the errors."""
+        return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
+
+    @property
+    def has_optimum(self) -> bool:
+        """Whether all that was to be fitted was, up to an optimum or near it."""
+        return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
+
+    @property
+    def code(self) -> str:
+        """Short name for programs."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """How much the parts of one kind scatter, beside what noise alone explains.
+
+    Attributes
+    ----------
+    ratio : float
+        Of the scatter of the parts' scores to that which the noise explains, 1 where there is no model error.
+    z : float
+        By how many standard deviations of chance its square is above what is expected.
+    clusters : int
+        Parts compared.
+    by_ratio : float or None
+        The ratio from which parts contradict each other where noise has no model to count chance by; None where it has.
+    """
+
+    ratio: float
+    z: float
+    clusters: int
+    by_ratio: float | None = None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether noise alone explains it."""
+        return self.z <= GRADE.by_chance if self.by_ratio is None else self.ratio < self.by_ratio
+
+
+@dataclass(frozen=True, kw_only=True)
+class Consistency:
+    """Scatter between the phases of a step, between records and over time, each None where it was not tested.
+
+    `parameter` and `contested_record` are what is contested most; None where all agrees.
+    """
+
+    phase: Scatter | None = None
+    record: Scatter | None = None
+    time: Scatter | None = None
+    parameter: str | None = None
+    contested_record: str | None = None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the parts of the records agree: noise alone explains how they scatter.
+
+        Stretches of time count where there are neither phases nor several records: a hum, which stays in phase over a
+        stretch, scatters them without moving any value.
+        """
+        tests = [test for test in (self.phase, self.record) if test is not None]
+        if tests:
+            return all(test.agrees for test in tests)
+        return self.time is None or self.time.agrees
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of estimate.json."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Self:
+        """Return what an entry of estimate.json says."""
+        tests = {key: Scatter(**entry[key]) if entry[key] else None for key in ("phase", "record", "time")}
+        return cls(parameter=entry["parameter"], contested_record=entry["contested_record"], **tests)
 
 
 class Grade(StrEnum):

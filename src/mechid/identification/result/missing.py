@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from scipy.special import chdtrc
@@ -200,3 +200,29 @@ def _common(missing: Missing) -> str:
 def _with_error(p: OwnValue) -> str:
     error = f" +- {p.std_error:.2g}" if p.std_error is not None else ""
     return f"{p.value:.6g}{error} {p.unit}".removesuffix(" 1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class AsWritten:
+    """How the mechanism as written predicts the records, at the values of the fit that has further terms.
+
+    Attributes
+    ----------
+    follows : bool
+        Whether it follows all records that were fitted to their ends.
+    residual_over_noise : mapping of record to float
+        RMS of the residual over the noise known before the fit, of the leading channel.
+    """
+
+    follows: bool
+    residual_over_noise: Mapping[str, float]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the entry of estimate.json."""
+        return {"follows": self.follows, "residual_over_noise": dict(self.residual_over_noise)}
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Self:
+        """Return what an entry of estimate.json says; null stands for a ratio that is no number."""
+        ratios = {name: float("nan") if r is None else float(r) for name, r in entry["residual_over_noise"].items()}
+        return cls(follows=bool(entry["follows"]), residual_over_noise=ratios)

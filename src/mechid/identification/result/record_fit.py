@@ -16,8 +16,7 @@ from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.noise_level import NoiseLevel, NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
-from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import ChannelFit, RecordFit
 from mechid.identification.search.gates import chance_limit_of, followed_samples
 from mechid.signal.following import following, out_of_step
 from mechid.signal.moments import norm

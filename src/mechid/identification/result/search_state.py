@@ -12,7 +12,7 @@ from mechid.identification.effects.effect import Beside
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.search.solve import Solution
 
 

@@ -22,8 +22,13 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.first_moments import motion_begins
-from mechid.identification.search.run_up import Horizons, Lifted, grow_from_records_at_rest, restart_records
+from mechid.identification.search.first_moments import (
+    Horizons,
+    Lifted,
+    grow_from_records_at_rest,
+    motion_begins,
+    restart_records,
+)
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.series import stretch_of

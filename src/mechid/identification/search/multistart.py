@@ -33,8 +33,8 @@ from mechid.identification.search.first_moments import (
     first_window,
     robust_cost,
     robust_costs,
+    run_up,
 )
-from mechid.identification.search.run_up import run_up
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import descend
 from mechid.kernel.batch.source import SETS

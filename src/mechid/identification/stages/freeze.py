@@ -14,7 +14,7 @@ from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import Frozen, SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.watch import Watch

@@ -15,7 +15,7 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
-from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
+from mechid.identification.identifiability.visibility import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
@@ -31,9 +31,9 @@ from mechid.identification.readings.agreement import (
 from mechid.identification.readings.all_records import common_readings
 from mechid.identification.readings.file_values import wrong_values
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
-from mechid.identification.search.run_up import run_up
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
 from mechid.identification.stages.departure import departure

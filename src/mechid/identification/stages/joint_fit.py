@@ -18,7 +18,7 @@ from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, horizons_at, least_horizons
 from mechid.identification.search.settings import SEARCH

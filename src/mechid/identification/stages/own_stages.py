@@ -12,9 +12,9 @@ from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.run_up import run_up
+from mechid.identification.search.first_moments import run_up
 from mechid.identification.stages.joint_fit import joint_fit, threshold_warnings
 from mechid.identification.stages.release import with_noise_released, without_priors
 from mechid.identification.stages.watch import Watch

@@ -16,7 +16,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.effects.disturbance import Disturbance
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.result.consistency import Consistency, Scatter
+from mechid.identification.result.grade import Consistency, Scatter
 from mechid.identification.uncertainty.covariance import covariances, scores
 from mechid.identification.uncertainty.parts import Parts, RecordParts
 from mechid.identification.uncertainty.settings import ERRORS

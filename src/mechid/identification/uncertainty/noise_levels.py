@@ -20,8 +20,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import ChannelFit, RecordFit
 from mechid.identification.search.gates import Growth, followed_samples
 from mechid.identification.uncertainty.covariance import residual
 from mechid.identification.uncertainty.settings import NOISE

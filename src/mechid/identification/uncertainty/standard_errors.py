@@ -17,8 +17,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combine_triangles
-from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import Consistency, FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import covariance

@@ -9,8 +9,8 @@ from typing import Any
 
 from mechid.analysis.preference import LEVELS, ComparisonOutcome
 from mechid.identification.diagnosis.diagnosis import Diagnosis
-from mechid.identification.diagnosis.held_out import HeldOut
 from mechid.identification.diagnosis.pictures import Pictures
+from mechid.identification.diagnosis.proposal import HeldOut
 from mechid.identification.result.diagnosis_file import FORMAT
 from mechid.reports.diagnosis.figures import STRETCH_NAME, hertz, spectrum_name
 from mechid.reports.digits import digits

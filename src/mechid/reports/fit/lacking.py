@@ -6,10 +6,9 @@ import math
 from statistics import median
 from typing import Any
 
-from mechid.identification.result.as_written import AsWritten
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
-from mechid.identification.result.missing import Missing, OwnValue
+from mechid.identification.result.missing import AsWritten, Missing, OwnValue
 from mechid.reports.digits import with_sigma
 
 CLEAR = 3.0

@@ -9,11 +9,10 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
-from mechid.identification.result.channel_fit import ChannelFit
 from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import ChannelFit, RecordFit
 from mechid.parameter import Status
 from mechid.reports.digits import digits, like, plain, with_sigma
 from mechid.reports.fit.lacking import lacking_lines, missing_data

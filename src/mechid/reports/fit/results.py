@@ -16,8 +16,7 @@ from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
-from mechid.identification.result.estimate_file import json_text
-from mechid.identification.result.estimated_mechanism import signed
+from mechid.identification.result.estimate_file import json_text, signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.reading.whole import read_result

@@ -1,6 +1,5 @@
 """The grade of a fit. Truth: fits made by hand, each with one thing wrong and known."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +9,15 @@ from fits_by_hand import fit_by_hand
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Reading
-from mechid.identification.result.channel_fit import ChannelFit
-from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.grade import (
+    Cause,
+    Consistency,
+    FitOutcome,
+    Grade,
+    Scatter,
+)
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import ChannelFit, RecordFit
 
 EVENT = "the model's friction goes from stuck to forward"
 FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}
@@ -273,22 +275,6 @@ def test_what_is_unexplained_is_diagnosed_and_a_level_too_high_corrected(over):
 def test_without_a_simulation_or_an_end_it_has_failed(outcome, lost, cause):
     found = graded(fit(record("full", lost_at_s=0.1), outcome=outcome), replace(EVIDENCE, lost=lost))
     assert (found.grade, only(found).cause) == (Grade.FAILED, cause)
-
-
-def test_the_worst_reason_decides():
-    assert grade_of(tuple(Reason(cause=c, text="") for c in (Cause.THRESHOLD, Cause.LEFT_OUT))) is Grade.C
-    assert [g for g in Grade if g.good] == [Grade.A, Grade.B]
-
-
-def test_a_reason_comes_back_from_json():
-    reason = Reason(cause=Cause.THRESHOLD, text="x", record="sweep", instant_s=0.3, widened_most=2.0)
-    assert Reason.from_dict(json.loads(json.dumps(reason.to_dict()))) == reason
-
-
-def test_every_grade_and_cause_has_words():
-    assert set(GRADE_WORDS) == set(Grade)
-    assert set(CAUSE_WORDS) == set(Cause)
-    assert len(set(CAUSE_WORDS.values())) == len(Cause)
 
 
 def held_out(residual_over_noise, fit_percent):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
-from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, not_carried, out_of_reach
 from mechid.identification.diagnosis.start import initial_models
+from mechid.identification.diagnosis.unexplained import NOT_LOOKED_FOR, not_carried, out_of_reach
 from mechid.identification.effects import scores
 from mechid.identification.effects.scores import Landscape
 from mechid.identification.identify import identify
