@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from mechid.campaign import Campaign, Stage
 from mechid.identification.identify import identify
-from mechid.identification.result.fit import Fit
-from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.fit import Fit, Optimum
 from synthetic import bench, bounded, truth
 
 

@@ -20,7 +20,7 @@ from mechid.campaign.in_code import plain
 from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
-from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.identification.result.fit import ESTIMATE_NAME
 from mechid.structure import Structure
 
 KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "requirement")

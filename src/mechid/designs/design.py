@@ -32,7 +32,7 @@ from mechid.designs.trust import departing_share
 from mechid.errors import FitError, UsageError, did_you_mean
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.fit import Optimum
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
 

@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.information import prior_points, range_information, without_offsets
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.fit import Optimum
 from mechid.parameter import Status
 
 

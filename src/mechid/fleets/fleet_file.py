@@ -15,7 +15,7 @@ from mechid.command.entry import is_table, quoted
 from mechid.errors import InputFileError, UsageError
 from mechid.fleets.members import Covariate, Member, Members
 from mechid.fleets.significance import RATE
-from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.identification.result.fit import ESTIMATE_NAME
 from mechid.reading.whole import is_file, is_folder, is_there
 
 FILE_NAME = "fleet.toml"

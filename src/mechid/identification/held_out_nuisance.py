@@ -29,7 +29,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.result.settings import HELD_OUT
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.solve import solve
-from mechid.identification.uncertainty.covariance import residual, uncertainty
+from mechid.identification.uncertainty.covariance import residuals_by_quantity, uncertainty
 from mechid.identification.uncertainty.noise import without_spikes
 from mechid.signal.moments import norm
 from mechid.signal.series import blocks
@@ -177,7 +177,7 @@ def _with_offset(q: FloatArray, place: int, offset: float) -> FloatArray:
 def _by_noise(problem: Problem, target: Target, q: FloatArray, stop: int, counted: BoolArray) -> FloatArray:
     """Return variances at a point, (n,), by the residual of the first part, of any colour; 0 of what is not counted."""
     window = (0, stop)
-    series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+    series = residuals_by_quantity(problem, target, q, window)
     sizes = {c.quantity: norm(series[c.quantity]) / math.sqrt(stop) for c in target.channels}
     judged = target.each(lambda channel: replace(channel, sigma=max(channel.sigma, sizes[channel.quantity])))
     problem = replace(problem, targets=(judged,))

@@ -11,8 +11,7 @@ from pathlib import Path
 from threading import Thread
 
 from mechid.campaign import Campaign, load_campaign, read_mechanism
-from mechid.identification.result.estimate_file import FILE_NAME
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
 from mechid.interface.fits import campaign_of_fit, completed_file
 from mechid.interface.progress import telling
@@ -110,7 +109,7 @@ def _results(campaign: Campaign | Path | str, fit: Fit | Path | str | None) -> P
 
 def _loaded(campaign: Campaign | Path | str, fit: Fit | Path | str | None, folder: Path | None) -> Campaign:
     """Return the campaign with its records read, and with the mechanism that its fit was completed to."""
-    there = folder is not None and (folder / FILE_NAME).is_file()
+    there = folder is not None and (folder / ESTIMATE_NAME).is_file()
     completed = completed_file(folder) if folder is not None and there else None
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign, mechanism_file=completed)
@@ -125,7 +124,7 @@ def _estimated(campaign: Campaign, fit: Fit | Path | str | None, folder: Path | 
         return estimate_of(fit, campaign, GIVEN)
     if folder is None:
         return None
-    path, at_work = folder / FILE_NAME, (folder / JOURNAL_NAME).is_file()
+    path, at_work = folder / ESTIMATE_NAME, (folder / JOURNAL_NAME).is_file()
     is_asked_for = fit is not None and not at_work
     return read_estimated(path, campaign) if path.is_file() or is_asked_for else None
 

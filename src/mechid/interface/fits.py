@@ -11,8 +11,8 @@ from typing import ParamSpec, TypeVar, cast
 from mechid.campaign import Campaign, load_campaign, read_mechanism
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.result.estimate_file import FILE_NAME, WITH_ERRORS, read_estimate
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.estimate_file import WITH_ERRORS, read_estimate
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.journal_file import identified_campaign
 from mechid.reports.identified import COMPLETED_NAME
@@ -74,7 +74,7 @@ def load_campaign_of(source: Path, campaign: Path | str | None = None) -> Campai
     if not source.exists():
         raise InputFileError(f"{source}: there is no such folder or file; give the result folder of mechid identify")
     folder = result_folder(source)
-    read_estimate(folder / FILE_NAME, needs=NEEDED)  # refuse a damaged fit before its records are read
+    read_estimate(folder / ESTIMATE_NAME, needs=NEEDED)  # refuse a damaged fit before its records are read
     return load_campaign(_campaign_file(source, campaign), mechanism_file=completed_file(folder))
 
 
@@ -114,7 +114,7 @@ def campaign_of_fit(campaign: Campaign, fit: Fit) -> Campaign:
 
 def completed_file(folder: Path) -> Path | None:
     """Return the mechanism file of a result folder that identify has completed; None where it is the campaign's."""
-    found = read_estimate(folder / FILE_NAME)
+    found = read_estimate(folder / ESTIMATE_NAME)
     return folder / COMPLETED_NAME if found.get("completed") is not None else None
 
 

@@ -21,8 +21,7 @@ from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.refit.bootstrap import Bootstrap, Draw
 from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
 from mechid.identification.refit.profile import Point, Profile, profiles
-from mechid.identification.result.fit import Fit
-from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.fit import Fit, Optimum
 from mechid.interface.fits import campaign_first, fit_from
 from mechid.interface.progress import listening
 from mechid.shown import Shown

@@ -9,8 +9,8 @@ from pathlib import Path
 from mechid.analysis import validate
 from mechid.campaign import Campaign
 from mechid.holding import held
-from mechid.identification.result.estimate_file import FILE_NAME, read_estimate, signed
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.estimate_file import read_estimate, signed
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.reports.fit.files import write_report
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
@@ -75,7 +75,7 @@ def report(
 
 def _is_there(fit: Fit, folder: Path) -> bool:
     """Tell whether a folder holds the results of this very fit, whose files are signed by one another."""
-    path = folder / FILE_NAME
+    path = folder / ESTIMATE_NAME
     return path.is_file() and read_estimate(path).get("provenance") == fit.provenance
 
 

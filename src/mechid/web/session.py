@@ -14,8 +14,7 @@ from mechid.errors import UsageError
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.identifiability.visibility import sensitivities
 from mechid.identification.identify import identify, identify_from
-from mechid.identification.result.estimate_file import FILE_NAME
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.web.diagnosed import Diagnosed
@@ -308,8 +307,8 @@ class Session:
         if self.followed is None or self.is_fitting or self.reading is not None:
             return
         self.followed.poll()
-        if self.followed.has_left(FILE_NAME):
-            path, campaign = self.followed.path.with_name(FILE_NAME), self.source.campaign
+        if self.followed.has_left(ESTIMATE_NAME):
+            path, campaign = self.followed.path.with_name(ESTIMATE_NAME), self.source.campaign
             self.reading = FitRun(lambda listener: read_estimated(path, campaign))
             self.reading.start()
 

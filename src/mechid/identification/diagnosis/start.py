@@ -17,10 +17,9 @@ from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import MOVED, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
-from mechid.identification.result.optimum import MOVED
 from mechid.plant.superset import rivals_of, words_of
 
 

@@ -29,7 +29,7 @@ from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target
 from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
 from mechid.identification.refit.settings import REFIT
-from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.fit import Optimum
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty

@@ -27,7 +27,7 @@ from mechid.identification.computation.parallel import directed
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.settings import REFIT
-from mechid.identification.result.optimum import Optimum
+from mechid.identification.result.fit import Optimum
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import promised_fall, solve

@@ -15,9 +15,8 @@ from mechid.identification.identify import make_problem
 from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.as_fitted import campaign_as_fitted
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import MOVED, Fit, Optimum
 from mechid.identification.result.grade import GRADE_WORDS
-from mechid.identification.result.optimum import MOVED, Optimum
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without

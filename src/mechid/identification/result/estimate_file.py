@@ -12,13 +12,12 @@ from typing import Any
 
 from mechid.campaign import read_mechanism
 from mechid.errors import InputFileError
-from mechid.identification.result.fit import ESTIMATE_NAME, FORMAT, Fit
+from mechid.identification.result.fit import FORMAT, Fit
 from mechid.identification.result.grade import Grade
 from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import read_bytes, read_result
 from mechid.writing import write_whole
 
-FILE_NAME = ESTIMATE_NAME
 TABLES = ("outcome", "parameters")
 """Without these there is nothing to read."""
 WITH_ERRORS = (*TABLES, "correlation")

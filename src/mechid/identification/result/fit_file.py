@@ -15,13 +15,12 @@ from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.identity import file_digest
 from mechid.identification.result.estimate_file import (
-    FILE_NAME,
     WITH_ERRORS,
     is_synthetic,
     read_estimate,
     read_estimated_mechanism,
 )
-from mechid.identification.result.fit import Fit, StageReport
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit, StageReport
 from mechid.identification.result.grade import Consistency, FitOutcome, Grade, Reason
 from mechid.identification.result.missing import AsWritten, Missing, Suggested
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
@@ -68,7 +67,7 @@ NEEDED = (*WITH_ERRORS, "records")
 def estimate_path(place: Path | str) -> Path:
     """Return the path of the estimate.json of a result folder, or the path itself where it names the file."""
     place = Path(place)
-    return place if place.suffix == ".json" else place / FILE_NAME
+    return place if place.suffix == ".json" else place / ESTIMATE_NAME
 
 
 def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:

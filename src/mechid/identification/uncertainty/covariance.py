@@ -88,6 +88,14 @@ def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
     return series
 
 
+def residuals_by_quantity(
+    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int] | None = None
+) -> dict[str, Room]:
+    """Return `residual` by the quantity of each channel; without a window over the whole record."""
+    series = residual(problem, target, q, window or (0, target.samples))
+    return dict(zip(target.quantities, series, strict=True))
+
+
 def _colours(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
     """Return the model of what stands behind each channel's prefilter."""
     series = _whitened(problem, target, q, window)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from mechid.identification.output_error.noise_level import SMALLEST
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import chance_limit_of, gate_window
-from mechid.identification.uncertainty.covariance import residual
+from mechid.identification.uncertainty.covariance import residual, residuals_by_quantity
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal import effective_samples
 from mechid.signal.autoregression import fit_autoregression
@@ -38,7 +39,7 @@ def release_noise(
 
     def one(target: Target) -> Target:
         window = windows[target.name]
-        series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+        series = residuals_by_quantity(problem, target, q, window)
         said.extend(
             filter(None, (_misfit_line(target, c, _rms(c, series[c.quantity], window)) for c in target.channels))
         )
@@ -89,11 +90,14 @@ def whiten_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
 
     Before the first whitening the estimates err by what the colour costs, and that is in the residual too.
     """
-    targets = tuple(
-        _whitened_again(problem, t, q, windows[t.name]) if t.name in windows else t for t in problem.targets
-    )
-    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
-    return replace(problem, targets=targets) if changed else problem
+    return each_target(problem, lambda t: _whitened_again(problem, t, q, windows[t.name]) if t.name in windows else t)
+
+
+def each_target(problem: Problem, change: Callable[[Target], Target]) -> Problem:
+    """Return the problem with every target changed; the same one where none is."""
+    targets = tuple(map(change, problem.targets))
+    unchanged = all(a is b for a, b in zip(targets, problem.targets, strict=True))
+    return problem if unchanged else replace(problem, targets=targets)
 
 
 def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
@@ -124,7 +128,7 @@ def with_residual_levels(problem: Problem, q: FloatArray) -> Problem:
 
 
 def _by_own_residual(problem: Problem, target: Target, q: FloatArray) -> Target:
-    series = dict(zip(target.quantities, residual(problem, target, q, (0, target.samples)), strict=True))
+    series = residuals_by_quantity(problem, target, q)
     window = gate_window(target)
     return target.each(lambda channel: _channel_by_own_residual(channel, series[channel.quantity], window))
 
@@ -132,7 +136,7 @@ def _by_own_residual(problem: Problem, target: Target, q: FloatArray) -> Target:
 def _channel_by_own_residual(channel: TargetChannel, r: Series, window: int) -> TargetChannel:
     if not is_finite(r):
         return channel
-    rms = norm(r) / math.sqrt(max(r.size - channel.rejected.size, 1))
+    rms = _rms(channel, r, (0, r.size))
     if rms <= NOISE.misfit * channel.sigma and channel.prefilter is None and not channel.raised:
         return channel
     worth = max(window * effective_samples(r) / r.size, 1.0)
@@ -141,12 +145,10 @@ def _channel_by_own_residual(channel: TargetChannel, r: Series, window: int) -> 
 
 def with_levels_of_residuals(problem: Problem, target: Target, q: FloatArray) -> Target:
     """Return a target with no channel's sigma below the RMS of its residual at `q`."""
-    series = dict(zip(target.quantities, residual(problem, target, q, (0, target.samples)), strict=True))
+    series = residuals_by_quantity(problem, target, q)
 
     def own(channel: TargetChannel) -> TargetChannel:
-        r = series[channel.quantity]
-        counted = max(r.size - channel.rejected.size, 1)
-        return replace(channel, sigma=max(channel.sigma, norm(r) / math.sqrt(counted)))
+        return replace(channel, sigma=max(channel.sigma, _rms(channel, series[channel.quantity], (0, target.samples))))
 
     return target.each(own)
 
@@ -169,15 +171,13 @@ def _without_spikes(channel: TargetChannel) -> TargetChannel:
 
 def without_outliers(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
     """Return the problem without the samples that a fit has shown to be far off; the same where there are none."""
-    targets = tuple(_without_outliers(problem, t, q, windows.get(t.name)) for t in problem.targets)
-    unchanged = all(a is b for a, b in zip(targets, problem.targets, strict=True))
-    return problem if unchanged else replace(problem, targets=targets)
+    return each_target(problem, lambda t: _without_outliers(problem, t, q, windows.get(t.name)))
 
 
 def _without_outliers(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int] | None) -> Target:
     if window is None:
         return target
-    series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+    series = residuals_by_quantity(problem, target, q, window)
 
     def kept(channel: TargetChannel) -> TargetChannel:
         new = outliers(series[channel.quantity], NOISE.far_off) + window[0]

@@ -22,7 +22,8 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.result.record_result import ChannelFit, RecordFit
 from mechid.identification.search.gates import Growth, followed_samples
-from mechid.identification.uncertainty.covariance import residual
+from mechid.identification.uncertainty.covariance import residual, residuals_by_quantity
+from mechid.identification.uncertainty.noise import each_target
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.moments import norm, standard_deviation
 from mechid.signal.noise import FLOOR_ERROR
@@ -34,9 +35,7 @@ from mechid.units import unit_words
 
 def raise_levels(problem: Problem, growth: Growth) -> Problem:
     """Return the problem with a higher level of the channels that stop a growth; the same one where none may rise."""
-    targets = tuple(_raised(problem, t, growth) for t in problem.targets)
-    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
-    return replace(problem, targets=targets) if changed else problem
+    return each_target(problem, lambda target: _raised(problem, target, growth))
 
 
 def _raised(problem: Problem, target: Target, growth: Growth) -> Target:
@@ -149,13 +148,11 @@ def lower_levels(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
 
     A level that rests on more than high frequencies stays, and none falls below that of the resolution.
     """
-    targets = tuple(_lowered(problem, t, q, windows[t.name]) if t.name in windows else t for t in problem.targets)
-    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
-    return replace(problem, targets=targets) if changed else problem
+    return each_target(problem, lambda t: _lowered(problem, t, q, windows[t.name]) if t.name in windows else t)
 
 
 def _lowered(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
-    series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+    series = residuals_by_quantity(problem, target, q, window)
     return target.each(lambda channel: _at_most(channel, series[channel.quantity], window))
 
 

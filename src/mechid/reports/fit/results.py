@@ -15,9 +15,8 @@ from mechid.analysis.residual_file import residual_content
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
-from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
 from mechid.identification.result.estimate_file import json_text, signed
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.reading.whole import read_result
 from mechid.reports.fit.lacking import added_comment, added_notes
