@@ -153,15 +153,12 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
         raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
     longest = max(t.base.interval_s for t in targets)
     substeps = max(1, math.ceil(longest / STAGES.longest_step_s - 1e-6))
-    priors = {} if campaign.options.priors == "none" else _priors(campaign)
+    priors = {q.name: (q.value, q.sigma) for q in campaign.free if q.sigma}
+    if campaign.options.priors == "none":
+        priors = {}
     problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
     hum = mains(problem, declared_hz=campaign.options.mains) if campaign.options.mains else None
     return with_disturbances(problem, [hum]) if hum else problem
-
-
-def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
-    """Return value and standard deviation of what the mechanism file knows beforehand."""
-    return {q.name: (q.value, q.sigma) for q in campaign.free if q.sigma}
 
 
 def _follow_plan(

@@ -42,7 +42,7 @@ def seal(entry: Mapping[str, object]) -> str:
 
     Examples
     --------
-    >>> sealed({"event": "resumed"})
+    >>> seal({"event": "resumed"})
     '{"event": "resumed", "check": "497a82e0605ef488"}'
     """
     text = json.dumps(entry)

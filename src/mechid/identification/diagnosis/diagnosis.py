@@ -121,7 +121,8 @@ def diagnose(
         The fit has failed.
     """
     refuse_other_files(fit)
-    _refuse_failed(fit)
+    if fit.grade is Grade.FAILED:
+        raise FitError(" ".join(["a failed fit cannot be diagnosed:", *grade_lines(fit)]))
     with one_core_algebra(), working_on(executor):
         before, start = initial_models(fit, workers=workers or os.cpu_count() or 1)
 
@@ -170,11 +171,6 @@ def _searched(before: Model, start: Model, say: Tell) -> Found:
         if quieter is found.model:
             return found
         start = quieter
-
-
-def _refuse_failed(fit: Fit) -> None:
-    if fit.grade is Grade.FAILED:
-        raise FitError(" ".join(["a failed fit cannot be diagnosed:", *grade_lines(fit)]))
 
 
 def _in_part(fit: Fit, model: Model) -> str:

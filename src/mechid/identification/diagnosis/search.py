@@ -83,7 +83,10 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
         Called with each report of progress.
     """
     tried: dict[str, str] = {}
-    before = _at_its_best(before) if start.effects else start
+    if not start.effects:
+        before = start
+    elif math.isfinite(before.cost):
+        before = before.fitted(before)
     steps = [step(start, added=name) for name in start.effects]
     model, added = add_effects(start, tried, say)
     model, removed = drop_effects(model, say)
@@ -110,10 +113,6 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
         less, needed = _needed(before, model)
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
     return Found(model, before, tuple(with_criteria(model, steps)), tried, needed, less, like, tuple(refused))
-
-
-def _at_its_best(model: Model) -> Model:
-    return model.fitted(model) if math.isfinite(model.cost) else model
 
 
 def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Score]]:

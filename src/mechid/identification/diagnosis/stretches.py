@@ -42,7 +42,8 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
     model, growth = _followed(begun, before, RULES.first_escapes)
     rivals = _Rivals(before, say)
     for _ in range(RULES.rounds):
-        say(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
+        percent = 100.0 * growth.reached(model.problem)
+        say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
         attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, rivals, say))
@@ -52,10 +53,6 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
         model, growth = further
     part = model.within(growth.horizons)
     return part.fitted(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
-
-
-def _percent(model: Model, growth: Growth) -> str:
-    return f"{100.0 * growth.reached(model.problem):.1f} %"
 
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:

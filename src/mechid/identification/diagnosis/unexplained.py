@@ -55,12 +55,9 @@ class Locked:
 
 def locked(model: Model) -> tuple[Locked, ...]:
     """Return what the residuals of records with a varying rate go with, at a model's optimum."""
-    varying = [t for t in model.problem.targets if t.name in model.setting.windows and _varies(t)]
+    stepped = [t for t in model.problem.targets if not isinstance(t.command, MeasuredCommand)]
+    varying = [t for t in stepped if t.name in model.setting.windows and len(set(t.command.rate.rates)) > 1]
     return tuple(one for target in varying for one in _of(model, target) if one.share >= DIAGNOSIS.least_line_share)
-
-
-def _varies(target: Target) -> bool:
-    return not isinstance(target.command, MeasuredCommand) and len(set(target.command.rate.rates)) > 1
 
 
 def _of(model: Model, target: Target) -> Iterator[Locked]:

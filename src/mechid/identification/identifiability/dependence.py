@@ -212,7 +212,7 @@ def describe_direction(names: Sequence[str], moved: FloatArray) -> str:
 
     Examples
     --------
-    >>> in_words(["stepper.coil_resistance", "stepper.coil_inductance"], np.array([1.0, 1.02]))
+    >>> describe_direction(["stepper.coil_resistance", "stepper.coil_inductance"], np.array([1.0, 1.02]))
     'stepper.coil_resistance and stepper.coil_inductance rise together: only their ratio is seen'
     """
     if len(names) < 2:

@@ -85,7 +85,8 @@ def _apart_for_good_s(problem: Problem, target: Target, q: FloatArray, step: Flo
     rate = target.base.sample_rate_hz
     window, stop = max(round(SEARCH.gate_window_s * rate), 1), min(target.samples, round(VERDICTS.longest_s * rate))
     points = q, problem.coordinates.clip(q + step)
-    runs = [problem.model.run(target, point, stop, block=_whole(window)).blocks() for point in points]
+    block = window * max(4096 // window, 1)  # whole windows
+    runs = [problem.model.run(target, point, stop, block=block).blocks() for point in points]
     outputs = [(problem.model.output(c.quantity), c.sigma) for c in target.channels]
     distances: list[FloatArray] = []
     for here, there in zip(*runs, strict=True):
@@ -118,11 +119,6 @@ def first_apart_for_good(apart: BoolArray) -> int | None:
         return None
     parts = np.array_split(apart[found[0] :], VERDICTS.parts)
     return int(found[0]) if sum(map(np.any, parts)) >= VERDICTS.parts_apart else None
-
-
-def _whole(window: int) -> int:
-    """Return how many samples are simulated in one go: whole windows of them."""
-    return window * max(4096 // window, 1)
 
 
 def _down(seconds: float) -> float:

@@ -39,11 +39,14 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
         The fit has no optimum.
     """
     refuse_other_files(fit)
-    _refuse_without_optimum(fit)
+    if not fit.grade.good:
+        raise FitError(" ".join(["the fit has no optimum to look around from:", *grade_lines(fit)]))
     campaign = campaign_as_fitted(replace(fit.required_campaign, mechanism=fit.start_mechanism), fit)
     values = {name: p.value for name, p in fit.parameters.items() if p.status in (*MOVED, Status.FROZEN)}
     with one_core_algebra():
-        problem = replace(make_problem(campaign, workers), shrinkage=_small_priors(fit))
+        # Small priors hold added terms near their null value, where the fit ended with such.
+        small = {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
+        problem = replace(make_problem(campaign, workers), shrinkage=small)
         problem, q, windows = _first_point(campaign, with_saved_levels(problem, fit.records), values)
         problem, q = _as_moved(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
@@ -57,11 +60,6 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
     return Optimum(problem, solution.q, windows, solution.triangle, fit.parameters)
-
-
-def _small_priors(fit: Fit) -> dict[str, float]:
-    """Return the widths of the priors that hold added terms near their null value, where the fit ended with such."""
-    return {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
 
 
 def _first_point(
@@ -84,12 +82,6 @@ def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, fl
     cosines = (c.name for c in problem.space.coordinates if c.kind == "cosine")
     at_limit = frozenset(name for name in cosines if status[name] == Status.AT_BOUND)
     return problem.in_polar(at_limit, q) if at_limit else (problem, q)
-
-
-def _refuse_without_optimum(fit: Fit) -> None:
-    """Raise FitError where a fit has no optimum."""
-    if not fit.grade.good:
-        raise FitError(" ".join(["the fit has no optimum to look around from:", *grade_lines(fit)]))
 
 
 def grade_lines(fit: Fit) -> Iterable[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,35 +27,15 @@ from mechid.identification.result.parameter_estimate import ParameterEstimate, P
 from mechid.identification.result.record_result import ChannelFit, Nuisance, RecordFit
 from mechid.plant.mechanism import Mechanism
 
-ESTIMATED = (
-    "use",
-    "samples",
-    "fit_percent",
-    "residual_rms",
-    "noise_sigma",
-    "offset",
-    "drift",
-    "horizon_s",
-    "prefilter_order",
-    "rejected",
-)
-STAGE = ("name", "records", "cost", "evaluations", "seconds", "note")
-PARAMETER = (
-    "symbol",
-    "unit",
-    "value",
-    "std_error",
-    "std_error_white",
-    "start",
-    "min",
-    "max",
-    "status",
-    "reason",
-    "local_only",
-    "std_error_noise",
-    "dof",
-    "contradicted",
-)
+
+def _keys(kind: type, *others: str) -> tuple[str, ...]:
+    """Return the fields of a dataclass whose entries of estimate.json have its names and values."""
+    return tuple(field.name for field in fields(kind) if field.name not in others)
+
+
+ESTIMATED = _keys(RecordFit, "name", "channels", "taken", "nuisance", "followed_of_whole", "validation")
+STAGE = _keys(StageReport, "free")
+PARAMETER = _keys(ParameterEstimate, "name", "prior", "at_physical_limit", "one_sided", "std_error_clock", "added")
 NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
 
@@ -156,7 +136,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
     records = {
         name: RecordFit(
             name=name,
-            channels=_channels(r["channels"]),
+            channels={quantity: _channel(_kept(own, tuple(own))) for quantity, own in r["channels"].items()},
             taken=Reading.from_dict(r["taken"]),
             nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
             followed_of_whole=r.get("followed_percent"),  # absent from files of earlier versions
@@ -191,10 +171,6 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
     if mechanism is None:
         del vars(fit)["mechanism"]  # `Fit` reads it when it is asked for
     return fit
-
-
-def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:
-    return {quantity: _channel(_kept(own, tuple(own))) for quantity, own in entries.items()}
 
 
 def _channel(own: Mapping[str, Any]) -> ChannelFit:

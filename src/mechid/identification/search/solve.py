@@ -89,7 +89,7 @@ def descend(
     lower, upper = bounds
     gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a side may be open
     inside = np.clip(start, lower + gap, upper - gap)
-    first, at = norm(inside), (start, _lost(start.size))
+    first, at = norm(inside), (start, Triangle(np.inf, np.full((1 + start.size, start.size), np.nan), 0))
     calls = 1
 
     def fun(x: FloatArray) -> FloatArray:
@@ -127,10 +127,6 @@ def _promised(triangle: Triangle, free: BoolArray) -> float:
     Q, R = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))
     seen = np.abs(np.diag(R)) > 1e-12
     return float(triangle.cost * np.sum(Q[0, seen] ** 2))
-
-
-def _lost(size: int) -> Triangle:
-    return Triangle(np.inf, np.full((1 + size, size), np.nan), 0)
 
 
 def covariance(triangle: Triangle) -> FloatArray:
