@@ -12,7 +12,7 @@ from mechid.plant.plant import Plant
 
 def prepare_kernels(campaign: Campaign) -> None:
     """Compile or load what an identification of the campaign needs."""
-    from mechid.identification.identifiability.visibility import sensitivities
+    from mechid.identification.uncertainty.visibility import sensitivities
 
     plant = campaign.mechanism.plant
     prepare_kernel(plant)  # of runs without derivatives, as those of a validation

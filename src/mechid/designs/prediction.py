@@ -10,11 +10,11 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.designs.planned import PlannedRecord
-from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, combine_triangles, triangle_of_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.search.solve import covariance
+from mechid.identification.uncertainty.verdict import seen_coordinates
 
 UNSEEN = "no record sees it"
 ON_BOUND = "on the bound of the mechanism file"

@@ -17,8 +17,6 @@ from mechid.identification.effects.disturbance import disturbed_campaign, lines_
 from mechid.identification.effects.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
-from mechid.identification.identifiability.verdict import Verdict, describe_unknown, judge
-from mechid.identification.identifiability.visibility import ambiguity_notes
 from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
 from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem
@@ -36,6 +34,8 @@ from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.further_errors import clock_warnings
 from mechid.identification.uncertainty.noise_levels import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
+from mechid.identification.uncertainty.verdict import Verdict, describe_unknown, judge
+from mechid.identification.uncertainty.visibility import ambiguity_notes
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 

@@ -16,7 +16,6 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
-from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_time_offset, target_of
@@ -31,6 +30,7 @@ from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residuals_by_quantity, uncertainty
 from mechid.identification.uncertainty.noise import without_spikes
+from mechid.identification.uncertainty.verdict import seen_coordinates
 from mechid.signal.moments import norm
 from mechid.signal.series import blocks
 

@@ -18,7 +18,6 @@ from mechid.identification.computation.progress import Listener, Progress, silen
 from mechid.identification.conclude import GoOn, conclude
 from mechid.identification.effects.disturbance import lines_of, with_disturbances
 from mechid.identification.effects.mains import mains, read_anew
-from mechid.identification.identifiability.visibility import chaos_warnings, refuse_free_supply
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -37,6 +36,7 @@ from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
+from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
 
 RELEASED = "noise re-estimated"
 """The stage by which the last fit is named where it stops at a threshold."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechid.campaign import Campaign, load_campaign
-from mechid.identification.identifiability.visibility import start_warnings
 from mechid.identification.readings.detectors import declaration_warnings
+from mechid.identification.uncertainty.visibility import start_warnings
 from mechid.shown import Shown
 
 

@@ -12,9 +12,9 @@ from mechid.campaign.campaign import is_of_start
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Listener, Progress
-from mechid.identification.identifiability.visibility import sensitivities
 from mechid.identification.identify import identify, identify_from
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
+from mechid.identification.uncertainty.visibility import sensitivities
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.web.diagnosed import Diagnosed

@@ -12,7 +12,6 @@ from layouts import mechanism_of
 from mechid.analysis import validate
 from mechid.campaign import catalogue_mechanism, load_campaign, mechanism_text
 from mechid.command import Command, InputChannel, MeasuredCommand, RateProfile
-from mechid.identification.identifiability.visibility import unseen_parameters
 from mechid.identification.identify import identify, identify_from, make_problem
 from mechid.identification.readings.timing import find_long_rest
 from mechid.identification.result.grade import FitOutcome
@@ -20,6 +19,7 @@ from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_window, robust_cost
 from mechid.identification.search.multistart import capped_costs
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.uncertainty.visibility import unseen_parameters
 from mechid.reports import report_data
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.start import Start

@@ -23,7 +23,6 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target
@@ -33,6 +32,7 @@ from mechid.identification.result.fit import Optimum
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
+from mechid.identification.uncertainty.verdict import seen_coordinates
 from mechid.kernel.batch.source import SETS
 from mechid.shown import Shown
 from mechid.signal.autoregression import Autoregression, fit_autoregression

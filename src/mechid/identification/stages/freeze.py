@@ -9,8 +9,6 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.identifiability.dependence import Dependence, worst_dependence
-from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.space import SearchSpace
@@ -18,6 +16,8 @@ from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import Frozen, SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.dependence import Dependence, worst_dependence
+from mechid.identification.uncertainty.verdict import seen_coordinates
 
 
 def freeze_dependent(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:

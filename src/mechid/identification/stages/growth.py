@@ -15,7 +15,6 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
-from mechid.identification.identifiability.visibility import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
@@ -41,6 +40,7 @@ from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_levels_of_residuals
 from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
+from mechid.identification.uncertainty.visibility import apart_at_s, chaos_words
 
 
 def searched(

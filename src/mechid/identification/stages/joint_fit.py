@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
@@ -26,6 +25,7 @@ from mechid.identification.search.solve import Solution, along_cliff, promised_f
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_residual_levels
+from mechid.identification.uncertainty.verdict import seen_coordinates
 
 
 def leave_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:

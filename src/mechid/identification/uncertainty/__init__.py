@@ -1,1 +1,1 @@
-"""Noise, covariances and standard errors of an estimate, and where they hold only locally."""
+"""What records tell of each parameter: its visibility, noise, covariances and standard errors, and where these hold."""

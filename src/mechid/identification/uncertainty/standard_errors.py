@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combine_triangles
 from mechid.identification.result.grade import Consistency, FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -40,6 +39,7 @@ from mechid.identification.uncertainty.further_errors import (
 )
 from mechid.identification.uncertainty.model_error import Comparison, ModelError
 from mechid.identification.uncertainty.settings import ERRORS
+from mechid.identification.uncertainty.verdict import Verdict
 
 NORMAL = 1e6
 """Degrees of freedom from which Student's t is the normal distribution."""

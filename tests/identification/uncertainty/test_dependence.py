@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.identification.identifiability.dependence import describe_direction
 from mechid.identification.identify import identify
+from mechid.identification.uncertainty.dependence import describe_direction
 from mechid.parameter import Status
 from synthetic import NOISE_NM, bench, displaced, truth
 

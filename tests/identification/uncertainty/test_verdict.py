@@ -5,7 +5,7 @@ import math
 import pytest
 
 from mechid.campaign import catalogue_mechanism
-from mechid.identification.identifiability.verdict import describe_unknown
+from mechid.identification.uncertainty.verdict import describe_unknown
 
 VISCOUS = catalogue_mechanism().parameters["friction.viscous"]
 LEAST = (VISCOUS.max - VISCOUS.min) / math.sqrt(12.0)

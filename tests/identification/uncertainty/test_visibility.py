@@ -13,8 +13,10 @@ from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.bench import write_bench
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
-from mechid.identification.identifiability.settings import VERDICTS
-from mechid.identification.identifiability.visibility import (
+from mechid.identification.identify import identify, make_problem
+from mechid.identification.output_error.misfit import misfit_series, misfit_series_of
+from mechid.identification.uncertainty.settings import VERDICTS
+from mechid.identification.uncertainty.visibility import (
     apart_at_s,
     chaos_warnings,
     first_apart_for_good,
@@ -22,8 +24,6 @@ from mechid.identification.identifiability.visibility import (
     start_warnings,
     unseen_parameters,
 )
-from mechid.identification.identify import identify, make_problem
-from mechid.identification.output_error.misfit import misfit_series, misfit_series_of
 from paper import constant
 from runs import base, rms, run_kernel
 

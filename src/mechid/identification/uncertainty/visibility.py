@@ -13,13 +13,13 @@ from mechid.campaign.prediction import simulate, time_base
 from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import in_threads
-from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import motion_begins
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.parameter import Role
 from mechid.simulation.trajectory import SimulationOutcome
 

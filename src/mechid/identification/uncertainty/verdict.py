@@ -10,9 +10,9 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.parameter import Parameter, Status
 
 Reason = tuple[Status, str]

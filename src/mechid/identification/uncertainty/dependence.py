@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.identification.identifiability.settings import VERDICTS
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import covariance
+from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.parameter import Parameter
 
 
