@@ -15,10 +15,10 @@ import numpy as np
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.steps import Step, add_effects, drop_effects, step
-from mechid.identification.effects.effect import lifted
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import better_law, gain, is_confirmed, is_significant, share_of_misfit
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.output_error.problem import transfer_values
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 
@@ -142,7 +142,7 @@ def promise_of_law(model: Model, law: Law) -> tuple[Score, Mechanism]:
 def _linear_fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
     """Return by how much the cost falls in a linear fit from a point with a law, and its amplitude there."""
     other = model.in_place_of(law, mechanism)
-    q = lifted(model.problem, model.q, other.problem)
+    q = transfer_values(model.problem, model.q, other.problem)
     triangle = other.problem.joint(q, model.setting.windows)
     if not np.all(np.isfinite(triangle.jacobian)):
         return -math.inf, 0.0

@@ -11,7 +11,8 @@ import numpy as np
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.locked import locked
-from mechid.identification.effects.effect import distance_from_null, lifted
+from mechid.identification.effects.effect import distance_from_null
+from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.effects.selection import (
     add_likeliest,
     drop_unneeded,
@@ -20,6 +21,7 @@ from mechid.identification.effects.selection import (
     likely_effects,
 )
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.output_error.problem import transfer_values
 from mechid.plant.superset import extensions_at
 
 
@@ -56,7 +58,7 @@ def step(model: Model, *, added: str = "", removed: str = "") -> Step:
 
 def with_criteria(end: Model, steps: Sequence[Step]) -> list[Step]:
     """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
-    penalty = math.log(max(end.effective_samples, math.e))
+    penalty = bayesian_penalty(end.effective_samples)
     return [replace(one, bic=end.effective_samples * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
@@ -121,7 +123,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     neither, what one step of a stick/slip or an impact hides would have to be found again.
     """
     both = model.put_in(other)
-    both = replace(both, q=lifted(model.problem, model.q, both.problem))
+    both = replace(both, q=transfer_values(model.problem, model.q, both.problem))
     problem, q = both.problem, both.q
     J = problem.joint(q, model.setting.windows).jacobian
     lost = np.array([name in both.parameters[effect] for name in problem.coordinates.names])
