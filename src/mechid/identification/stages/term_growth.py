@@ -18,6 +18,9 @@ from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, without
 from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, substitute_law
 from mechid.identification.effects.pruning import groups_of, needed_groups
+from mechid.identification.effects.scores import Score
+from mechid.identification.effects.selection import is_significant
+from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.output_error.problem import Problem, transfer_values
 from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
@@ -205,11 +208,11 @@ def needed_disturbances(wide: AugmentedModel) -> tuple[tuple[Found, ...], Proble
     samples = sum(t.samples for t in wide.problem.targets)
     groups = groups_of(wide.problem, named)
     rises = needed_groups(solution.triangle, distance_from_null(wide.problem, solution.q), groups, samples)
-    rises |= {
-        one.name: _rise_without_lines(wide.problem, solution.q, one)
-        for one in wide.disturbances
-        if not one.parameters
-    }
+    # Lines have no coordinates, so that `needed_groups` does not see them; a fall by chance must not name any.
+    for one in (one for one in wide.disturbances if not one.parameters):
+        rise = _rise_without_lines(wide.problem, solution.q, one)
+        if is_significant(Score(rise, one.dof, 1.0, samples), DURING_FIT):
+            rises[one.name] = rise
     lost = [one for one in wide.disturbances if one.name not in rises]
     total = sum(rises.values())
     found = tuple(
