@@ -20,7 +20,7 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import conclude
-from mechid.identification.effects.effect import law_beside, terms_beside
+from mechid.identification.effects.effect import add_terms, substitute_law
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.result.fit_file import read_fit
@@ -66,7 +66,7 @@ def concluded(truth_of_record, added_to, start):
         outcome=FitOutcome.CONVERGED,
         solution=solution,
         searched=True,
-        beside=added,
+        added=added,
     )
     return campaign, conclude(campaign, state, seed=1, seconds=1.0)
 
@@ -83,7 +83,7 @@ def left(campaign, fit, folder):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     def only_the_term(mechanism):
-        return replace(terms_beside(superset_of(mechanism, only=[TERM]), [TERM]), widths={})
+        return replace(add_terms(superset_of(mechanism, only=[TERM]), [TERM]), widths={})
 
     campaign, fit = concluded(made_by(**harmonic(HARMONIC[AMPLITUDE])), only_the_term, HARMONIC)
     return left(campaign, fit, tmp_path_factory.mktemp("fit"))
@@ -95,7 +95,7 @@ def with_law(tmp_path_factory):
     found = "anti_alias:2"
 
     def filtered(mechanism):
-        return law_beside(mechanism, next(law for law in rivals_of(mechanism) if law.name == found))
+        return substitute_law(mechanism, next(law for law in rivals_of(mechanism) if law.name == found))
 
     campaign, fit = concluded(
         made_by(anti_alias={"order": 2, "frequency": 12e3}), filtered, {"anti_alias.frequency": 12e3}
@@ -292,8 +292,8 @@ def test_every_term_and_law_that_a_fit_may_add_is_in_all_that_it_leaves(name, tm
 
     def added(mechanism):
         if name in LAWS:
-            return law_beside(mechanism, next(law for law in rivals_of(mechanism) if law.name == name))
-        return replace(terms_beside(superset_of(mechanism, only=[name]), [name]), widths={})
+            return substitute_law(mechanism, next(law for law in rivals_of(mechanism) if law.name == name))
+        return replace(add_terms(superset_of(mechanism, only=[name]), [name]), widths={})
 
     own = added(truth())
     widths = superset_of(truth(), only=[name]).widths if name in TERMS else {}

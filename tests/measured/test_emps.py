@@ -15,8 +15,9 @@ from mechid.analysis import validate
 from mechid.campaign import load_campaign, read_mechanism
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import conclude
-from mechid.identification.effects.effect import lifted, terms_beside
+from mechid.identification.effects.effect import add_terms
 from mechid.identification.identify import make_problem
+from mechid.identification.output_error.problem import transfer_values
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
@@ -113,10 +114,12 @@ def test_friction_by_direction_that_a_fit_adds_is_in_all_that_is_left(example, t
     vouched_for, _ = vouched(SearchState(plain, plain.start, plain.whole()), SYMMETRIC)
     plain = replace(vouched_for.problem, substeps=5)
     superset = superset_of(campaign.mechanism, grown_only=True)
-    added = terms_beside(superset, [term.name for term in superset.terms])
+    added = add_terms(superset, [term.name for term in superset.terms])
     wide = added.problem(plain)
-    q = solve(wide, lifted(plain, plain.coordinates.point(SYMMETRIC), wide), wide.whole(), steps=30, tolerance=1e-6).q
-    state = SearchState(wide, q, wide.whole(), outcome=FitOutcome.CONVERGED, searched=True, beside=added)
+    q = solve(
+        wide, transfer_values(plain, plain.coordinates.point(SYMMETRIC), wide), wide.whole(), steps=30, tolerance=1e-6
+    ).q
+    state = SearchState(wide, q, wide.whole(), outcome=FitOutcome.CONVERGED, searched=True, added=added)
     fit = conclude(campaign, drop_unneeded_terms(state, plain), seed=0, seconds=1.0)
     validation = validate(campaign, fit)
     write_results(fit, report_data(fit, validation=validation), tmp_path, validation=validation)

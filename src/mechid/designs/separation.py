@@ -25,9 +25,8 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import with_disturbances
-from mechid.identification.effects.effect import lifted
 from mechid.identification.effects.settings import IN_DIAGNOSIS
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.problem import Problem, transfer_values
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.solve import solve
 
@@ -116,7 +115,7 @@ def predicted_torque(
 def _predicted(campaign: Campaign, model: Model, record: PlannedRecord) -> FloatArray:
     problem = with_records(campaign, model, [record])
     target = problem.targets[-1]
-    (torque,) = problem.model.predict(target, lifted(model.problem, model.q, problem), target.samples)
+    (torque,) = problem.model.predict(target, transfer_values(model.problem, model.q, problem), target.samples)
     return torque
 
 
@@ -131,7 +130,7 @@ def _shown_of(campaign: Campaign, model: Model, task: tuple[PlannedRecord, Float
     record, torque = task
     problem = with_records(campaign, model, [record])
     there = measuring(problem.targets[-1], torque)
-    q = lifted(model.problem, model.q, problem)
+    q = transfer_values(model.problem, model.q, problem)
     with np.errstate(all="ignore"):
         triangle = problem.triangle(there, q, (0, there.samples))
     rows = np.column_stack([triangle.fun, triangle.jacobian])
@@ -185,7 +184,7 @@ def refitted(
     windows = problem.whole() | dict(model.setting.windows)
     q = solve(
         problem,
-        lifted(model.problem, model.q, problem),
+        transfer_values(model.problem, model.q, problem),
         windows,
         steps=IN_DIAGNOSIS.steps,
         tolerance=IN_DIAGNOSIS.tolerance,

@@ -6,13 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
 from scipy.special import chdtrc
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import appendix_text
-from mechid.identification.effects.effect import Beside
-from mechid.identification.effects.pruning import groups_of, rises
+from mechid.identification.effects.effect import AddedTerms
+from mechid.identification.effects.pruning import linearise
 from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
@@ -40,7 +39,7 @@ def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
     state : SearchState
         At the end of the search.
     """
-    if state.beside is None:
+    if state.added is None:
         return fit
     terms = missing_terms(fit, campaign.mechanism, state)
     return replace(
@@ -66,7 +65,7 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
     state : SearchState
         At the end of the search.
     """
-    added = state.beside
+    added = state.added
     if added is None or not added.new:
         return ()
     by_name = {name: [p for p, term in added.new.items() if term == name] for name in added.terms}
@@ -99,18 +98,18 @@ def _own(fit: Fit, name: str) -> OwnValue:
 
 
 def _falls(
-    state: SearchState, written: Mechanism, added: Beside, by_name: Mapping[str, Sequence[str]]
+    state: SearchState, written: Mechanism, added: AddedTerms, by_name: Mapping[str, Sequence[str]]
 ) -> dict[str, float]:
     """Return by how much the cost falls with each added term or law; with all of them under an empty name."""
-    weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
     if not added.is_law:
-        triangle = weighted.joint(state.q, state.windows)
-        if not np.all(np.isfinite(triangle.jacobian)):
+        at = linearise(state.problem, state.q, state.windows, by_name)
+        if at is None:
             return dict.fromkeys((*by_name, ""), math.nan)
-        found = rises(triangle, state.q, groups_of(weighted, by_name))
+        found = at.rises()
         return {name: max(found.get(name, 0.0), 0.0) for name in (*by_name, "")}
+    weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
     cost = weighted.total_norm(state.q, state.windows) ** 2
-    plain = Beside(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
+    plain = AddedTerms(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
     q = plain.coordinates.point(weighted.coordinates.values(state.q))
     if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
         q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
@@ -133,7 +132,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
         At the end of the search.
     """
     own = {p.name: fit.mechanism.value(p.name) for p in campaign.mechanism.free}
-    problem = Beside(campaign.mechanism.with_values(own).with_free(())).problem(state.problem)
+    problem = AddedTerms(campaign.mechanism.with_values(own).with_free(())).problem(state.problem)
     values = {name: p.value for name, p in fit.parameters.items()}
     records = [r for r in campaign.records if r.name in fit.records]
     found = {r.name: _predicted(r, fit.records[r.name], problem, values, state) for r in records}
@@ -163,12 +162,12 @@ def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | Non
     campaign : Campaign
     state : SearchState
     """
-    if state.beside is None or fit.as_written is None:
+    if state.added is None or fit.as_written is None:
         return None
     terms = fit.added_terms
-    names = [f"{one.words} ({one.name})" for one in terms[: STAGES.most_named]] or list(state.beside.terms)
+    names = [f"{one.words} ({one.name})" for one in terms[: STAGES.most_named]] or list(state.added.terms)
     more = f" and {len(terms) - STAGES.most_named} more" if len(terms) > STAGES.most_named else ""
-    what, them = ("effects", "them") if len(state.beside.terms) > 1 else ("an effect", "it")
+    what, them = ("effects", "them") if len(state.added.terms) > 1 else ("an effect", "it")
     ratios = fit.as_written.residual_over_noise
     worst = max(state.windows, key=lambda name: ratios[name])
     left, alone = fit.records[worst].residual_over_noise, ratios[worst]

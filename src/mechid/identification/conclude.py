@@ -56,7 +56,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
     hum = lines_by_record(problem, [record.name for record in written.records])
     written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
-    campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
+    campaign = replace(written, mechanism=state.added.mechanism) if state.added else written
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
@@ -231,7 +231,7 @@ def _estimate(
 
 def _as_added(p: ParameterEstimate, state: SearchState) -> ParameterEstimate:
     """Return a parameter of a term that the search added, with the small prior by which it was held, if it was."""
-    width = state.beside.widths.get(p.name) if state.beside else None
+    width = state.added.widths.get(p.name) if state.added else None
     return replace(p, added=True, prior=None if width is None else PriorShare(value=0.0, sigma=width, counted=True))
 
 

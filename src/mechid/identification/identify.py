@@ -135,7 +135,7 @@ def _told_before(watch: Watch, campaign: Campaign) -> tuple[str, ...]:
 
 def with_terms(campaign: Campaign, state: SearchState) -> Campaign:
     """Return the campaign with the terms that the search has added to its mechanism."""
-    return replace(campaign, mechanism=state.beside.mechanism) if state.beside else campaign
+    return replace(campaign, mechanism=state.added.mechanism) if state.added else campaign
 
 
 def make_problem(campaign: Campaign, workers: int) -> Problem:
@@ -172,7 +172,7 @@ def _follow_plan(
         state, growth = vouched(state, near)
     if growth is None:
         return state
-    added = (*(state.beside.new if state.beside else ()), *state.problem.coordinates.own_names)
+    added = (*(state.added.new if state.added else ()), *state.problem.coordinates.own_names)
     names = (*names, *(n for n in added if n not in names))
     left_out = any(t.left_out for t in state.taken.values())
     whole = growth.complete and not left_out

@@ -6,8 +6,9 @@ import pytest
 from disturbed_bench import written
 from mechid.campaign.identify_options import DISTURBANCES
 from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import carried, with_disturbances, without
+from mechid.identification.effects.disturbance import with_disturbances, without
 from mechid.identification.identify import make_problem
+from mechid.identification.output_error.problem import transfer_coordinates
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,7 @@ def test_a_disturbance_is_put_in_and_taken_out(clock):
     q = plain.coordinates.point(truth)
     wide = with_disturbances(plain, all_of_them)
     assert wide.size == plain.size + 1 + 3 + 3 + 3 + 3
-    here = carried(plain, q, wide)
+    here = transfer_coordinates(plain, q, wide)
     for target, own in zip(plain.targets, wide.targets, strict=True):
         np.testing.assert_array_equal(plain.model.predict(target, q, 2000)[0], wide.model.predict(own, here, 2000)[0])
     back, point = without(wide, here, all_of_them)

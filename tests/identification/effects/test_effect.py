@@ -1,4 +1,4 @@
-"""Terms beside a mechanism: their plant, their priors, which are needed, and what a fit with them says."""
+"""Terms added to a mechanism: their plant, their priors, which are needed, and what a fit with them says."""
 
 from dataclasses import replace
 
@@ -9,9 +9,10 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.effects.effect import lifted, terms_beside
+from mechid.identification.effects.effect import add_terms
 from mechid.identification.effects.pruning import needed_groups
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.output_error.problem import transfer_values
 from mechid.identification.output_error.reduction import Triangle, triangle_of_rows
 from mechid.identification.result.grade import Cause, Grade
 from mechid.plant.superset import rivals_of, superset_of
@@ -39,9 +40,9 @@ def test_terms_are_named_and_free_from_their_null():
     assert [p.value for p in new] == [0.0] * 6
     assert {p.name.rpartition(".")[2] for p in new} == {"amplitude", "phase_deg"}
     assert free.plant is superset.mechanism.plant, "nothing is compiled anew when other terms are free"
-    beside = terms_beside(superset, NAMES)
-    assert set(beside.new) == {p.name for p in new}
-    assert set(beside.terms) == set(NAMES)
+    added = add_terms(superset, NAMES)
+    assert set(added.new) == {p.name for p in new}
+    assert set(added.terms) == set(NAMES)
 
 
 def test_a_law_stands_in_place_only_where_no_parameter_is_lost():
@@ -57,29 +58,29 @@ def wide_problem():
     """Return the problem of a short record with some terms free, and that of the mechanism alone."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
     plain, superset = make_problem(made, 1), superset_of(made.mechanism, grown_only=True)
-    beside = terms_beside(superset, NAMES)
-    return plain, beside.problem(plain), beside
+    added = add_terms(superset, NAMES)
+    return plain, added.problem(plain), added
 
 
-def test_a_start_is_lifted_to_the_null_of_its_terms():
-    plain, wide, beside = wide_problem()
-    q = lifted(plain, plain.start, wide)
+def test_a_start_is_transferred_to_the_null_of_its_terms():
+    plain, wide, added = wide_problem()
+    q = transfer_values(plain, plain.start, wide)
     values = wide.coordinates.values(q)
     assert {n: values[n] for n in plain.coordinates.values(plain.start)} == pytest.approx(
         plain.coordinates.values(plain.start)
     )
-    assert [values[name] for name in sorted(beside.new)] == [0.0] * 6
+    assert [values[name] for name in sorted(added.new)] == [0.0] * 6
     assert wide.total_norm(q, wide.whole()) == pytest.approx(plain.total_norm(plain.start, plain.whole()), rel=1e-9)
 
 
 def test_small_priors_are_of_both_parts_of_a_pair_and_have_their_derivative():
     """Truth: q / width by hand, and differences."""
-    _, wide, beside = wide_problem()
+    _, wide, added = wide_problem()
     at = np.random.default_rng(1).normal(0.0, 1e-4, wide.size) + wide.start
     away, J = wide.coordinates.prior_rows(at)
     assert away.size == 6
-    places = [j for j, c in enumerate(wide.space.coordinates) if c.name in beside.widths]
-    assert away == pytest.approx([at[j] / beside.widths[wide.coordinates.names[j]] for j in places])
+    places = [j for j, c in enumerate(wide.space.coordinates) if c.name in added.widths]
+    assert away == pytest.approx([at[j] / added.widths[wide.coordinates.names[j]] for j in places])
     step = 1e-6 * np.ones(wide.size)
     assert J @ step == pytest.approx(wide.coordinates.prior_rows(at + step)[0] - away, rel=1e-6)
 
@@ -93,7 +94,7 @@ def test_groups_are_dropped_while_that_costs_less_than_their_freedom():
     rest[10:] = 1.0
     triangle: Triangle = triangle_of_rows(rest, J)
     groups = {"clear": (0,), "chance": (1,), "both": (2, 3)}
-    found = needed_groups(triangle, values, groups, worth=float(n))
+    found = needed_groups(triangle, values, groups, effective_samples=float(n))
     assert found == pytest.approx({"clear": 25.0, "both": 17.0})
 
 

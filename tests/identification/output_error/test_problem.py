@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from mechid.command import Timing
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.problem import Problem, transfer_coordinates, transfer_values
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.signal.autoregression import Autoregression
@@ -226,3 +226,27 @@ def test_a_triangle_is_kept_for_its_own_problem_point_and_window(problem):
             assert other.triangle(louder, q, (0, 300)).norm == pytest.approx(0.5 * kept.norm, rel=1e-12)
         assert len(asked) == 3 * once
         assert problem.triangle(target, q, (0, 301)).samples == 301
+
+
+def test_coordinates_are_transferred_to_the_last_bit_and_values_are_not(problem):
+    """Truth: the point itself, in a problem of the same mechanism; by values it comes back within rounding."""
+    other, values_differ, at = replace(problem), False, problem.coordinates
+    for row in np.random.default_rng(3).uniform(at.lower, at.upper, (20, problem.size)):
+        q = at.point(at.values(row))  # within bounds that depend on one another
+        np.testing.assert_array_equal(transfer_coordinates(problem, q, other), q)
+        by_values = transfer_values(problem, q, other)
+        np.testing.assert_allclose(by_values, q, rtol=1e-12, atol=1e-12)
+        values_differ |= bool(np.any(by_values != q))
+    assert values_differ, "else one function would do"
+
+
+def test_a_point_of_some_records_is_joined_with_what_the_others_have(problem):
+    """Truth: the coordinates of the mechanism from the part, the time offset that it does not have from elsewhere."""
+    part = problem.only(["micro_46", "micro_92"])
+    q, at = part.start + 0.01, problem.start + 0.02 * problem.coordinates.span
+    joined = problem.point_from(part, q)
+    np.testing.assert_array_equal(problem.coordinates.of_mechanism(joined), q)
+    np.testing.assert_array_equal(problem.coordinates.of_records(joined), problem.coordinates.of_records(problem.start))
+    joined = problem.point_from(part, q, at)
+    np.testing.assert_array_equal(problem.coordinates.of_records(joined), problem.coordinates.of_records(at))
+    np.testing.assert_array_equal(part.point_from(problem, joined), q)

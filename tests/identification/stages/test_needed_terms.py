@@ -6,11 +6,12 @@ import pytest
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.effects.effect import law_beside, lifted, terms_beside
+from mechid.identification.effects.effect import add_terms, substitute_law
 from mechid.identification.identify import make_problem
+from mechid.identification.output_error.problem import transfer_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.needed_terms import drop_unneeded_terms, judged
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, exchanges, linearise_terms
 from mechid.plant.superset import rivals_of, superset_of
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
@@ -32,10 +33,10 @@ def grown(name):
     made = campaign(catalogue_mechanism().with_values(TRUTH), *records)
     plain = make_problem(made, 2)
     superset = superset_of(made.mechanism, grown_only=True)
-    added = terms_beside(superset, [term.name for term in superset.terms])
+    added = add_terms(superset, [term.name for term in superset.terms])
     wide = added.problem(plain)
-    q = solve(wide, lifted(plain, plain.start, wide), wide.whole(), steps=30, tolerance=1e-6).q
-    return plain, SearchState(wide, q, wide.whole(), beside=added)
+    q = solve(wide, transfer_values(plain, plain.start, wide), wide.whole(), steps=30, tolerance=1e-6).q
+    return plain, SearchState(wide, q, wide.whole(), added=added)
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +47,9 @@ def with_harmonic():
 def test_the_term_that_is_there_is_kept_alone_and_laid_out_first(with_harmonic):
     plain, state = with_harmonic
     found = drop_unneeded_terms(state, plain)
-    assert found.beside.terms == (HARMONIC,)
-    assert found.beside.widths == found.problem.shrinkage == {}
-    assert set(found.beside.new) == {f"stepper.torque_harmonic.0.{key}" for key in ("amplitude", "phase_deg")}
+    assert found.added.terms == (HARMONIC,)
+    assert found.added.widths == found.problem.shrinkage == {}
+    assert set(found.added.new) == {f"stepper.torque_harmonic.0.{key}" for key in ("amplitude", "phase_deg")}
     assert "stepper.torque_harmonic.1.amplitude" not in found.problem.space.mechanism.parameters
     assert "gear.kinematic_error.0.amplitude" not in found.problem.space.mechanism.parameters
     values = found.values
@@ -65,18 +66,18 @@ def test_all_terms_stay_where_no_smaller_set_will_do(with_harmonic):
 def test_a_law_in_place_of_another_has_nothing_to_drop(with_harmonic):
     plain, _ = with_harmonic
     mechanism = plain.space.mechanism
-    law = law_beside(mechanism, next(iter(rivals_of(mechanism))))
-    state = SearchState(law.problem(plain), law.problem(plain).start, plain.whole(), beside=law)
+    law = substitute_law(mechanism, next(iter(rivals_of(mechanism))))
+    state = SearchState(law.problem(plain), law.problem(plain).start, plain.whole(), added=law)
     assert drop_unneeded_terms(state, plain) is state
 
 
 def test_an_alias_is_tried_and_named():
     """Truth: offsets of the phase voltages and a detent of one period in a turn of the electrical angle are one."""
     plain, state = grown(DETENT)
-    all_terms = judged(state.problem, state.q, state.beside)
+    all_terms = linearise_terms(state.problem, state.q, state.added)
     assert len(all_terms.needed) == 1
     assert all_terms.needed <= {DETENT, OFFSETS}
-    assert {DETENT, OFFSETS} - all_terms.needed in list(all_terms.exchanged(all_terms.needed))
-    found = drop_unneeded_terms(state, plain).beside
+    assert {DETENT, OFFSETS} - all_terms.needed in list(exchanges(all_terms, all_terms.needed))
+    found = drop_unneeded_terms(state, plain).added
     (kept,) = found.terms
     assert found.aliases == {kept: (({DETENT, OFFSETS} - {kept}).pop(),)}

@@ -11,11 +11,17 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Disturbance
-from mechid.identification.effects.effect import Beside, lifted, terms_beside
-from mechid.identification.effects.pruning import needed_effects
-from mechid.identification.effects.scores import Landscape, Score, count_effective_samples, landscape_at
+from mechid.identification.effects.effect import AddedTerms, add_terms
+from mechid.identification.effects.pruning import linearise
+from mechid.identification.effects.scores import (
+    Landscape,
+    Score,
+    bayesian_penalty,
+    count_effective_samples,
+    landscape_at,
+)
 from mechid.identification.effects.settings import IN_DIAGNOSIS, EffectRules
-from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.joint_fit import leave_corner
@@ -127,7 +133,7 @@ class Model:
     def where(self, other: Model) -> Model:
         """Return it where another one is, in its windows and at its noise levels."""
         there = replace(self, setting=other.setting)
-        return there._at_point(lifted(other.problem, other.q, there.problem))
+        return there._at_point(transfer_values(other.problem, other.q, there.problem))
 
     def within(self, horizons: Mapping[str, int]) -> Model:
         """Return it over so many first samples of each record, where it is."""
@@ -167,12 +173,12 @@ class Model:
     @cached_property
     def problem(self) -> Problem:
         """The problem in which its effects are free."""
-        return self._beside(self.terms).problem(self.setting.problem, self._of(self.disturbances))
+        return self._with_terms(self.terms).problem(self.setting.problem, self._of(self.disturbances))
 
     def _widened(self, problem: Problem, effects: Collection[str]) -> Problem:
         """Return its problem, or that with other weights, with some further effects free."""
         others = [name for name in effects if name not in self.disturbances]
-        return self._beside((*self.terms, *effects)).problem(problem, self._of(others))
+        return self._with_terms((*self.terms, *effects)).problem(problem, self._of(others))
 
     def landscape(self) -> Landscape:
         """Return the derivatives at its optimum: to all that it has, and to each effect that is looked for beside."""
@@ -180,7 +186,7 @@ class Model:
 
         def widened(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
             wide = self._widened(plain, names)
-            return wide, lifted(self.problem, self.q, wide)
+            return wide, transfer_values(self.problem, self.q, wide)
 
         effects = {name: own for name, own in self.parameters.items() if name in looked_for}
         return landscape_at(self.problem, self.q, self.setting.windows, effects, widened)
@@ -190,16 +196,17 @@ class Model:
         return self.landscape().scores()
 
     def needed_effects(self, shrinkage: Mapping[str, float] | None = None) -> frozenset[str]:
-        """Return the terms and disturbances that its optimum needs, as its derivatives have it.
+        """Return the terms and disturbances that its optimum needs, as its derivatives have it; all where it has none.
 
         `shrinkage` holds the widths of small priors by dotted name, where it was fitted with such.
         """
         problem = replace(self.problem, shrinkage=shrinkage or {})
         named = {name: self.parameters[name] for name in (*self.terms, *self.disturbances)}
-        return needed_effects(problem, self.q, self.setting.windows, named)
+        found = linearise(problem, self.q, self.setting.windows, named)
+        return found.needed if found else frozenset(named)
 
-    def _beside(self, terms: Collection[str]) -> Beside:
-        return replace(terms_beside(self.library, terms), widths={}) if self.library else Beside(self.base)
+    def _with_terms(self, terms: Collection[str]) -> AddedTerms:
+        return replace(add_terms(self.library, terms), widths={}) if self.library else AddedTerms(self.base)
 
     def _of(self, names: Collection[str]) -> list[Disturbance]:
         return [one for one in self.setting.disturbances if one.name in names]
@@ -281,7 +288,7 @@ class Model:
     def is_better_than(self, other: Model) -> bool:
         """Tell whether the Bayesian criterion prefers it, the noise being what the better of the two leaves."""
         better = min(self, other, key=lambda one: one.cost)
-        penalty = math.log(max(better.effective_samples, math.e))
+        penalty = bayesian_penalty(better.effective_samples)
         mine, others = (
             better.effective_samples * one.cost / better.cost + one.freedom * penalty for one in (self, other)
         )
@@ -297,7 +304,7 @@ class Model:
         names = {t.name for t in wider.library.terms} if wider.library else set()
         setting = replace(self.setting, considered=self.setting.considered | names - self._listed)
         wider = replace(wider, setting=setting)
-        return replace(wider, q=lifted(self.problem, self.q, wider.problem))
+        return replace(wider, q=transfer_values(self.problem, self.q, wider.problem))
 
     @property
     def _listed(self) -> set[str]:
@@ -306,7 +313,7 @@ class Model:
     def fitted(self, near: Model, *, steps: int | None = None) -> Model:
         """Return it at its optimum, sought from that of another in so many steps at most."""
         most = self.rules.steps if steps is None else steps
-        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.effective_samples, most)
+        return self._fitted_from(transfer_values(near.problem, near.q, self.problem), near.effective_samples, most)
 
     def regrown(self) -> Model:
         """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
@@ -320,17 +327,17 @@ class Model:
         other = self._fitted_from(growth.q, self.effective_samples, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self
 
-    def _fitted_from(self, q: FloatArray, worth: float, steps: int) -> Model:
+    def _fitted_from(self, q: FloatArray, samples: float, steps: int) -> Model:
         """Return it at its optimum, sought from a point of its problem, as near as so many samples let it be judged."""
         problem, windows = self.problem, self.setting.windows
 
         def solved(x: FloatArray) -> Solution:
-            return solve(problem, x, windows, steps=steps, tolerance=self.rules.tolerance / worth)
+            return solve(problem, x, windows, steps=steps, tolerance=self.rules.tolerance / samples)
 
         found = leave_corner(problem, solved(q), solved)
         there = self._at_point(found.q)
         return (
             there._fitted_from(there.q, there.effective_samples, steps)
-            if there.effective_samples > self.rules.finer * worth
+            if there.effective_samples > self.rules.finer * samples
             else there
         )

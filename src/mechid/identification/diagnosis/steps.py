@@ -11,8 +11,8 @@ import numpy as np
 from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.unexplained import locked
-from mechid.identification.effects.effect import distance_from_null, lifted
-from mechid.identification.effects.scores import Score
+from mechid.identification.effects.effect import distance_from_null
+from mechid.identification.effects.scores import Score, bayesian_penalty
 from mechid.identification.effects.selection import (
     add_likeliest,
     better_law,
@@ -25,6 +25,7 @@ from mechid.identification.effects.selection import (
     share_of_misfit,
 )
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
+from mechid.identification.output_error.problem import transfer_values
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, extensions_at
 
@@ -62,7 +63,7 @@ def step(model: Model, *, added: str = "", removed: str = "") -> Step:
 
 def with_criteria(end: Model, steps: Sequence[Step]) -> list[Step]:
     """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
-    penalty = math.log(max(end.effective_samples, math.e))
+    penalty = bayesian_penalty(end.effective_samples)
     return [replace(one, bic=end.effective_samples * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
@@ -127,7 +128,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     neither, what one step of a stick/slip or an impact hides would have to be found again.
     """
     both = model.put_in(other)
-    both = replace(both, q=lifted(model.problem, model.q, both.problem))
+    both = replace(both, q=transfer_values(model.problem, model.q, both.problem))
     problem, q = both.problem, both.q
     J = problem.joint(q, model.setting.windows).jacobian
     lost = np.array([name in both.parameters[effect] for name in problem.coordinates.names])
@@ -281,7 +282,7 @@ def promise_of_law(model: Model, law: Law) -> tuple[Score, Mechanism]:
 def _linear_fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
     """Return by how much the cost falls in a linear fit from a point with a law, and its amplitude there."""
     other = model.in_place_of(law, mechanism)
-    q = lifted(model.problem, model.q, other.problem)
+    q = transfer_values(model.problem, model.q, other.problem)
     triangle = other.problem.joint(q, model.setting.windows)
     if not np.all(np.isfinite(triangle.jacobian)):
         return -math.inf, 0.0

@@ -7,9 +7,9 @@ with each law, name what is missing; with it the growth goes on to where the nex
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, partial
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from mechid.identification.diagnosis.steps import add_effects, add_law, drop_eff
 from mechid.identification.effects.selection import add_likeliest
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons
-from mechid.identification.search.multistart import candidates, multistart
+from mechid.identification.search.multistart import best_start
 from mechid.identification.uncertainty.noise_levels import noise_levels
 from mechid.plant.superset import rivals_of
 
@@ -40,13 +40,13 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
     if begun is None:
         return None
     model, growth = _followed(begun, before, RULES.first_escapes)
-    rivals = _Rivals(before, say)
+    laws = cache(partial(_alternative_laws, before, say))  # their starts take long, and do not depend on the round
     for _ in range(RULES.rounds):
         percent = 100.0 * growth.reached(model.problem)
-        say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing beside'}")
+        say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing added'}")
         if growth.complete:
             return model.fitted(model)
-        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, rivals, say))
+        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, laws, say))
         further = next((each for each in attempts if _leads_further(*each, model, growth)), None)
         if further is None:
             break
@@ -70,31 +70,23 @@ def reach(model: Model) -> float:
     return reached / sum(t.samples for t in problem.targets)
 
 
-class _Rivals:
-    """Models with a law each, at the best of its own starts: with another law of friction that is another one."""
-
-    def __init__(self, before: Model, say: Tell) -> None:
-        self.before, self.say = before, say
-
-    @cached_property
-    def begun(self) -> list[Model]:
-        """Models with one law, the likeliest by the first moments first."""
-        found = []
-        laws = {law.name: law for law in rivals_of(self.before.base, grown_only=True)}  # a law's sizes have one box
-        for law in [law for name, law in laws.items() if name in self.before.setting.considered]:
-            self.say(f"starts with {law.name}")
-            begun = _from_best_start(self.before.in_place_of(law, law.mechanism))
-            found += [begun] if begun else []
-        return sorted(found, key=lambda one: one.cost)
+def _alternative_laws(before: Model, say: Tell) -> list[Model]:
+    """Return models with one law each, at the best of its own starts; the likeliest by the first moments first."""
+    found = []
+    laws = {law.name: law for law in rivals_of(before.base, grown_only=True)}  # a law's sizes have one box
+    for law in [law for name, law in laws.items() if name in before.setting.considered]:
+        say(f"starts with {law.name}")
+        begun = _from_best_start(before.in_place_of(law, law.mechanism))
+        found += [begun] if begun else []
+    return sorted(found, key=lambda one: one.cost)
 
 
 def _from_best_start(before: Model) -> Model | None:
     """Return a model at the best of all starts, with the cost that it has there; None where none can be simulated."""
     problem = before.problem
     anchored = problem.anchored
-    starts = multistart(anchored, 0, problem.workers)
-    best = next(candidates(anchored, starts, problem.workers), None)
-    return replace(before, q=problem.lifted(anchored, best.q, problem.start), cost=best.cost) if best else None
+    best = best_start(anchored, 0)
+    return replace(before, q=problem.point_from(anchored, best.q), cost=best.cost) if best else None
 
 
 def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]:
@@ -113,7 +105,9 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     return whole, growth
 
 
-def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterator[tuple[Model, Model, int]]:
+def _attempts(
+    model: Model, before: Model, laws: Callable[[], list[Model]], say: Tell
+) -> Iterator[tuple[Model, Model, int]]:
     """Yield what may follow the records further, as `_followed` wants it: with one term after another, then with laws.
 
     Each term may be the last one that is missing: further ones would explain what a branch that it leads away from
@@ -139,5 +133,5 @@ def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterat
     if model.laws:
         return
     if model.share < RULES.enough:
-        yield from ((rival, before, 0) for rival in rivals.begun)
+        yield from ((law, before, 0) for law in laws())
     yield more, before, RULES.patient_escapes

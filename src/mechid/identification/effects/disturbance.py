@@ -6,8 +6,6 @@ import statistics
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import CAMPAIGN, key_in_record
@@ -15,7 +13,7 @@ from mechid.campaign.identify_options import MAINS
 from mechid.campaign.record_tables import OWN
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.command import MeasuredCommand
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.problem import Problem, transfer_coordinates
 from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
 
@@ -118,7 +116,7 @@ class Found:
 def with_disturbances(problem: Problem, some: Iterable[Disturbance]) -> Problem:
     """Return a problem with the parameters of some disturbances free, their priors counted; its start has none of them.
 
-    A point of it is that of the problem without, with `carried`.
+    A point of it is that of the problem without, by `transfer_coordinates`.
     """
     some = tuple(some)
     targets = tuple(_disturbed_target(target, some) for target in problem.targets)
@@ -135,7 +133,7 @@ def without(problem: Problem, q: FloatArray, some: Iterable[Disturbance]) -> tup
     targets = tuple(_without_lines(replace(t, own=_kept(t.own, lost)), some) for t in problem.targets)
     priors = {name: prior for name, prior in problem.priors.items() if name not in lost}
     other = replace(problem, targets=targets, priors=priors)
-    return other, carried(problem, q, other)
+    return other, transfer_coordinates(problem, q, other)
 
 
 def _without_lines(target: Target, some: Sequence[Disturbance]) -> Target:
@@ -154,17 +152,6 @@ def _kept(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Para
         Parameter(name=p.name, value=lost[p.name].value, declaration=p.declaration) if p.name in lost else p
         for p in kept
     )
-
-
-def carried(problem: Problem, q: FloatArray, other: Problem) -> FloatArray:
-    """Return a point of one problem in another one of the same mechanism, in which records have other parameters.
-
-    Those that are new begin where they are none: a value of the mechanism's where that one is free.
-    """
-    here = problem.space.values(problem.coordinates.of_mechanism(q))
-    values = {c.parameter.name: here[name] for c in other.coordinates.own if (name := c.parameter.replaces) in here}
-    values |= dict(zip(problem.coordinates.own_names, problem.coordinates.of_records(q).tolist(), strict=True))
-    return np.concatenate([problem.coordinates.of_mechanism(q), other.coordinates.records_point(values)])
 
 
 def disturbed_campaign(campaign: Campaign, some: Sequence[Disturbance]) -> Campaign:

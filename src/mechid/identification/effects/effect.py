@@ -1,4 +1,4 @@
-"""A mechanism with terms beside it, and the problem of its records: what is free, and how small it is wanted."""
+"""Terms and laws added to a mechanism: the problem in which they are free, and their distance from the null value."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from mechid.plant.superset import Law, Superset
 
 
 @dataclass(frozen=True)
-class Beside:
-    """What a fit has beside the mechanism as written.
+class AddedTerms:
+    """A mechanism with terms or a law that the one as written does not have.
 
     Attributes
     ----------
     mechanism : Mechanism
-        With the terms free.
+        With the terms free, or with the law.
     widths : mapping of str to float
         Standard deviations of their small priors, by dotted name; those of a law that has no null have none.
     new : mapping of str to str
-        Free parameters that the mechanism as written has not, by dotted name, each with the term that it is of.
+        Dotted names of the free parameters that the mechanism as written does not have, each with the name of its term.
     is_law : bool
-        Whether it is a law in place of another, which no null value leads to.
+        Whether it is a law in place of another one; a law has no null value.
     aliases : mapping of str to tuple of str
-        Terms that explain as much in place of one that is here, by its name.
+        Names of the terms that explain as much in place of an added one, by the name of that one.
     """
 
     mechanism: Mechanism
@@ -50,28 +50,16 @@ class Beside:
         return with_disturbances(wider, disturbances)
 
 
-def terms_beside(superset: Superset, names: Collection[str]) -> Beside:
-    """Return what stands beside a mechanism where some terms of its superset are free."""
+def add_terms(superset: Superset, names: Collection[str]) -> AddedTerms:
+    """Return a mechanism with some terms of its superset free."""
     new = {name: term for name, term in superset.term_of.items() if term in names}
-    return Beside(superset.freeing(names), superset.widths, new)
+    return AddedTerms(superset.freeing(names), superset.widths, new)
 
 
-def law_beside(plain: Mechanism, law: Law) -> Beside:
-    """Return what stands beside a mechanism where a law is in place of what it has."""
+def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:
+    """Return a mechanism with a law in place of its own one."""
     new = {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters}
-    return Beside(law.mechanism, new=new, is_law=True)
-
-
-def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:
-    """Return a point of a problem in one of the same records whose mechanism and records have more that is free.
-
-    What is new begins at its start: the null of a term, and the mechanism's value where a record has one of its own.
-    """
-    values = plain.space.values(plain.coordinates.of_mechanism(q))
-    owned = {
-        c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own if c.parameter.replaces in values
-    }
-    return other.coordinates.point({**owned, **plain.coordinates.values(q)})
+    return AddedTerms(law.mechanism, new=new, is_law=True)
 
 
 def distance_from_null(problem: Problem, q: FloatArray) -> FloatArray:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.effects.effect import distance_from_null
-from mechid.identification.effects.scores import by_own_residuals
+from mechid.identification.effects.scores import bayesian_penalty, by_own_residuals
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 
@@ -24,12 +25,57 @@ def groups_of(problem: Problem, named: Mapping[str, Collection[str]]) -> Groups:
     return {group: places for group, places in found.items() if places}
 
 
-def needed_effects(
-    problem: Problem, q: FloatArray, windows: Windows, named: Mapping[str, Collection[str]]
-) -> frozenset[str]:
-    """Return the effects that an optimum needs, as its derivatives have it; all of them where it has none.
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Derivatives at an optimum by which each of its effects is judged, without a further fit.
 
-    Each channel counts at its residual's own level: a raised noise level hides what is needed.
+    Attributes
+    ----------
+    problem : Problem
+        Each channel at its own residual's level: a raised noise level hides which effects are needed.
+    q : (n,)
+        The optimum.
+    triangle : Triangle
+    groups : mapping of str to tuple of int
+        Coordinates of each effect by its name.
+    effective_samples : float
+        Of all records.
+    """
+
+    problem: Problem
+    q: FloatArray
+    triangle: Triangle
+    groups: Groups
+    effective_samples: float
+
+    @cached_property
+    def _away(self) -> FloatArray:
+        return distance_from_null(self.problem, self.q)
+
+    @cached_property
+    def needed(self) -> frozenset[str]:
+        """Effects without which the cost rises by more than k ln N, the others free to make up for it."""
+        return frozenset(needed_groups(self.triangle, self._away, self.groups, self.effective_samples))
+
+    def rises(self) -> dict[str, float]:
+        """Return the rise of the cost without each effect, and under an empty name without all of them."""
+        here = _least(self.triangle, self._away, ())
+        nulled = {**self.groups, "": _places(self.groups, self.groups)}
+        return {name: _least(self.triangle, self._away, places) - here for name, places in nulled.items()}
+
+    def keeping(self, names: Collection[str]) -> tuple[float, FloatArray]:
+        """Return the least cost with some of the effects alone, and the point of it within the bounds, (n,)."""
+        places = _places(self.groups, self.groups.keys() - set(names))
+        gone, moved, rest = _split(self.triangle, self._away, places)
+        step = np.where(gone, -self._away, 0.0)
+        step[~gone] = _step(rest, moved)
+        return float(np.sum((moved + rest @ step[~gone]) ** 2)), self.problem.coordinates.clip(self.q + step)
+
+
+def linearise(
+    problem: Problem, q: FloatArray, windows: Windows, named: Mapping[str, Collection[str]]
+) -> Linearisation | None:
+    """Return the derivatives at an optimum by which its effects are judged; None where it cannot be simulated.
 
     Parameters
     ----------
@@ -39,14 +85,14 @@ def needed_effects(
     named : mapping of str to collection of str
         Dotted names of the coordinates of each effect, by its name.
     """
-    weighted, worth = by_own_residuals(problem, q, windows)
+    weighted, samples = by_own_residuals(problem, q, windows)
     triangle = weighted.joint(q, windows)
     if not np.all(np.isfinite(triangle.jacobian)):
-        return frozenset(named)
-    return frozenset(needed_groups(triangle, distance_from_null(weighted, q), groups_of(weighted, named), worth))
+        return None
+    return Linearisation(weighted, q, triangle, groups_of(weighted, named), samples)
 
 
-def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, worth: float) -> dict[str, float]:
+def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, effective_samples: float) -> dict[str, float]:
     """Return the groups that are needed, each with the rise of the cost without it, others free to make up for it.
 
     Dropped backwards, the cheapest first, while that costs less than k ln N (Schwarz 1978).
@@ -56,40 +102,22 @@ def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, worth: f
     triangle : Triangle
         At an optimum, priors included.
     away : (n,)
-        How far each coordinate is from where its group is none.
+        Distance of each coordinate from the null value of its group.
     groups : mapping of str to tuple of int
-    worth : float
-        N, how many independent samples the records are worth.
+    effective_samples : float
+        N, of all records.
     """
-    kept, rises = dict(groups), {}
+    kept, rises, penalty = dict(groups), {}, bayesian_penalty(effective_samples)
     while kept:
         dropped = _places(groups, groups.keys() - kept.keys())
         here = _least(triangle, away, dropped)
         rises = {name: _least(triangle, away, (*dropped, *places)) - here for name, places in kept.items()}
-        excess = {name: rises[name] - len(kept[name]) * math.log(max(worth, math.e)) for name in kept}
+        excess = {name: rises[name] - len(kept[name]) * penalty for name in kept}
         cheapest = min(excess, key=lambda name: excess[name])
         if excess[cheapest] >= 0.0:
             break
         del kept[cheapest]
     return {name: rises[name] for name in kept}
-
-
-def rises(triangle: Triangle, away: FloatArray, groups: Groups) -> dict[str, float]:
-    """Return the rise of the cost without each group, and under an empty name without all of them, as `needed` does."""
-    here = _least(triangle, away, ())
-    found = {name: _least(triangle, away, places) - here for name, places in groups.items()}
-    return {**found, "": _least(triangle, away, _places(groups, groups)) - here}
-
-
-def least_without(
-    triangle: Triangle, away: FloatArray, groups: Groups, nulled: Iterable[str]
-) -> tuple[float, FloatArray]:
-    """Return the least cost with some groups at their null, and the step to it, (n,), as the derivatives have it."""
-    places = _places(groups, nulled)
-    gone, moved, rest = _split(triangle, away, places)
-    step = np.where(gone, -away, 0.0)
-    step[~gone] = _step(rest, moved)
-    return float(np.sum((moved + rest @ step[~gone]) ** 2)), step
 
 
 def _places(groups: Groups, names: Iterable[str]) -> tuple[int, ...]:

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.disturbance import Disturbance, carried, with_disturbances
+from mechid.identification.effects.disturbance import Disturbance, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
-from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.problem import Problem, Windows, transfer_coordinates
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.moments import norm
@@ -29,6 +29,11 @@ COLLINEAR = 1e-9
 
 Widened = Callable[[Problem, Sequence[str]], tuple[Problem, FloatArray]]
 """From a problem to the one with some effects free, and the model's point there, at which none of them acts."""
+
+
+def bayesian_penalty(effective_samples: float) -> float:
+    """Return what a degree of freedom costs by the Bayesian criterion, ln N (Schwarz 1978)."""
+    return math.log(max(effective_samples, math.e))
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,7 @@ class Score:
     @property
     def excess(self) -> float:
         """By how much it exceeds what its degrees of freedom cost by the Bayesian criterion, k ln N."""
-        return self.chi_square - self.dof * math.log(max(self.effective_samples, math.e))
+        return self.chi_square - self.dof * bayesian_penalty(self.effective_samples)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +135,7 @@ def landscape_at(
         Dotted names of the coordinates of each effect, by its name.
     widened : callable
     """
-    plain, worth = by_own_residuals(problem, q, windows)
+    plain, samples = by_own_residuals(problem, q, windows)
 
     def derivatives(some: Sequence[str]) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]] | None:
         return _derivatives(plain, q, windows, {name: effects[name] for name in some}, widened)
@@ -140,8 +145,8 @@ def landscape_at(
         failed = [name for name in effects if not derivatives([name])]
         found = derivatives([name for name in effects if name not in failed])
     if found is None:
-        return Landscape(np.zeros(0), np.zeros((0, 0)), {}, worth, tuple(effects))
-    return Landscape(*found, worth, tuple(failed))
+        return Landscape(np.zeros(0), np.zeros((0, 0)), {}, samples, tuple(effects))
+    return Landscape(*found, samples, tuple(failed))
 
 
 def _derivatives(
@@ -171,7 +176,7 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
 
     def widened(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
         wide = with_disturbances(plain, [own[name] for name in names])
-        return wide, carried(plain, q, wide)
+        return wide, transfer_coordinates(plain, q, wide)
 
     names = {name: [p.name for p in one.parameters] for name, one in own.items()}
     found = landscape_at(problem, q, windows, names, widened).scores() if own else {}
@@ -184,10 +189,10 @@ def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbanc
 
     All else stays where it is, so that it is a little too low.
     """
-    wide, worth = by_own_residuals(with_disturbances(problem, [one]), q, windows)
+    wide, samples = by_own_residuals(with_disturbances(problem, [one]), q, windows)
     levels = {t.name: t.leading.sigma for t in wide.targets}
     before, after = (float(np.sum(np.square(p.with_sigmas(levels).norms(q, windows)))) for p in (_plain(problem), wide))
-    return Score(max(before - after, 0.0), one.dof, 1.0 - after / before if before > 0.0 else 0.0, worth)
+    return Score(max(before - after, 0.0), one.dof, 1.0 - after / before if before > 0.0 else 0.0, samples)
 
 
 def _plain(problem: Problem) -> Problem:
@@ -240,8 +245,8 @@ def by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple
         window = windows[target.name]
         channels = []
         for channel, r in zip(target.channels, misfit_series(problem.model, target, q, window), strict=True):
-            changed, worth = _by_own_residual(channel, r, window)
-            total += worth
+            changed, samples = _by_own_residual(channel, r, window)
+            total += samples
             channels.append(changed)
         return replace(target, channels=tuple(channels))
 
@@ -254,5 +259,5 @@ def _by_own_residual(channel: TargetChannel, r: Room, window: tuple[int, int]) -
     write_at(r, rejected, 0.0)
     counted = max(r.size - rejected.size, 1)
     rms = norm(r) / math.sqrt(counted)
-    worth = effective_samples(r) * counted / r.size if rms > 0.0 else float(counted)
-    return replace(channel, prefilter=None, sigma=rms * math.sqrt(counted / worth)), worth
+    samples = effective_samples(r) * counted / r.size if rms > 0.0 else float(counted)
+    return replace(channel, prefilter=None, sigma=rms * math.sqrt(counted / samples)), samples

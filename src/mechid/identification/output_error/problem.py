@@ -93,11 +93,14 @@ class Problem:
         names = [t.name for t in self.targets if not t.begins_in_motion]
         return self.only(names) if 0 < len(names) < len(self.targets) else self
 
-    def lifted(self, part: Problem, q: FloatArray, at: FloatArray) -> FloatArray:
-        """Return `at`, (n,), with what a part of the problem moves as it is at the part's `q`."""
-        values = dict(zip(part.coordinates.own_names, part.coordinates.of_records(q), strict=True))
-        own = zip(self.coordinates.own_names, self.coordinates.of_records(at), strict=True)
-        return np.concatenate([part.coordinates.of_mechanism(q), [values.get(name, v) for name, v in own]])
+    def point_from(self, other: Problem, q: FloatArray, at: FloatArray | None = None) -> FloatArray:
+        """Return a point, (n,), from that of a problem of the same mechanism with other records.
+
+        Parameters of records that the other problem does not have are as at `at`, by default at their start.
+        """
+        rest = self.coordinates.records_values(self.start if at is None else at)
+        records = self.coordinates.records_point({**rest, **other.coordinates.records_values(q)})
+        return np.concatenate([other.coordinates.of_mechanism(q), records])
 
     def with_mechanism_held(self, q: FloatArray) -> Problem:
         """Return the problem with the mechanism known at `q`: what is moved is the records' own."""
@@ -189,3 +192,30 @@ def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArra
             error[k] += np.sum((rough.y[:, j] - exact.y[:, j]) ** 2)
             size[k] += np.sum(exact.y[:, j] ** 2)
     return math.sqrt(float(np.max(error / np.maximum(size, 1e-300))))
+
+
+def transfer_coordinates(problem: Problem, q: FloatArray, other: Problem) -> FloatArray:
+    """Return a point in a problem of the same mechanism whose records have other parameters.
+
+    The coordinates of the mechanism are kept to the last bit, which `transfer_values` cannot do: a logarithm and a
+    pair of amplitude and phase come back from the file's values with other last digits. A new parameter of a record
+    begins at the mechanism's value where it replaces one that is free, else at its start.
+    """
+    records = {**_values_to_replace(problem, q, other), **problem.coordinates.records_values(q)}
+    return np.concatenate([problem.coordinates.of_mechanism(q), other.coordinates.records_point(records)])
+
+
+def transfer_values(problem: Problem, q: FloatArray, other: Problem) -> FloatArray:
+    """Return a point in a problem of the same records whose mechanism and records may have other parameters.
+
+    By the file's values. What is new begins at its start, as the null value of a term; a new parameter of a record
+    begins as in `transfer_coordinates`.
+    """
+    return other.coordinates.point({**_values_to_replace(problem, q, other), **problem.coordinates.values(q)})
+
+
+def _values_to_replace(problem: Problem, q: FloatArray, other: Problem) -> dict[str, float]:
+    """Return the mechanism's values for parameters of records that replace them in another problem."""
+    values = problem.space.values(problem.coordinates.of_mechanism(q))
+    replaced = ((c.parameter.name, c.parameter.replaces) for c in other.coordinates.own)
+    return {name: values[of] for name, of in replaced if of in values}

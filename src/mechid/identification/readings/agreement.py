@@ -131,7 +131,7 @@ def agreement_without(
     """
     looks = {t.name: min(t.samples, RULES.judged_samples) for t in problem.targets}
     others = problem.only([name for name in looks if name not in names])
-    start = transfer_point(problem, q, others)
+    start = others.point_from(problem, q)
     grown = grow_horizons(others, start, np.random.default_rng((seed, 1, 1)), journal=journal)
     rest = _Rest(others, grown, tuple(names))
     return _judge_others(problem, rest, looks, seed, tell, journal) if grown.complete else None
@@ -154,7 +154,7 @@ def _judge_others(
     made = Agreement(problem, rest.growth, judged, lost)
     whole = problem_as_read(problem, made.taken)
     grown = grow_horizons(
-        whole, transfer_point(rest.problem, rest.growth.q, whole), np.random.default_rng((seed, 1, 0)), journal=journal
+        whole, whole.point_from(rest.problem, rest.growth.q), np.random.default_rng((seed, 1, 0)), journal=journal
     )
     return replace(made, problem=whole, growth=grown)
 
@@ -163,13 +163,6 @@ def explains(problem: Problem, start: Candidate) -> bool:
     """Tell whether a refined start explains the first window of all records."""
     firsts = (first_samples(t) * len(t.channels) for t in problem.targets)
     return start.cost <= SEARCH.good_cost * sum(firsts)
-
-
-def transfer_point(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
-    """Return a point in another problem of the same mechanism, with new parameters of records at their start."""
-    at = problem.coordinates
-    known = dict(zip(at.own_names, at.of_records(q).tolist(), strict=True))
-    return np.concatenate([at.of_mechanism(q), to.coordinates.records_point(known)])
 
 
 def _find_agreeing(
@@ -237,7 +230,7 @@ def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs
     order = [i for i in np.argsort(own, kind="stable")[: RULES.start_batches * SEARCH.batch] if np.isfinite(own[i])]
     for first in range(0, len(order), SEARCH.batch):
         batch = order[first : first + SEARCH.batch]
-        starts = [Candidate(transfer_point(problem, points[i], rest), own[i]) for i in batch]
+        starts = [Candidate(rest.point_from(problem, points[i]), own[i]) for i in batch]
         refined = mapped(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
         best = min(refined, key=lambda c: c.cost)
         if explains(rest, best):
@@ -261,7 +254,7 @@ def _choose_reading(
     for number, option in enumerate((declared, *others[: RULES.grown_readings]), 2):
         own = target if option.taken == DECLARED else target_as_read(target, option.taken)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
-        start = transfer_point(rest.problem, rest.growth.q, more)
+        start = more.point_from(rest.problem, rest.growth.q)
         if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
             return declared, option
     return declared, None

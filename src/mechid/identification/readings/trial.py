@@ -17,10 +17,10 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
 from mechid.identification.computation.parallel import in_threads
-from mechid.identification.effects.effect import lifted, terms_beside
+from mechid.identification.effects.effect import add_terms
 from mechid.identification.output_error.declaration import DECLARED, Reading, target_as_read
 from mechid.identification.output_error.misfit import Window
-from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
 from mechid.identification.search.box import sample_box
@@ -154,8 +154,8 @@ def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Win
     if superset is None or not math.isfinite(found.cost):
         return found
     plain = replace(problem, targets=tuple(targets), workers=1)
-    wide = terms_beside(superset, [term.name for term in superset.terms]).problem(plain)
-    start = Candidate(lifted(plain, found.best.q, wide), found.best.cost)
+    wide = add_terms(superset, [term.name for term in superset.terms]).problem(plain)
+    start = Candidate(transfer_values(plain, found.best.q, wide), found.best.cost)
     best = refine(wide, start, steps=RULES.trial_steps, windows=windows)
     if not best.cost < found.best.cost:  # also where the wider model cannot be simulated
         return found

@@ -8,7 +8,7 @@ from typing import Self
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Found
-from mechid.identification.effects.effect import Beside
+from mechid.identification.effects.effect import AddedTerms
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport
@@ -55,7 +55,7 @@ class SearchState:
         How far it was followed before any noise level was raised, in words; empty where none was.
     found : tuple of Found
         Disturbances that the problem has because its records ask for them.
-    beside : Beside or None
+    added : AddedTerms or None
         Terms that the problem's mechanism has beside the one written, because that does not follow the records alone.
     contradicted : mapping of dotted name to str
         Values of the mechanism file with which no start explains the records, and with which one does, in a sentence.
@@ -73,7 +73,7 @@ class SearchState:
     searched: bool = False
     before_raised: Mapping[str, str] = field(default_factory=dict)
     found: tuple[Found, ...] = ()
-    beside: Beside | None = None
+    added: AddedTerms | None = None
     contradicted: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:

@@ -267,7 +267,7 @@ def grow_from_records_at_rest(
     own = part.coordinates.records_point(problem.coordinates.values(q))
 
     def lifted(moved: FloatArray, gates: Horizons) -> tuple[FloatArray, Horizons]:
-        return problem.lifted(part, moved, q), {**least, **gates}
+        return problem.point_from(part, moved, q), {**least, **gates}
 
     found = grow_part(part, np.concatenate([part.coordinates.of_mechanism(q), own]), lifted)
     moving = [t for t in problem.targets if t.name not in names]

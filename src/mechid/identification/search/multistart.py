@@ -188,6 +188,12 @@ def candidates(
         yield from _unseen(_refined(problem, batch, SEARCH.further_steps, workers, noted), seen)
 
 
+def best_start(problem: Problem, seed: int, journal: Journal | None = None) -> Candidate | None:
+    """Return the best refined start of a problem; None where no start can be simulated."""
+    starts = multistart(problem, seed, problem.workers, journal=journal)
+    return next(candidates(problem, starts, problem.workers, journal), None)
+
+
 def _batches(some: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
     return (some[first : first + SEARCH.batch] for first in range(0, len(some), SEARCH.batch))
 

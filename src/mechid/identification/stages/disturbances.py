@@ -14,11 +14,12 @@ import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import Disturbance, Found, carried, with_disturbances, without
-from mechid.identification.effects.effect import law_beside, lifted
-from mechid.identification.effects.scores import Score, count_effective_samples, scores
+from mechid.identification.effects.disturbance import Disturbance, Found, with_disturbances, without
+from mechid.identification.effects.effect import substitute_law
+from mechid.identification.effects.scores import Score, bayesian_penalty, count_effective_samples, scores
 from mechid.identification.effects.selection import add_likeliest, better_law, drop_unneeded, gain
 from mechid.identification.effects.settings import DURING_FIT, EffectRules
+from mechid.identification.output_error.problem import transfer_coordinates, transfer_values
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
@@ -40,7 +41,7 @@ class SearchedModel:
     state : SearchState
         Its `found` are the effects.
     names : tuple of str
-        What is free beside them.
+        Names of the other free parameters.
     possible : tuple of Disturbance
         That the records may have.
     released : bool
@@ -85,7 +86,7 @@ class SearchedModel:
     @property
     def freedom(self) -> int:
         """Degrees of freedom of its disturbances and of its law."""
-        new = self.state.beside.new if self.state.beside else ()
+        new = self.state.added.new if self.state.added else ()
         return sum(found.disturbance.dof for found in self.state.found) + len(new)
 
     def scores(self) -> Mapping[str, Score]:
@@ -93,7 +94,7 @@ class SearchedModel:
         return scores(self.state.problem, self.state.q, self.state.windows, self.possible) if self.possible else {}
 
     def without_what_it_frees(self) -> SearchedModel:
-        """Return it with those left that the records may have beside its own: not its clock in another form."""
+        """Return it with those left that the records may have besides its own: not its clock in another form."""
         own = [found.disturbance for found in self.state.found]
         return replace(self, possible=tuple(one for one in self.possible if not any(map(one.frees_as, own))))
 
@@ -101,7 +102,7 @@ class SearchedModel:
         """Return it with one more disturbance, fitted; what it explains is noted with it."""
         one = next(one for one in self.possible if one.name == effect)
         problem = with_disturbances(self.state.problem, [one])
-        begun = self.state.of(problem).at(carried(self.state.problem, self.state.q, problem))
+        begun = self.state.of(problem).at(transfer_coordinates(self.state.problem, self.state.q, problem))
         names = (*self.names, *(p.name for p in one.parameters))
         more = self._fitted(begun, f"with {one.name}", names, Found(one, math.nan, math.nan))
         score = gain(self, more)
@@ -116,10 +117,10 @@ class SearchedModel:
 
     def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
         """Return it with a law in place of the disturbance that imitates it, fitted."""
-        alone, beside = self._lacking(law.imitated_by), law_beside(plain, law)
-        problem = beside.problem(alone.problem)
-        begun = replace(alone.of(problem).at(lifted(alone.problem, alone.q, problem)), beside=beside)
-        return self._fitted(begun, f"{law.name} in place of {law.imitated_by}", (*self.names, *sorted(beside.new)))
+        alone, added = self._lacking(law.imitated_by), substitute_law(plain, law)
+        problem = added.problem(alone.problem)
+        begun = replace(alone.of(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
+        return self._fitted(begun, f"{law.name} in place of {law.imitated_by}", (*self.names, *sorted(added.new)))
 
     def _lacking(self, effect: str) -> SearchState:
         one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
@@ -133,7 +134,7 @@ class SearchedModel:
 
     def is_better_than(self, other: SearchedModel) -> bool:
         """Tell whether the Bayesian criterion prefers it to another one, at the noise as released."""
-        penalty = math.log(max(other.effective_samples, math.e))
+        penalty = bayesian_penalty(other.effective_samples)
         return self.cost < other.cost + (other.freedom - self.freedom) * penalty
 
 
@@ -148,7 +149,7 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     at = replace(with_noise_as_known(watch, state), q=plain.q)
     model = SearchedModel(watch, at, names)
     if _asks(watch, plain):
-        watch.tell("disturbances", "what records have beside the mechanism is looked for")
+        watch.tell("disturbances", "disturbances of the records are looked for")
         model = _with_all_asked_for(replace(model, possible=possible(plain.problem, campaign, plain.q)))
     fitted = _released(model, state, plain, campaign)
     while doubted := [found.disturbance for found in fitted.found if not _stands_out(fitted, found.disturbance)]:
@@ -188,7 +189,7 @@ def without_imitations(watch: Watch, state: SearchState, campaign: Campaign, nam
     What a filter does beyond its delay would go into the mechanism's values, and nothing in the records' own parts
     would show it, since all records have the same.
     """
-    if state.beside is not None or not campaign.options.terms:
+    if state.added is not None or not campaign.options.terms:
         return state
     model = SearchedModel(watch, state, names, released=True)
     imitated = (law for law in rivals_of(campaign.mechanism) if law.imitated_by in model.effects)

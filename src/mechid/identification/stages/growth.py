@@ -25,7 +25,6 @@ from mechid.identification.readings.agreement import (
     agreement_without,
     disagreements,
     explains,
-    transfer_point,
 )
 from mechid.identification.readings.all_records import common_readings
 from mechid.identification.readings.file_values import wrong_values
@@ -34,9 +33,14 @@ from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
 from mechid.identification.stages.departure import departure
 from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.term_growth import (
+    accept_at_raised_noise,
+    fit_with_terms,
+    grow_other_laws,
+    grow_with_terms,
+)
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_levels_of_residuals
 from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
@@ -58,9 +62,9 @@ def searched(
         return state, None
     growth = _grown_first(watch, state, best, seed)
     if not growth.complete:
-        beside = grown_beside(watch, state, campaign, best.q, seed)
-        if beside is not None:
-            state, growth = beside
+        wider = grow_with_terms(watch, state, campaign, best.q, seed)
+        if wider is not None:
+            state, growth = wider
         elif patient:
             state, growth = _grown(watch, state, campaign, best, found, growth, seed)
     state = state.at(growth.q, growth.horizons)
@@ -102,24 +106,24 @@ def _grown(
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
     laws_first = not explains(state.problem, best)  # then what is missing is no small thing
-    beside = grown_rivals(watch, state, campaign, seed) if laws_first else None
-    if beside is not None:
-        return beside
+    wider = grow_other_laws(watch, state, campaign, seed) if laws_first else None
+    if wider is not None:
+        return wider
     louder = _grown_louder(watch, state, growth, seed)
     otherwise = _raised_otherwise(watch, state, campaign, louder, seed)
     if otherwise is not None:
         return otherwise
-    fitted = fitted_beside(louder[0], campaign, louder[1].q) if louder[1].complete else None
-    beside = grown_beside(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
-    if beside is None and not laws_first:
-        beside = grown_rivals(watch, state, campaign, seed)
-    if beside is not None:
-        return beside
+    fitted = fit_with_terms(louder[0], campaign, louder[1].q) if louder[1].complete else None
+    wider = grow_with_terms(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
+    if wider is None and not laws_first:
+        wider = grow_other_laws(watch, state, campaign, seed)
+    if wider is not None:
+        return wider
     readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
     if not any(reading.is_confirmed for reading in readings):  # else it is no lack of the mechanism
-        beside = settled_louder(watch, *louder, fitted)
-        if beside is not None:
-            return beside
+        wider = accept_at_raised_noise(watch, *louder, fitted)
+        if wider is not None:
+            return wider
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
 
 
@@ -153,9 +157,9 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
-    begun = grow_horizons(own, transfer_point(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
+    begun = grow_horizons(own, own.point_from(problem, growth.q), rng, escapes=0, journal=watch.journal)
     on_progress = partial(_note_growth, watch, state, 1, growth)
-    q = transfer_point(own, begun.q, problem)
+    q = problem.point_from(own, begun.q)
     whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
     return whole if whole.complete else growth
 
@@ -239,7 +243,7 @@ def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candida
 
     starts = multistart(problem, seed, problem.workers, on_progress, journal)
     for number, found in enumerate(candidates(problem, starts, problem.workers, journal), 1):
-        candidate = replace(found, q=whole.lifted(problem, found.q, whole.start))
+        candidate = replace(found, q=whole.point_from(problem, found.q))
         if number == 1:
             watch.note(state.at(candidate.q))
             watch.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)

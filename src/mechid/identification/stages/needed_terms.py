@@ -6,18 +6,14 @@ without which the cost rises by more than k ln N, laid out as a mechanism file w
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from mechid.arrays import FloatArray
-from mechid.identification.effects.effect import Beside, terms_beside
-from mechid.identification.effects.pruning import Groups, groups_of, least_without, needed_groups
-from mechid.identification.effects.scores import by_own_residuals
+from mechid.identification.effects.effect import AddedTerms, add_terms
+from mechid.identification.effects.pruning import Linearisation, linearise
+from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import horizons_at, least_horizons
 from mechid.identification.search.solve import solve
@@ -27,39 +23,23 @@ from mechid.plant.superset import superset_of
 Follows = Callable[[Problem, FloatArray], bool]
 
 
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """A fit of all terms, with its derivatives: each record at its residual's level and worth."""
+def linearise_terms(problem: Problem, q: FloatArray, added: AddedTerms) -> Linearisation | None:
+    """Return the derivatives at a fit of all terms by which each is judged; None where it cannot be simulated."""
+    return linearise(problem, q, problem.whole(), _by_term(added.new))
 
-    problem: Problem
-    q: FloatArray
-    triangle: Triangle
-    groups: Groups
-    worth: float
 
-    @property
-    def needed(self) -> frozenset[str]:
-        """Terms without which the cost rises by more than k ln N, the others free to make up for it."""
-        return frozenset(needed_groups(self.triangle, self.q, self.groups, self.worth))
-
-    def without(self, kept: frozenset[str]) -> tuple[float, FloatArray]:
-        """Return the least cost with some terms alone, and the point where it is, as the derivatives have it."""
-        cost, step = least_without(self.triangle, self.q, self.groups, self.groups.keys() - kept)
-        bounds = self.problem.coordinates
-        return cost, np.clip(self.q + step, bounds.lower, bounds.upper)
-
-    def exchanged(self, kept: frozenset[str]) -> Iterator[frozenset[str]]:
-        """Yield sets of terms in which one of those kept has another in its place that explains nearly as much."""
-        least = self.without(kept)[0]
-        found: list[tuple[float, frozenset[str]]] = []
-        for name in sorted(kept):
-            allowed = STAGES.exchange_margin * (self.without(kept - {name})[0] - least)
-            for other in sorted(self.groups.keys() - kept):
-                names = kept - {name} | {other}
-                more = self.without(names)[0] - least
-                if more <= max(allowed, math.log(max(self.worth, math.e))):
-                    found.append((more, names))
-        yield from (names for _, names in sorted(found, key=lambda each: each[0])[: STAGES.exchanges])
+def exchanges(all_terms: Linearisation, kept: frozenset[str]) -> Iterator[frozenset[str]]:
+    """Yield sets of terms in which another one that explains nearly as much replaces one of those kept."""
+    least = all_terms.keeping(kept)[0]
+    found: list[tuple[float, frozenset[str]]] = []
+    for name in sorted(kept):
+        allowed = STAGES.exchange_margin * (all_terms.keeping(kept - {name})[0] - least)
+        for other in sorted(all_terms.groups.keys() - kept):
+            names = kept - {name} | {other}
+            more = all_terms.keeping(names)[0] - least
+            if more <= max(allowed, bayesian_penalty(all_terms.effective_samples)):
+                found.append((more, names))
+    yield from (names for _, names in sorted(found, key=lambda each: each[0])[: STAGES.exchanges])
 
 
 def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | None = None) -> SearchState:
@@ -78,48 +58,39 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     follows : callable or None
         Further condition that a fit with fewer terms has to meet.
     """
-    if state.beside is None or state.beside.is_law:
+    if state.added is None or state.added.is_law:
         return state
     q = solve(
         state.problem, state.q, state.problem.whole(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
     ).q
-    all_terms = judged(state.problem, q, state.beside)
+    all_terms = linearise_terms(state.problem, q, state.added)
     if all_terms is None:
         return state
     kept = all_terms.needed
-    fits = _fits_of([kept, *all_terms.exchanged(kept)] if kept else [], all_terms, state, follows)
+    fits = _fit_selections([kept, *exchanges(all_terms, kept)] if kept else [], all_terms, state, follows)
     if not fits:
         return state
     best = min(fits, key=lambda fit: fit.criterion)
     aliases = best.aliases(fits)
     for name in sorted(best.names):  # derivatives at the optimum of all terms keep some that a fit does not need
-        for fit in _fits_of([best.names - {name}] if len(best.names) > 1 else [], all_terms, state, follows):
+        for fit in _fit_selections([best.names - {name}] if len(best.names) > 1 else [], all_terms, state, follows):
             best = min(best, fit, key=lambda each: each.criterion)
-    laid_out = _laid_out(state, state.beside, best, plain)
-    assert laid_out.beside is not None
+    laid_out = _laid_out(state, state.added, best, plain)
+    assert laid_out.added is not None
     aliases = {name: others for name, others in aliases.items() if name in best.names}
-    return replace(laid_out, beside=replace(laid_out.beside, aliases=aliases))
-
-
-def judged(problem: Problem, q: FloatArray, beside: Beside) -> Judged | None:
-    """Return a fit of all terms with what its derivatives tell of each; None where it cannot be simulated."""
-    weighted, worth = by_own_residuals(problem, q, problem.whole())
-    triangle = weighted.joint(q, weighted.whole())
-    if not np.all(np.isfinite(triangle.jacobian)):
-        return None
-    return Judged(weighted, q, triangle, groups_of(weighted, _by_term(beside.new)), worth)
+    return replace(laid_out, added=replace(laid_out.added, aliases=aliases))
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
-    """A fit with some terms free and the others held at nothing, and its Bayesian criterion."""
+class TermSelection:
+    """A fit with some terms free and the others held at their null value, and its Bayesian criterion."""
 
     names: frozenset[str]
     problem: Problem
     q: FloatArray
     criterion: float
 
-    def aliases(self, others: Sequence[Fitted]) -> dict[str, tuple[str, ...]]:
+    def aliases(self, others: Sequence[TermSelection]) -> dict[str, tuple[str, ...]]:
         """Return the terms that other fits have in place of one of its own, and are no worse with, by that one."""
         alike = [
             o.names for o in others if o.criterion - self.criterion < STAGES.alike and len(self.names - o.names) == 1
@@ -129,11 +100,11 @@ class Fitted:
         }
 
 
-def _fits_of(
-    sets: Sequence[frozenset[str]], all_terms: Judged, state: SearchState, follows: Follows | None
-) -> list[Fitted]:
+def _fit_selections(
+    sets: Sequence[frozenset[str]], all_terms: Linearisation, state: SearchState, follows: Follows | None
+) -> list[TermSelection]:
     """Return the fits with sets of terms that follow the records, on the plant of all terms: nothing is compiled."""
-    wide = state.beside
+    wide = state.added
     assert wide is not None
     fits = []
     for names in sets:
@@ -141,23 +112,23 @@ def _fits_of(
         problem = replace(state.problem, shrinkage=held)
         whole = problem.whole()
         q = solve(
-            problem, all_terms.without(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
+            problem, all_terms.keeping(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
         ).q
         if _follows_all(problem, q) and (follows is None or follows(problem, q)):
             count = sum(len(all_terms.groups[name]) for name in names)
-            criterion = problem.total_norm(q, whole) ** 2 + count * math.log(max(all_terms.worth, math.e))
-            fits.append(Fitted(names, problem, q, criterion))
+            criterion = problem.total_norm(q, whole) ** 2 + count * bayesian_penalty(all_terms.effective_samples)
+            fits.append(TermSelection(names, problem, q, criterion))
     return fits
 
 
-def _laid_out(state: SearchState, wide: Beside, fit: Fitted, plain: Problem) -> SearchState:
+def _laid_out(state: SearchState, wide: AddedTerms, fit: TermSelection, plain: Problem) -> SearchState:
     """Return a state of the mechanism with the terms of a fit, without small priors, laid out without the others."""
     superset = superset_of(plain.space.mechanism, grown_only=True, only=fit.names)
     assert superset is not None, "terms that were free come from the mechanism's own superset"
-    beside = replace(terms_beside(superset, fit.names), widths={})
-    problem = beside.problem(plain)
-    values = _renamed(fit.problem.coordinates.values(fit.q), wide.new, beside.new)
-    return replace(state.of(problem), beside=beside).at(problem.coordinates.point(values))
+    added = replace(add_terms(superset, fit.names), widths={})
+    problem = added.problem(plain)
+    values = _renamed(fit.problem.coordinates.values(fit.q), wide.new, added.new)
+    return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
 
 
 def _renamed(values: Mapping[str, float], wide: Mapping[str, str], compact: Mapping[str, str]) -> dict[str, float]:

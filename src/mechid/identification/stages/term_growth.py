@@ -1,8 +1,8 @@
 """Growth with terms added to the mechanism, where it does not follow the records as written.
 
 While the branch is still wrong no single effect that is freed helps; many small freedoms together act as a model of
-what is missing, and lead to where each can be told. Terms that are nothing at a null value are all free at once, each
-with a small prior; a law that has no such value is a small model of its own.
+what is missing, and lead to where each can be told. Terms that have a null value are all free at once, each with a
+small prior; a law, which has none, replaces one of the mechanism's and has starts of its own.
 """
 
 from __future__ import annotations
@@ -16,15 +16,18 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, without
-from mechid.identification.effects.effect import Beside, distance_from_null, law_beside, lifted, terms_beside
+from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, substitute_law
 from mechid.identification.effects.pruning import groups_of, needed_groups
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.effects.scores import Score
+from mechid.identification.effects.selection import is_significant
+from mechid.identification.effects.settings import DURING_FIT
+from mechid.identification.output_error.problem import Problem, transfer_values
 from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
-from mechid.identification.search.multistart import Candidate, candidates, multistart
+from mechid.identification.search.multistart import Candidate, best_start
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.needed_terms import drop_unneeded_terms, judged
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, linearise_terms
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import explains_most
@@ -32,43 +35,45 @@ from mechid.plant.superset import Superset, rivals_of, superset_of
 
 
 @dataclass(frozen=True, eq=False)
-class Wide:
-    """A problem with terms and disturbances beside, and a growth of it."""
+class AugmentedModel:
+    """A problem with added terms and disturbances, and a growth of it."""
 
     problem: Problem
-    beside: Beside
+    added: AddedTerms
     disturbances: tuple[Disturbance, ...]
     growth: Growth
 
-    def at(self, growth: Growth) -> Wide:
+    def at(self, growth: Growth) -> AugmentedModel:
         """Return it with another growth."""
         return replace(self, growth=growth)
 
 
-def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[Disturbance, ...] = ()) -> Wide:
-    """Return a problem before its growth."""
-    return Wide(problem, beside, disturbances, Growth(q, {}, False, 0))
+def _ungrown(
+    problem: Problem, q: FloatArray, added: AddedTerms, disturbances: tuple[Disturbance, ...] = ()
+) -> AugmentedModel:
+    """Return an augmented model before its growth."""
+    return AugmentedModel(problem, added, disturbances, Growth(q, {}, False, 0))
 
 
-def grown_beside(
-    watch: Watch, state: SearchState, campaign: Campaign, q: FloatArray, seed: int, fitted: Wide | None = None
+def grow_with_terms(
+    watch: Watch, state: SearchState, campaign: Campaign, q: FloatArray, seed: int, fitted: AugmentedModel | None = None
 ) -> tuple[SearchState, Growth] | None:
     """Return the growth with added terms from a start; None where that does not follow all records either.
 
     `fitted` is where all terms have been fitted at once at a raised noise level: growth then begins there.
     """
-    wide, superset = _all_beside(state.problem, campaign, q, near=fitted is not None)
+    wide, superset = _augment(state.problem, campaign, q, near=fitted is not None)
     if wide is None:
         return None
     if fitted is not None:
         wide = wide.at(replace(wide.growth, q=fitted.growth.q))
-    wide = _grown_wide(watch, wide, superset, seed)
-    return _settled(watch, state, wide, seed) if wide.growth.complete else None
+    wide = _grow_augmented(watch, wide, superset, seed)
+    return _settle(watch, state, wide, seed) if wide.growth.complete else None
 
 
-def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wide | None:
+def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> AugmentedModel | None:
     """Return all terms fitted at once to whole records, at a raised noise level at which `q` follows them."""
-    wide, _ = _all_beside(louder.problem, campaign, q, near=True)
+    wide, _ = _augment(raised.problem, campaign, q, near=True)
     if wide is None:
         return None
     solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
@@ -77,8 +82,8 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
     return wide.at(Growth(solution.q, whole, follows, 0))
 
 
-def settled_louder(
-    watch: Watch, louder: SearchState, growth: Growth, fitted: Wide | None
+def accept_at_raised_noise(
+    watch: Watch, raised: SearchState, growth: Growth, fitted: AugmentedModel | None
 ) -> tuple[SearchState, Growth] | None:
     """Return the state at a raised noise level, with added terms where these are needed.
 
@@ -87,25 +92,25 @@ def settled_louder(
     if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.growth.q):
         return None
     if not _needs_terms(fitted):
-        alone = watch.note(louder.at(growth.q, growth.horizons))
-        return (alone, growth) if explains_most(louder.problem, growth.q) else None
-    found, problem, q = _needed_disturbances(fitted)
-    state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
-    plain = Beside(louder.problem.space.mechanism).problem(louder.problem, [one.disturbance for one in found])
+        alone = watch.note(raised.at(growth.q, growth.horizons))
+        return (alone, growth) if explains_most(raised.problem, growth.q) else None
+    found, problem, q = needed_disturbances(fitted)
+    state = replace(raised.of(problem), found=(*raised.found, *found), added=fitted.added)
+    plain = AddedTerms(raised.problem.space.mechanism).problem(raised.problem, [one.disturbance for one in found])
     state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)
     return watch.note(state), replace(fitted.growth, q=state.q)
 
 
-def _needs_terms(fitted: Wide) -> bool:
-    """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
-    all_terms = judged(fitted.problem, fitted.growth.q, fitted.beside)
+def _needs_terms(fitted: AugmentedModel) -> bool:
+    """Tell whether any term is needed, each channel at its own residual's level: a raised level hides that."""
+    all_terms = linearise_terms(fitted.problem, fitted.growth.q, fitted.added)
     return all_terms is None or bool(all_terms.needed)
 
 
-def _all_beside(
+def _augment(
     plain: Problem, campaign: Campaign, q: FloatArray, *, near: bool = False
-) -> tuple[Wide | None, Superset | None]:
-    """Return a problem with all terms and disturbances beside, from a start of the one without; and the terms.
+) -> tuple[AugmentedModel | None, Superset | None]:
+    """Return a problem with all terms and disturbances added, from a start of the one without; and the terms.
 
     A start that is near leaves hum alone of a record, which shows little of it otherwise.
     """
@@ -114,15 +119,15 @@ def _all_beside(
     if superset is None and not disturbances:
         return None, None
     names = [t.name for t in superset.terms] if superset else []
-    beside = terms_beside(superset, names) if superset else Beside(campaign.mechanism)
-    problem = beside.problem(plain, disturbances)
-    return _begun(problem, lifted(plain, q, problem), beside, disturbances), superset
+    added = add_terms(superset, names) if superset else AddedTerms(campaign.mechanism)
+    problem = added.problem(plain, disturbances)
+    return _ungrown(problem, transfer_values(plain, q, problem), added, disturbances), superset
 
 
-def _grown_wide(watch: Watch, wide: Wide, superset: Superset | None, seed: int) -> Wide:
-    """Grow with everything beside; where that stalls, with what is not needed inside the gates held closer to none."""
+def _grow_augmented(watch: Watch, wide: AugmentedModel, superset: Superset | None, seed: int) -> AugmentedModel:
+    """Grow with all effects; where that stalls, with those not needed inside the gates held closer to their null."""
     whole, wide = wide.problem, wide.at(_grow(watch, wide.problem, wide.growth.q, seed))
-    narrower = None if wide.growth.complete else _pruned(wide, superset)
+    narrower = None if wide.growth.complete else _hold_unneeded_closer(wide, superset)
     if narrower is None:
         return wide
     growth = _grow(watch, narrower.problem, narrower.growth.q, seed)
@@ -141,12 +146,12 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
     )
 
 
-def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:
+def _groups(wide: AugmentedModel, superset: Superset | None) -> dict[str, tuple[str, ...]]:
     terms = {t.name: tuple(t.widths) for t in superset.terms} if superset else {}
     return terms | {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
 
 
-def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
+def _hold_unneeded_closer(wide: AugmentedModel, superset: Superset | None) -> AugmentedModel | None:
     """Return the problem with what is not needed inside the gates held closer to none; None where all is needed."""
     windows = {name: (0, n) for name, n in wide.growth.horizons.items()}
     solution = solve(wide.problem, wide.growth.q, windows, steps=STAGES.joint_steps, tolerance=1e-6)
@@ -159,24 +164,24 @@ def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
         return None
     terms = superset.terms if superset else ()
     closer = {n: w / STAGES.narrower for t in terms if t.name not in kept for n, w in t.widths.items()}
-    beside = replace(wide.beside, widths={**wide.beside.widths, **closer})
+    added = replace(wide.added, widths={**wide.added.widths, **closer})
     lost = [one for one in wide.disturbances if one.name not in kept]
     q = solution.q - np.where([name in closer for name in wide.problem.coordinates.names], away, 0.0)
-    problem, q = without(replace(wide.problem, shrinkage=beside.widths), q, lost)
+    problem, q = without(replace(wide.problem, shrinkage=added.widths), q, lost)
     rest = tuple(one for one in wide.disturbances if one.name in kept)
-    return Wide(problem, beside, rest, replace(wide.growth, q=q))
+    return AugmentedModel(problem, added, rest, replace(wide.growth, q=q))
 
 
-def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[SearchState, Growth] | None:
+def _settle(watch: Watch, state: SearchState, wide: AugmentedModel, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the state that follows all records, without the disturbances that are not needed.
 
     Where the mechanism as written follows them from here, it is without terms too. Terms that leave more than it does
     explain nothing: it is grown from here, and None returned where that does not follow all records.
     """
-    found, problem, q = _needed_disturbances(wide)
+    found, problem, q = needed_disturbances(wide)
     whole = {t.name: t.samples for t in problem.targets}
     own = [one.disturbance for one in found]
-    plain = Beside(state.problem.space.mechanism).problem(state.problem, own)
+    plain = AddedTerms(state.problem.space.mechanism).problem(state.problem, own)
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STAGES.joint_steps, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
@@ -188,11 +193,11 @@ def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[S
         follows, alone = True, growth.q
     if follows:
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
-    at = drop_unneeded_terms(replace(at.of(problem), beside=wide.beside).at(q, whole), plain)
+    at = drop_unneeded_terms(replace(at.of(problem), added=wide.added).at(q, whole), plain)
     return watch.note(at), Growth(at.q, whole, True, wide.growth.rounds)
 
 
-def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatArray]:
+def needed_disturbances(wide: AugmentedModel) -> tuple[tuple[Found, ...], Problem, FloatArray]:
     """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
     if not wide.disturbances:
         return (), wide.problem, wide.growth.q
@@ -203,7 +208,11 @@ def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatA
     samples = sum(t.samples for t in wide.problem.targets)
     groups = groups_of(wide.problem, named)
     rises = needed_groups(solution.triangle, distance_from_null(wide.problem, solution.q), groups, samples)
-    rises |= {one.name: _fall(wide.problem, solution.q, one) for one in wide.disturbances if not one.parameters}
+    # Lines have no coordinates, so that `needed_groups` does not see them; a fall by chance must not name any.
+    for one in (one for one in wide.disturbances if not one.parameters):
+        rise = _rise_without_lines(wide.problem, solution.q, one)
+        if is_significant(Score(rise, one.dof, 1.0, samples), DURING_FIT):
+            rises[one.name] = rise
     lost = [one for one in wide.disturbances if one.name not in rises]
     total = sum(rises.values())
     found = tuple(
@@ -212,49 +221,50 @@ def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatA
     return found, *without(wide.problem, solution.q, lost)
 
 
-def _fall(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
-    """Return by how much the cost falls with lines that are projected out."""
+def _rise_without_lines(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
+    """Return the rise of the cost without lines that are projected out."""
     with_them = problem.total_norm(q, problem.whole())
     other, here = without(problem, q, [lines])
     return other.total_norm(here, other.whole()) ** 2 - with_them**2
 
 
-def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int) -> tuple[SearchState, Growth] | None:
-    """Return the growth of the first law beside that follows all records; None where none does.
+def grow_other_laws(
+    watch: Watch, state: SearchState, campaign: Campaign, seed: int
+) -> tuple[SearchState, Growth] | None:
+    """Return the growth of the first alternative law that follows all records; None where none does.
 
     Each has a multi-start of its own: with another law of friction the best start is another one. One that explains the
     first moments is grown at once, the others by what they leave of them.
     """
-    left: list[tuple[Beside, Candidate]] = []
-    for beside, best in _rival_starts(watch, state, campaign, seed):
-        if explains(beside.problem(state.problem), best):
-            found = _grown_rival(watch, state, beside, best, seed)
+    left: list[tuple[AddedTerms, Candidate]] = []
+    for added, best in _law_starts(watch, state, campaign, seed):
+        if explains(added.problem(state.problem), best):
+            found = _grow_law(watch, state, added, best, seed)
             if found is not None:
                 return found
         else:
-            left.append((beside, best))
+            left.append((added, best))
     nearest = sorted(left, key=lambda each: each[1].cost)[: STAGES.alternatives]
-    grown = (_grown_rival(watch, state, beside, best, seed) for beside, best in nearest)
+    grown = (_grow_law(watch, state, added, best, seed) for added, best in nearest)
     return next((found for found in grown if found is not None), None)
 
 
-def _grown_rival(
-    watch: Watch, state: SearchState, beside: Beside, best: Candidate, seed: int
+def _grow_law(
+    watch: Watch, state: SearchState, added: AddedTerms, best: Candidate, seed: int
 ) -> tuple[SearchState, Growth] | None:
-    watch.tell("other laws", f"{', '.join(beside.terms)} from its best start")
-    wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
-    return _settled(watch, state, wide, seed) if wide.growth.complete else None
+    watch.tell("other laws", f"{', '.join(added.terms)} from its best start")
+    wide = _grow_augmented(watch, _ungrown(added.problem(state.problem), best.q, added), None, seed)
+    return _settle(watch, state, wide, seed) if wide.growth.complete else None
 
 
-def _rival_starts(
+def _law_starts(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int
-) -> Iterator[tuple[Beside, Candidate]]:
+) -> Iterator[tuple[AddedTerms, Candidate]]:
     """Yield each law that may stand in place of one chosen, with its best start."""
     for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
-        beside = law_beside(campaign.mechanism, law)
-        problem = beside.problem(state.problem)
+        added = substitute_law(campaign.mechanism, law)
+        problem = added.problem(state.problem)
         watch.tell("other laws", law.name)
-        starts = multistart(problem, seed, problem.workers, journal=watch.journal)
-        best = next(candidates(problem, starts, problem.workers, watch.journal), None)
+        best = best_start(problem, seed, watch.journal)
         if best is not None:
-            yield beside, best
+            yield added, best
