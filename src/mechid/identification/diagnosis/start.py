@@ -10,6 +10,7 @@ from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.effect import add_terms
 from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import Fit
@@ -77,9 +78,7 @@ def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str,
     model = replace(model, terms=tuple(found))
     library = model.library
     assert library is not None
-    names: dict[str, list[str]] = {}
-    for name, term in library.term_of.items():
-        names.setdefault(term, []).append(name)
+    names = add_terms(library, found.keys()).names_by_term
     there = {n: v for term, one in found.items() for n, v in _values(names[term], one).items()}
     model = model.at({**values, **there})
     return model.keeping(model.needed_effects(library.widths) & model.setting.considered)
