@@ -68,7 +68,7 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
     added = state.added
     if added is None or not added.new:
         return ()
-    by_name = {name: [p for p, term in added.new.items() if term == name] for name in added.terms}
+    by_name = added.names_by_term
     falls = _falls(state, written, added, by_name)
     words = words_of(written)
     total = max(falls.pop(""), 1e-300)

@@ -7,11 +7,12 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.effects.effect import add_terms, substitute_law
+from mechid.identification.effects.pruning import linearise
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.problem import transfer_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.needed_terms import drop_unneeded_terms, exchanges, linearise_terms
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, exchanges
 from mechid.plant.superset import rivals_of, superset_of
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
@@ -74,7 +75,7 @@ def test_a_law_in_place_of_another_has_nothing_to_drop(with_harmonic):
 def test_an_alias_is_tried_and_named():
     """Truth: offsets of the phase voltages and a detent of one period in a turn of the electrical angle are one."""
     plain, state = grown(DETENT)
-    all_terms = linearise_terms(state.problem, state.q, state.added)
+    all_terms = linearise(state.problem, state.q, state.problem.whole(), state.added.names_by_term)
     assert len(all_terms.needed) == 1
     assert all_terms.needed <= {DETENT, OFFSETS}
     assert {DETENT, OFFSETS} - all_terms.needed in list(exchanges(all_terms, all_terms.needed))

@@ -13,6 +13,7 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.effect import add_terms
 from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
@@ -81,9 +82,7 @@ def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str,
     model = replace(model, terms=tuple(found))
     library = model.library
     assert library is not None
-    names: dict[str, list[str]] = {}
-    for name, term in library.term_of.items():
-        names.setdefault(term, []).append(name)
+    names = add_terms(library, found.keys()).names_by_term
     there = {n: v for term, one in found.items() for n, v in _values(names[term], one).items()}
     model = model.at({**values, **there})
     return model.keeping(model.needed_effects(library.widths) & model.setting.considered)

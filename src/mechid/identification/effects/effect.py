@@ -44,6 +44,11 @@ class AddedTerms:
         """Names of the terms, as diagnosis calls them."""
         return tuple(dict.fromkeys(self.new.values()))
 
+    @property
+    def names_by_term(self) -> dict[str, tuple[str, ...]]:
+        """Dotted names of the free parameters of each term."""
+        return {term: tuple(name for name, of in self.new.items() if of == term) for term in self.terms}
+
     def problem(self, plain: Problem, disturbances: Sequence[Disturbance] = ()) -> Problem:
         """Return the problem of the same records with the terms free, and with some disturbances of the records."""
         wider = replace(plain, space=SearchSpace(self.mechanism, plain.space.polar), shrinkage=self.widths)

@@ -161,6 +161,13 @@ def horizons_at(
     return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
 
 
+def unfollowed_records(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
+    """Return the records that are not followed to their ends at `q`."""
+    whole = {t.name: t.samples for t in problem.targets}
+    found = horizons_at(problem, q, whole, least_horizons(problem), most=most)
+    return [name for name, n in whole.items() if found[name] < n]
+
+
 def chance_limit(problem: Problem) -> float:
     """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
     return chance_limit_of(min(map(gate_window, problem.targets)))

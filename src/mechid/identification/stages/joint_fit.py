@@ -19,7 +19,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, horizons_at, least_horizons
+from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, unfollowed_records
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, along_cliff, promised_fall, solve
 from mechid.identification.stages.settings import STAGES
@@ -173,7 +173,7 @@ def confirm_optimum(watch: Watch, state: SearchState, names: tuple[str, ...], se
         fine = replace(state.problem, substeps=2 * state.problem.substeps)
         strict = chance_limit(fine)
         judged = with_residual_levels(fine, state.q)
-        if not _lost(judged, state.q, most=strict):
+        if not unfollowed_records(judged, state.q, most=strict):
             return state
         rng = np.random.default_rng((seed, 0, attempt))
         growth = grow_horizons(judged, state.q, rng, partial(_note_regrowth, watch), most=strict, journal=watch.journal)
@@ -181,10 +181,10 @@ def confirm_optimum(watch: Watch, state: SearchState, names: tuple[str, ...], se
             state = watch.note(state.of(fine).at(growth.q, {t.name: t.samples for t in fine.targets}))
             state = fit_past_cliffs(watch, joint_fit(watch, state, "growth again", names), names, seed)
         if not growth.complete:
-            if _lost(with_residual_levels(state.problem, state.q), state.q, most=strict):
+            if unfollowed_records(with_residual_levels(state.problem, state.q), state.q, most=strict):
                 state = watch.note(state.saying(_suspicion(growth, fine)))
             break
-    lost = _lost(with_residual_levels(state.problem, state.q), state.q)
+    lost = unfollowed_records(with_residual_levels(state.problem, state.q), state.q)
     if not lost:
         return state
     said = f"{', '.join(lost)}: for a moment the residual is larger than elsewhere by more than chance"
@@ -207,13 +207,6 @@ def _suspicion(growth: Growth, problem: Problem) -> str:
         f"{places}: near a stick/slip threshold: a stick/slip falls the other way than measured, or does so in finer "
         "integration steps, and no estimate near by was found that settles it"
     )
-
-
-def _lost(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
-    """Return the records that the model at `q` does not follow to their ends."""
-    whole = {t.name: t.samples for t in problem.targets}
-    found = horizons_at(problem, q, whole, least_horizons(problem), most=most)
-    return [name for name, n in whole.items() if found[name] < n]
 
 
 def _note_regrowth(watch: Watch, q: FloatArray, gates: Mapping[str, int]) -> None:

@@ -15,17 +15,12 @@ from mechid.identification.effects.pruning import Linearisation, linearise
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import horizons_at, least_horizons
+from mechid.identification.search.gates import unfollowed_records
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.superset import superset_of
 
 Follows = Callable[[Problem, FloatArray], bool]
-
-
-def linearise_terms(problem: Problem, q: FloatArray, added: AddedTerms) -> Linearisation | None:
-    """Return the derivatives at a fit of all terms by which each is judged; None where it cannot be simulated."""
-    return linearise(problem, q, problem.whole(), _by_term(added.new))
 
 
 def exchanges(all_terms: Linearisation, kept: frozenset[str]) -> Iterator[frozenset[str]]:
@@ -63,7 +58,7 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     q = solve(
         state.problem, state.q, state.problem.whole(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
     ).q
-    all_terms = linearise_terms(state.problem, q, state.added)
+    all_terms = linearise(state.problem, q, state.problem.whole(), state.added.names_by_term)
     if all_terms is None:
         return state
     kept = all_terms.needed
@@ -75,10 +70,8 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     for name in sorted(best.names):  # derivatives at the optimum of all terms keep some that a fit does not need
         for fit in _fit_selections([best.names - {name}] if len(best.names) > 1 else [], all_terms, state, follows):
             best = min(best, fit, key=lambda each: each.criterion)
-    laid_out = _laid_out(state, state.added, best, plain)
-    assert laid_out.added is not None
     aliases = {name: others for name, others in aliases.items() if name in best.names}
-    return replace(laid_out, added=replace(laid_out.added, aliases=aliases))
+    return _laid_out(state, state.added, best, plain, aliases)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,46 +107,27 @@ def _fit_selections(
         q = solve(
             problem, all_terms.keeping(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
         ).q
-        if _follows_all(problem, q) and (follows is None or follows(problem, q)):
+        if not unfollowed_records(problem, q) and (follows is None or follows(problem, q)):
             count = sum(len(all_terms.groups[name]) for name in names)
             criterion = problem.total_norm(q, whole) ** 2 + count * bayesian_penalty(all_terms.effective_samples)
             fits.append(TermSelection(names, problem, q, criterion))
     return fits
 
 
-def _laid_out(state: SearchState, wide: AddedTerms, fit: TermSelection, plain: Problem) -> SearchState:
+def _laid_out(
+    state: SearchState, wide: AddedTerms, fit: TermSelection, plain: Problem, aliases: Mapping[str, tuple[str, ...]]
+) -> SearchState:
     """Return a state of the mechanism with the terms of a fit, without small priors, laid out without the others."""
     superset = superset_of(plain.space.mechanism, grown_only=True, only=fit.names)
     assert superset is not None, "terms that were free come from the mechanism's own superset"
-    added = replace(add_terms(superset, fit.names), widths={})
+    added = replace(add_terms(superset, fit.names), widths={}, aliases=aliases)
     problem = added.problem(plain)
-    values = _renamed(fit.problem.coordinates.values(fit.q), wide.new, added.new)
+    values = _renamed(fit.problem.coordinates.values(fit.q), wide, added)
     return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
 
 
-def _renamed(values: Mapping[str, float], wide: Mapping[str, str], compact: Mapping[str, str]) -> dict[str, float]:
-    """Return values by the names of a compact mechanism, in whose lists entries have moved up.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        By the names of the wide one.
-    wide, compact : mapping of str to str
-        The term of each free parameter, in the order of the term's parameters.
-    """
-    here, there = _by_term(compact), _by_term(wide)
+def _renamed(values: Mapping[str, float], wide: AddedTerms, compact: AddedTerms) -> dict[str, float]:
+    """Return values, by the names of the wide mechanism, by those of a compact one, in whose lists entries moved up."""
+    here, there = compact.names_by_term, wide.names_by_term
     moved = {old: new for term in here for old, new in zip(there[term], here[term], strict=True)}
-    return {moved.get(name, name): value for name, value in values.items() if name in moved or name not in wide}
-
-
-def _by_term(new: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return the dotted names of each term's free parameters, from the term of each parameter."""
-    found: dict[str, list[str]] = {}
-    for name, term in new.items():
-        found.setdefault(term, []).append(name)
-    return found
-
-
-def _follows_all(problem: Problem, q: FloatArray) -> bool:
-    whole = {t.name: t.samples for t in problem.targets}
-    return horizons_at(problem, q, whole, least_horizons(problem)) == whole
+    return {moved.get(name, name): value for name, value in values.items() if name in moved or name not in wide.new}

@@ -17,17 +17,17 @@ from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, Found, without
 from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, substitute_law
-from mechid.identification.effects.pruning import groups_of, needed_groups
+from mechid.identification.effects.pruning import groups_of, linearise, needed_groups
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import is_significant
 from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.output_error.problem import Problem, transfer_values
 from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, grow_horizons, horizons_at, least_horizons
+from mechid.identification.search.gates import Growth, grow_horizons, unfollowed_records
 from mechid.identification.search.multistart import Candidate, best_start
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.needed_terms import drop_unneeded_terms, linearise_terms
+from mechid.identification.stages.needed_terms import drop_unneeded_terms
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import explains_most
@@ -78,8 +78,7 @@ def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> Au
         return None
     solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
     whole = {t.name: t.samples for t in wide.problem.targets}
-    follows = horizons_at(wide.problem, solution.q, whole, least_horizons(wide.problem)) == whole
-    return wide.at(Growth(solution.q, whole, follows, 0))
+    return wide.at(Growth(solution.q, whole, not unfollowed_records(wide.problem, solution.q), 0))
 
 
 def accept_at_raised_noise(
@@ -103,7 +102,8 @@ def accept_at_raised_noise(
 
 def _needs_terms(fitted: AugmentedModel) -> bool:
     """Tell whether any term is needed, each channel at its own residual's level: a raised level hides that."""
-    all_terms = linearise_terms(fitted.problem, fitted.growth.q, fitted.added)
+    problem = fitted.problem
+    all_terms = linearise(problem, fitted.growth.q, problem.whole(), fitted.added.names_by_term)
     return all_terms is None or bool(all_terms.needed)
 
 
@@ -185,7 +185,7 @@ def _settle(watch: Watch, state: SearchState, wide: AugmentedModel, seed: int) -
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STAGES.joint_steps, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    follows = horizons_at(plain, alone, whole, least_horizons(plain)) == whole
+    follows = not unfollowed_records(plain, alone)
     if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
         growth = _grow(watch, plain, alone, seed)
         if not growth.complete:
