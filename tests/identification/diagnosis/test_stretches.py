@@ -25,7 +25,7 @@ def test_effects_are_found_from_the_first_moments_on(fitted):
     values = found.problem.coordinates.values(found.q)
     (amplitude,) = (v for n, v in values.items() if "torque_harmonic" in n and n.endswith("amplitude"))
     assert amplitude == pytest.approx(0.05, rel=0.05)
-    assert told[0].endswith("% of the records followed with nothing beside")
+    assert told[0].endswith("% of the records followed with nothing added")
     assert told[-1] == "100.0 % of the records followed with stepper.torque_harmonic:3"
 
 
