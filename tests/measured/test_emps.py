@@ -21,7 +21,7 @@ from mechid.identification.output_error.problem import transfer_values
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.growth import vouched
+from mechid.identification.stages.growth import warm_start
 from mechid.identification.stages.needed_terms import drop_unneeded_terms
 from mechid.plant.superset import superset_of
 from mechid.records import ChannelSpec, RecordSpec, read_record
@@ -111,8 +111,8 @@ def test_friction_by_direction_that_a_fit_adds_is_in_all_that_is_left(example, t
     """
     campaign = load_campaign(example("emps"))
     plain = make_problem(campaign, 2)
-    vouched_for, _ = vouched(SearchState(plain, plain.start, plain.whole()), SYMMETRIC)
-    plain = replace(vouched_for.problem, substeps=5)
+    warm, _ = warm_start(SearchState(plain, plain.start, plain.whole()), SYMMETRIC)
+    plain = replace(warm.problem, substeps=5)
     superset = superset_of(campaign.mechanism, grown_only=True)
     added = add_terms(superset, [term.name for term in superset.terms])
     wide = added.problem(plain)

@@ -29,7 +29,7 @@ from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.stages.disturbances import fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
-from mechid.identification.stages.growth import horizon_warnings, searched, vouched
+from mechid.identification.stages.growth import horizon_warnings, searched, warm_start
 from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
@@ -169,7 +169,7 @@ def _follow_plan(
     if near is None:
         state, growth = searched(watch, state, campaign, names, seed, patient=patient)
     else:
-        state, growth = vouched(state, near)
+        state, growth = warm_start(state, near)
     if growth is None:
         return state
     added = (*(state.added.new if state.added else ()), *state.problem.coordinates.own_names)

@@ -74,11 +74,11 @@ def searched(
     return watch.close(state, "gated growth", names, math.nan, growth.rounds, followed), growth
 
 
-def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState, Growth]:
+def warm_start(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState, Growth]:
     """Return values already near the optimum as a growth that has come to the records' ends.
 
-    Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
-    the high-frequency floor is none.
+    The values are trusted: what they leave of a record counts as its noise, also where that is coloured, in place of
+    the high-frequency floor.
     """
     problem = state.problem
     q = run_up(problem, problem.coordinates.point(near), known=near)
@@ -109,33 +109,33 @@ def _grown(
     wider = grow_other_laws(watch, state, campaign, seed) if laws_first else None
     if wider is not None:
         return wider
-    louder = _grown_louder(watch, state, growth, seed)
-    otherwise = _raised_otherwise(watch, state, campaign, louder, seed)
+    at_raised = _grow_at_raised_noise(watch, state, growth, seed)
+    otherwise = _raised_otherwise(watch, state, campaign, at_raised, seed)
     if otherwise is not None:
         return otherwise
-    fitted = fit_with_terms(louder[0], campaign, louder[1].q) if louder[1].complete else None
-    wider = grow_with_terms(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
+    fitted = fit_with_terms(at_raised[0], campaign, at_raised[1].q) if at_raised[1].complete else None
+    wider = grow_with_terms(watch, state, campaign, at_raised[1].q, seed, fitted) if fitted else None
     if wider is None and not laws_first:
         wider = grow_other_laws(watch, state, campaign, seed)
     if wider is not None:
         return wider
     readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
     if not any(reading.is_confirmed for reading in readings):  # else it is no lack of the mechanism
-        wider = accept_at_raised_noise(watch, *louder, fitted)
+        wider = accept_at_raised_noise(watch, *at_raised, fitted)
         if wider is not None:
             return wider
-    return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
+    return _grown_otherwise(watch, state, campaign, best, found, growth, at_raised, seed)
 
 
 def _raised_otherwise(
-    watch: Watch, state: SearchState, campaign: Campaign, louder: tuple[SearchState, Growth], seed: int
+    watch: Watch, state: SearchState, campaign: Campaign, at_raised: tuple[SearchState, Growth], seed: int
 ) -> tuple[SearchState, Growth] | None:
     """Return the growth with the few records whose noise level was raised read as the others' model follows them.
 
     None where these are half of them or more, where the others are not followed at their own noise, or where a record
     is followed in no reading: what the model lacks then stands in the way, not how a record was declared.
     """
-    problem, (at, growth) = state.problem, louder
+    problem, (at, growth) = state.problem, at_raised
     raised = [t.name for t in at.problem.targets if any(c.raised for c in t.channels)]
     if not growth.complete or not 0 < 2 * len(raised) < len(problem.targets):
         return None
@@ -171,17 +171,17 @@ def _grown_otherwise(
     best: Candidate,
     found: Iterator[Candidate],
     growth: Growth,
-    louder: tuple[SearchState, Growth],
+    at_raised: tuple[SearchState, Growth],
     seed: int,
 ) -> tuple[SearchState, Growth]:
-    """See whether the records agree, and try the other starts; `louder` is what a raised noise level comes to."""
+    """See whether the records agree, and try the other starts; `at_raised` is what a raised noise level comes to."""
     problem, journal = state.problem, watch.journal
     explained = explains(problem, best)
     on_progress = partial(watch.tell, "records compared")
     agreed = agreement(problem, growth, seed, explained=explained, tell=on_progress, journal=journal)
     if agreed and agreed.judged:
         state = watch.note(_taking(state, campaign, agreed))
-        return _grown_louder(
+        return _grow_at_raised_noise(
             watch, state, _grow_best(watch, state, _candidates(watch, state, seed), seed, agreed.growth), seed
         )
     rest = agreed if agreed and agreed.growth.complete else None
@@ -197,11 +197,11 @@ def _grown_otherwise(
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
     if not any(reading.is_confirmed for reading in said):  # then it is no noise that stops the growth
-        state, growth = louder if louder[0] is not state else (state, growth)
+        state, growth = at_raised if at_raised[0] is not state else (state, growth)
     return (state if growth.complete else state.saying(*(reading.line() for reading in said))), growth
 
 
-def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
+def _grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
     """Raise the noise level of the channels that stop the growth, and grow again, until all records are followed.
 
     Where no level brings that about, they stay as they are known, unless the records are followed much further at

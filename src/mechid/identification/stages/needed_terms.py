@@ -2,6 +2,9 @@
 
 Growth frees every term of the superset at once, each held small by a prior. The fit that is kept has only the terms
 without which the cost rises by more than k ln N, laid out as a mechanism file would declare them.
+
+Unlike `effects.selection.drop_unneeded` it compares fits by their cost at the problem's noise levels, not as an F test
+does, and only those that follow all records: a set of terms that leaves a record early is no candidate.
 """
 
 from __future__ import annotations
