@@ -122,7 +122,7 @@ def _checked(
     if "grade" not in content:
         raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
     if content.get("beside"):
-        raise InputFileError(f"{path.name}: beside: {BESIDE}; identify anew")
+        raise InputFileError(f"{path}: beside: {BESIDE}; identify anew")
     try:
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
