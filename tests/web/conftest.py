@@ -78,6 +78,12 @@ def served(source):
 
 
 @pytest.fixture(scope="session")
+def serve():
+    """Return what serves an explorer of a source from a thread, as a context that gives its address."""
+    return served
+
+
+@pytest.fixture(scope="session")
 def address(source):
     with served(source) as found:
         yield found
@@ -107,6 +113,19 @@ def diagnosed(campaign, whole, tmp_path_factory):
     written = replace(campaign, mechanism=less(whole, "stepper.detent"))
     proposed, said = read_diagnosed(folder, written, None)
     return Source(proposed, workers=1, diagnosed=said)
+
+
+@pytest.fixture(scope="session")
+def lacking(campaign, whole):
+    """Return an explorer's source whose file lacks the second detent, and the estimate of a fit that added it."""
+    written = replace(campaign, mechanism=less(whole, "stepper.detent"))
+    begun = whole.with_values(dict.fromkeys(DETENT, 0.0))
+    values = {name: q.value for name, q in replace(campaign, mechanism=whole).parameters.items()}
+    summary = {"grade": "B", "tone": "caution", "headline": "A fit made up.", "questions": []}
+    estimate = Estimate(
+        source="made up", values=values, sigmas={}, summary=summary, records=campaign.records, mechanism=begun
+    )
+    return Source(written, workers=1), estimate
 
 
 @pytest.fixture(scope="session")

@@ -2,12 +2,15 @@
 
 import math
 import time
+import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import synthetic
+from diagnosis_folder import DETENT
+from layouts import mechanism_of
 from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Progress
@@ -233,3 +236,29 @@ def test_records_side_by_side_are_the_last_ones_chosen_and_exist(session):
     for names, seconds in ((("other",), 1.0), (("full_46",), 0.0)):
         with pytest.raises(UsageError):
             session.look(names, seconds)
+
+
+def test_terms_that_a_fit_added_have_knobs_once_it_has_ended(lacking, whole):
+    """Truth: the mechanism that the records are of, at whose values the residual is the noise; and the file's."""
+    source, estimate = lacking
+    session = Session(source)
+    written = session.pictures()["full_46"]
+    assert not set(DETENT) & session.state.knobs.keys()
+    session.set_free("gear.stiffness", is_free=False)
+    session._take_estimate(estimate)
+    assert {n: session.state.now.values[n] for n in DETENT} == {n: whole.value(n) for n in DETENT}
+    assert set(DETENT) <= session.state.now.free
+    assert "gear.stiffness" not in session.state.now.free
+    assert session.pictures()["full_46"].numbers.residual.ratio == pytest.approx(1.0, abs=0.05)
+    assert len(session.state.past) == 1  # without the term
+    assert shown_data(session, {}, {}, {})["apart"] == ""
+    assert mechanism_of(tomllib.loads(session.mechanism_file())).value(DETENT[0]) == whole.value(DETENT[0])
+    session.to_file()
+    ratio = session.pictures()["full_46"].numbers.residual.ratio
+    assert ratio == pytest.approx(written.numbers.residual.ratio, rel=1e-4)
+    assert ratio > 2.0
+    plain = {name: q.value for name, q in source.campaign.parameters.items()}
+    session.take(DETENT[0])
+    session._take_estimate(replace(estimate, mechanism=None, values=plain))
+    assert session.state.knobs.keys() == plain.keys() & session.state.knobs.keys()
+    assert session.hand in session.state.knobs

@@ -7,6 +7,7 @@ import weakref
 import pytest
 from bokeh.document import Document
 
+from diagnosis_folder import DETENT
 from mechid.web.equations import Equations
 from mechid.web.tab import Tab
 
@@ -104,3 +105,20 @@ def test_a_value_that_another_parameter_limits_is_said(open_tab):
     assert used <= min(coulomb.max, static.max)
     assert "is used" in state["limited"]["friction.coulomb"]
     assert asked(tab, do="turn", name="friction.coulomb", value=used, number=2)["limited"] == {}
+
+
+def test_a_page_gets_rows_for_the_terms_that_a_fit_added(lacking, open_tab, tabs):
+    """Truth: the parameters of the mechanism with the terms; the equations of the term in hand are its own."""
+    source, estimate = lacking
+    page = Tab(source, Equations(source.campaign.mechanism.plant), Document(), tabs)
+    assert "groups" not in asked(page, do="take", name=KNOB, number=1)
+    page.session._take_estimate(estimate)
+    state = asked(page, do="take", name=DETENT[0], number=2)
+    assert all(f'data-name="{name}"' in state["groups"] for name in state["knobs"])
+    assert set(DETENT) <= state["knobs"].keys()
+    assert state["equations"]
+    assert "groups" not in asked(page, do="take", name=KNOB, number=3)
+    later = Tab(source, Equations(source.campaign.mechanism.plant), Document(), tabs)
+    open_tab.closed.add(page.token)
+    assert "groups" in asked(later, do="hello", tab=page.token, number=1)
+    assert "groups" not in asked(later, do="take", name=KNOB, number=2)

@@ -56,6 +56,12 @@ class Estimate:
     over_noise: Mapping[str, float] = field(default_factory=dict)
     mechanism: Mechanism | None = None
 
+    def mechanism_among(self, own: Mechanism, written: Mechanism) -> Mechanism:
+        """Return the mechanism of the estimate: with added terms, or of the two given the first that it has all of."""
+        if self.mechanism is not None:
+            return self.mechanism
+        return own if own.parameters.keys() <= self.values.keys() else written
+
     def away(self, name: str, value: float) -> float | None:
         """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
         if name not in self.sigmas:

@@ -13,11 +13,12 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
-from mechid.campaign import CampaignRecord, Match
+from mechid.campaign import Campaign, CampaignRecord, Match
 from mechid.campaign.campaign import key_in_record
 from mechid.command import Timing
 from mechid.identification.output_error.record_parameters import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, is_clock, latest_of
+from mechid.identification.uncertainty.visibility import sensitivities
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.reports.curves import rate_over
@@ -301,3 +302,11 @@ class Scene:
             offset=line.offset,
             drift=line.slope * self.base.sample_rate_hz,
         )
+
+
+def scenes_of(campaign: Campaign) -> dict[str, Scene]:
+    """Return the channels of a campaign that the model has to explain, by label."""
+    lanes, plant = sensitivities(campaign), campaign.mechanism.plant
+    read = [r for r in campaign.records if r.data is not None]
+    found = [Scene(record, match, lanes, plant) for record in read for match in record.matches]
+    return {scene.label: scene for scene in found}

@@ -14,7 +14,6 @@ from mechid.errors import UsageError
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.identify import identify, identify_from
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
-from mechid.identification.uncertainty.visibility import sensitivities
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.web.diagnosed import Diagnosed
@@ -22,7 +21,7 @@ from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.named_effect import NamedEffect
-from mechid.web.picture import Effect, Picture, Scene, Stretch
+from mechid.web.picture import Effect, Picture, Scene, Stretch, scenes_of
 from mechid.web.state import State, campaign_at, first_state
 from mechid.web.sweep import SweepPicture, sweep_picture
 
@@ -55,14 +54,6 @@ class Source:
     def scenes(self) -> dict[str, Scene]:
         """What can be looked at, by label; tabs share it until a fit takes a record otherwise."""
         return scenes_of(self.campaign)
-
-
-def scenes_of(campaign: Campaign) -> dict[str, Scene]:
-    """Return the channels of a campaign that the model has to explain, by label."""
-    lanes, plant = sensitivities(campaign), campaign.mechanism.plant
-    read = [r for r in campaign.records if r.data is not None]
-    found = [Scene(record, match, lanes, plant) for record in read for match in record.matches]
-    return {scene.label: scene for scene in found}
 
 
 def _end_of(estimate: Estimate) -> Progress:
@@ -148,8 +139,9 @@ class Session:
             self.state = self._at(self.values_of(self.estimate))
 
     def to_file(self) -> None:
-        """Set all knobs to the values of the mechanism file."""
-        self.state = self._at({q.name: q.value for q in self.source.campaign.parameters.values()})
+        """Set all knobs to the values of the mechanism file; added terms to where the fit that added them began."""
+        files = (self.campaign, self.source.campaign)
+        self.state = self._at({q.name: q.value for campaign in files for q in campaign.parameters.values()})
 
     @property
     def reaches_estimate(self) -> bool:
@@ -325,9 +317,15 @@ class Session:
 
     def _take_estimate(self, estimate: Estimate) -> None:
         self.estimate = estimate
-        self.campaign = replace(self.campaign, records=self._as_taken(estimate))
+        mechanism = estimate.mechanism_among(self.campaign.mechanism, self.source.campaign.mechanism)
+        is_other = mechanism is not self.campaign.mechanism
+        self.campaign = replace(self.campaign, mechanism=mechanism, records=self._as_taken(estimate))
         self.scenes = scenes_of(self.campaign)
         self._compared.clear()
+        if is_other:
+            self._steps.clear()
+            self.state = self.state.with_knobs_of(self.campaign)
+            self.hand = self.hand if self.hand in self.state.knobs else next(iter(self.state.knobs))
         self.to_estimate()
 
     def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:

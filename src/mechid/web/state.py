@@ -75,6 +75,14 @@ class State:
             return self
         return replace(self, now=self.past[-1], past=self.past[:-1], grip="")
 
+    def with_knobs_of(self, campaign: Campaign) -> State:
+        """Return the state of a campaign whose mechanism has other parameters, those in both as they are set here.
+
+        Nothing before is undone: a setting of another mechanism would be half of one of this.
+        """
+        begun, was = first_state(campaign), self.now
+        return replace(begun.at(was.values, free=was.free | (begun.now.free - was.values.keys())), past=())
+
     def _at(self, setting: Setting, grip: str = "") -> State:
         if setting == self.now:
             return self

@@ -89,7 +89,7 @@ class Tab:
         self.effects: dict[str, Any] = {}
         self.sweeps: dict[str, Any] = {}
         self.explained = ""
-        self.symbols = {name: knob.parameter.declaration.symbol for name, knob in self.session.state.knobs.items()}
+        self.built = self.turned = self.session.state.knobs
         self._build(source)
 
     def _build(self, source: Source) -> None:
@@ -135,7 +135,7 @@ class Tab:
         if what == "save":
             return self.session.mechanism_file()
         if what == "hello":
-            self.wanted = str(message.get("tab", ""))
+            self.wanted, self.turned = str(message.get("tab", "")), self.built
             self._take_over()
             return ""
         self._asked_for(message)
@@ -232,10 +232,21 @@ class Tab:
         """Send what the page says."""
         data = shown_data(self.session, self.pictures, self.effects, self.sweeps)
         data |= {"answered": self.answered, "note": self.note, "file": file, "limited": self.limited, "tab": self.token}
+        plant = self.session.campaign.mechanism.plant
+        if self.equations.plant is not plant:
+            self.equations, self.explained = Equations(plant), ""
         if self.explained != self.session.hand:
             self.explained = self.session.hand
             data["equations"] = self.equations.of(self.session.hand)
+        if self.turned != self.session.state.knobs:  # the page has rows of another mechanism
+            data["groups"] = self._rows()
         self.wire.update(page_state=json.dumps(data, allow_nan=False))
+
+    def _rows(self) -> str:
+        """Return the page's rows of knobs, for a mechanism that a fit has added terms to."""
+        self.turned = self.session.state.knobs
+        page = page_data(self.session.campaign, self.turned, self.session.scenes)
+        return environment(PACKAGE).get_template("knobs.html").render(data=page)
 
     def _poll(self) -> None:
         """Show how the fit goes on, and take up its end; for a page that stays closed nothing goes on."""
@@ -255,8 +266,10 @@ class Tab:
         if state == self.seen and not ended:
             return
         self.seen = state
-        ratios, places = course(run.reports, self.session.state.knobs)
-        self.course.show(ratios, places, self.symbols)
+        knobs = self.session.state.knobs
+        ratios, places = course(run.reports, knobs)
+        symbols = {name: knob.parameter.declaration.symbol for name, knob in knobs.items()}
+        self.course.show(ratios, places, symbols)
         if ended:
             self.redraw()
         self.tell()

@@ -9,7 +9,7 @@ from fits_by_hand import fit_by_hand
 from mechid.campaign import catalogue_mechanism
 from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import write_estimate
-from mechid.identification.result.fit import OPTIMUM
+from mechid.identification.result.fit import OPTIMUM, REBUILD
 from mechid.identification.result.fit_file import read_numbers
 from mechid.identification.result.missing import Missing
 from mechid.identification.result.parameter_estimate import ParameterEstimate
@@ -81,3 +81,14 @@ def test_its_source_is_the_place_in_messages(fit, tmp_path):
 def test_what_it_has_not_is_said(fit):
     with pytest.raises(AttributeError, match="'Fit' object has no attribute 'gear'"):
         _ = fit.gear
+
+
+def test_an_attribute_error_inside_a_property_is_told_as_it_is(fit, monkeypatch):
+    def fails(*given):
+        raise AttributeError("no attribute inside")
+
+    monkeypatch.setattr(f"{REBUILD}.rebuild_optimum", fails)
+    with pytest.raises(AttributeError, match="no attribute inside"):
+        _ = fit.optimum
+    with pytest.raises(AttributeError, match="no attribute 'optima'"):
+        _ = fit.optima

@@ -12,7 +12,7 @@ from mechid.errors import InputFileError
 from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.estimate_file import estimate_text, write_estimate
-from mechid.identification.result.fit_file import read_fit
+from mechid.identification.result.fit_file import read_fit, read_numbers
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import write_results
 
@@ -120,6 +120,22 @@ def test_without_its_campaign_an_estimate_that_names_no_mechanism_file_is_refuse
     folder, _, _ = made
     with pytest.raises(InputFileError, match=r"provenance\.mechanism_sha256: missing; an earlier mechid wrote it"):
         read_fit(folder)
+
+
+def test_an_estimate_whose_grade_is_of_another_model_is_refused(made, tmp_path):
+    """Truth: the table ``beside`` as an earlier version wrote it; null where no terms were added."""
+    folder, _, _ = made
+    content = json.loads((folder / "estimate.json").read_text())
+    term = {"value": 0.005, "std_error": 5e-5, "unit": "1", "width": None, "term": "t", "meaning": "amplitude"}
+    beside = {"names": ["t"], "words": {"t": "a term"}, "parameters": {"stepper.torque_harmonic.0.amplitude": term}}
+    path = tmp_path / "estimate.json"
+    path.write_text(json.dumps(content | {"beside": beside}))
+    with pytest.raises(InputFileError, match=r"estimate\.json: beside: an earlier version graded .* identify anew"):
+        read_numbers(path)
+    with pytest.raises(InputFileError, match="beside"):
+        read_fit(path, load_campaign(folder))
+    path.write_text(json.dumps(content | {"beside": None}))
+    assert read_numbers(path).grade == content["grade"]
 
 
 def test_a_folder_without_an_estimate_is_refused(tmp_path):

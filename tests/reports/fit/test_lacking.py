@@ -48,3 +48,20 @@ def test_terminal_markdown_and_page_say_it(make_fit, reported):
     data["missing"] = [missing_data(ONE_APART)]
     for text in (report_markdown(data), "".join(report_page(data, [], {}, []))):
         assert f"beyond noise{SAID}." in text
+
+
+@pytest.mark.parametrize(
+    ("block", "toml", "where"),
+    [
+        ("", "clock_ppm = 3.0\n", "at the end of campaign.toml"),
+        ("stepper.detent", "[[stepper.detent]]  # one harmonic\nperiod_deg = 0.9\n", "at the end of mechanism.toml"),
+        ("friction", '# into the table\n# law = "stribeck"\n', "in the table that mechanism.toml has already"),
+    ],
+)
+def test_it_says_where_the_text_belongs(block, toml, where):
+    """Truth: a file has a table once, so that lines of one that stands there are comments at its end."""
+    one = Missing(
+        name="n", words="w", parameters={}, chi_square=99.0, dof=1, share=0.5, p_value=0.0, records=(), toml=toml,
+        block=block,
+    )  # fmt: skip
+    assert missing_data(one)["text"]["where"] == where

@@ -60,6 +60,7 @@ def _parameters(parameters: Mapping[str, ParameterEstimate]) -> Table:
             numbers("min", SAME_UNIT, "lower bound", of("min")),
             numbers("max", SAME_UNIT, "upper bound", of("max")),
             texts("reason", "why it has this status", _text(of("reason"))),
+            texts("added", "yes: the fit added it to the mechanism", ["yes" if row.added else "" for row in rows]),
         ),
     )
 

@@ -163,12 +163,13 @@ class Fit(Shown):
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
 
-    if not TYPE_CHECKING:  # what is looked up here is no field, or the mechanism that was not read yet
+    if not TYPE_CHECKING:  # it is called for the mechanism that was not read yet, and for what no fit has
 
         def __getattr__(self, name: str) -> object:
             """Read the mechanism file of a fit whose numbers alone were read (`read_numbers`)."""
             if name != "mechanism" or not vars(self).get("folder"):
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+                # Raised anew for a property, whose own AttributeError Python drops before it comes here.
+                return object.__getattribute__(self, name)
             read = import_module(MECHANISM_FILE).read_estimated_mechanism
             object.__setattr__(self, name, read(self.provenance, Path(self.source)))
             return self.mechanism

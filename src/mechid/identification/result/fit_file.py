@@ -42,6 +42,8 @@ NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 NOT_READ: Any = None
 NEEDED = (*WITH_ERRORS, "records")
 """Tables of estimate.json without which there is no fit."""
+BESIDE = "an earlier version graded the model with further terms, and left the values of the one without them"
+"""What is wrong with an estimate that has this table."""
 
 
 def estimate_path(place: Path | str) -> Path:
@@ -98,6 +100,8 @@ def _checked(
     """Return the fit that the content of an estimate.json describes, of the campaign's files where one is given."""
     if "grade" not in content:
         raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
+    if content.get("beside"):
+        raise InputFileError(f"{path}: beside: {BESIDE}; identify anew")
     try:
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)

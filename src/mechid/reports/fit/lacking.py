@@ -64,7 +64,14 @@ def missing_data(one: Missing) -> dict[str, Any]:
     chi_square, share = f"{one.chi_square:.4g}", f"{100.0 * one.share:.3g}"
     file = MECHANISM_FILE if one.block else CAMPAIGN_FILE
     text = {"chi_square": chi_square, "share_percent": share, "apart": _most_apart(one), "file": file}
+    text["where"] = _where(one, file)
     return {**one.to_dict(), "rows": rows, "text": text}
+
+
+def _where(one: Missing, file: str) -> str:
+    """Return where the text that declares an effect belongs; one of comments alone has its table in the file."""
+    is_comment = all(line.startswith("#") for line in one.toml.splitlines())
+    return f"in the table that {file} has already" if is_comment else f"at the end of {file}"
 
 
 def _most_apart(one: Missing) -> str:

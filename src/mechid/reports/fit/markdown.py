@@ -52,7 +52,7 @@ def _missing(one: Mapping[str, Any]) -> list[str]:
     text = one["text"]
     said = f"Not declared, and the records ask for it: chi-square {text['chi_square']} for {one['dof']}, "
     said += f"{text['share_percent']} % of what they hold beyond noise{cell(text['apart'])}. "
-    said += f"To declare it, at the end of `{text['file']}`:"
+    said += f"To declare it, {text['where']}:"
     heading = f"## Not declared: {cell(one['words'])}"
     return [heading, own_table(one["rows"]).markdown(), said, f"```toml\n{one['toml']}```"]
 

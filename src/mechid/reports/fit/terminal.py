@@ -124,7 +124,7 @@ def _print_missing(data: Mapping[str, Any], console: Console) -> None:
         said = f"{one['name']}: {one['words']}; not declared, found (chi-square {text['chi_square']} for {one['dof']})"
         say(console, said, "bold")
         own_table(one["rows"]).print(console)
-        say(console, f"To declare it, at the end of {text['file']}:")
+        say(console, f"To declare it, {text['where']}:")
         for line in one["toml"].strip().splitlines():
             say(console, f"    {line}" if line else "")
         console.print()

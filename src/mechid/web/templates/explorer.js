@@ -3,7 +3,7 @@
 // the newest turn of a knob waits, those before it are dropped: a picture is never older than one simulation.
 
 const at = (id) => document.getElementById(id);
-const knobs = new Map([...document.querySelectorAll(".knob")].map((row) => [row.dataset.name, row]));
+const knobs = new Map();
 const SETTLED_MS = 150, waiting = [], latencies = [];
 const ARROWS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
 const pending = new Map(); // values asked for and not yet answered
@@ -62,7 +62,7 @@ function draggedFine(event, name) {
   document.addEventListener("mouseup", () => document.removeEventListener("mousemove", moved), { once: true });
 }
 
-for (const [name, row] of knobs) {
+function joined(name, row) {
   const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
   range.addEventListener("pointerdown", () => { grip += 1; });
   range.addEventListener("mousedown", (event) => draggedFine(event, name));
@@ -80,6 +80,14 @@ for (const [name, row] of knobs) {
     ask({ do: "free", name, is: event.target.checked });
   });
 }
+
+// A fit that adds terms to the mechanism brings rows of its own.
+function joinedAll() {
+  knobs.clear();
+  for (const row of document.querySelectorAll(".knob")) knobs.set(row.dataset.name, row);
+  for (const [name, row] of knobs) joined(name, row);
+}
+joinedAll();
 
 const effects = new Map([...document.querySelectorAll(".effect-named")].map((row) => [row.dataset.effect, row]));
 for (const [name, row] of effects) {
@@ -232,6 +240,7 @@ function printed() {
   const before = state;
   state = JSON.parse(wire.page_state);
   remembered();
+  if (state.groups) { at("groups").innerHTML = state.groups; pending.clear(); joinedAll(); }
   for (const [name, now] of Object.entries(state.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
   for (const [name, row] of knobs) printedLimit(row, state.limited[name]);
   for (const [name, isOn] of Object.entries(state.effects)) printedEffect(effects.get(name), isOn);
