@@ -19,7 +19,8 @@ def bench_of(handed, changes):
     names = [n for n, d in mechanism.plant.declarations.items() if n.split(".")[0] in stand and not d.structural]
     sigma = [RELATIVE * abs(mechanism.value(name)) for name in (*names, *MOVED)]
     covariance = np.diag(np.square(sigma))
-    return replace(handed, mechanism=mechanism, names=(*names, *MOVED), covariance=covariance, folder=None)
+    alone = replace(handed.fit, folder=None, campaign=None)  # its records are of another bench
+    return replace(handed, mechanism=mechanism, names=(*names, *MOVED), covariance=covariance, fit=alone)
 
 
 def stage_response(stages, hertz):
