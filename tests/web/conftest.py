@@ -78,12 +78,6 @@ def served(source):
 
 
 @pytest.fixture(scope="session")
-def serve():
-    """Return what serves an explorer of a source from a thread, as a context that gives its address."""
-    return served
-
-
-@pytest.fixture(scope="session")
 def address(source):
     with served(source) as found:
         yield found
@@ -126,6 +120,14 @@ def lacking(campaign, whole):
         source="made up", values=values, sigmas={}, summary=summary, records=campaign.records, mechanism=begun
     )
     return Source(written, workers=1), estimate
+
+
+@pytest.fixture(scope="session")
+def following(lacking, tmp_path_factory):
+    """Yield the address of an explorer that follows a run elsewhere, and the journal of that run, not begun yet."""
+    path = tmp_path_factory.mktemp("elsewhere") / "journal.jsonl"
+    with served(replace(lacking[0], journal=path)) as found:
+        yield found, path
 
 
 @pytest.fixture(scope="session")

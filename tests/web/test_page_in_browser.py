@@ -2,7 +2,6 @@
 
 import threading
 import time
-from dataclasses import replace
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -476,30 +475,29 @@ def test_the_switch_of_an_effect_moves_the_curves_at_once_and_undo_takes_it_back
     assert faults(browser) == []
 
 
-def test_terms_that_a_fit_elsewhere_added_get_sliders(browser, lacking, whole, serve, tmp_path, monkeypatch):
+def test_terms_that_a_fit_elsewhere_added_get_sliders(browser, following, lacking, whole, monkeypatch):
     """Truth: the mechanism that the records are of. The fit's estimate is made up, its journal is a real one."""
-    source, estimate = lacking
+    (address, path), (_, estimate) = following, lacking
     monkeypatch.setattr("mechid.web.session.read_estimated", lambda path, campaign: estimate)
-    journal = Journal.opened(tmp_path / "journal.jsonl", {})
-    with serve(replace(source, journal=tmp_path / "journal.jsonl")) as address:
-        opened(browser, address)
-        assert not browser.execute_script("return mechid.knobs.has(arguments[0])", DETENT[0])
-        until(browser, "return Boolean(mechid.state().run)")
-        (tmp_path / "estimate.json").write_text("{}")
-        journal.note("finished", outcome="converged", message="")
-        until(browser, "return mechid.knobs.has(arguments[0])", DETENT[0])
-        idle(browser)
-        row = browser.find_element("css selector", f'.knob[data-name="{DETENT[0]}"]')
-        assert float(row.find_element("css selector", "[type=number]").get_attribute("value")) == whole.value(DETENT[0])
-        assert told(browser)["records"][0]["ratio"] == pytest.approx(1.0, abs=0.05)
-        asked(browser, do="turn", name=DETENT[0], value=0.0)
-        assert told(browser)["records"][0]["ratio"] > 2.0
-        browser.execute_script("document.getElementById(arguments[0]).focus()", f"range-{DETENT[0]}")
-        idle(browser)
-        assert told(browser)["hand"] == DETENT[0]
-        browser.refresh()
-        until(browser, "return window.mechid && mechid.knobs.has(arguments[0])", DETENT[0])
-        assert faults(browser) == []
+    journal = Journal.opened(path, {})
+    opened(browser, address)
+    assert not browser.execute_script("return mechid.knobs.has(arguments[0])", DETENT[0])
+    until(browser, "return Boolean(mechid.state().run)")
+    path.with_name("estimate.json").write_text("{}")
+    journal.note("finished", outcome="converged", message="")
+    until(browser, "return mechid.knobs.has(arguments[0])", DETENT[0])
+    idle(browser)
+    row = browser.find_element("css selector", f'.knob[data-name="{DETENT[0]}"]')
+    assert float(row.find_element("css selector", "[type=number]").get_attribute("value")) == whole.value(DETENT[0])
+    assert told(browser)["records"][0]["ratio"] == pytest.approx(1.0, abs=0.05)
+    asked(browser, do="turn", name=DETENT[0], value=0.0)
+    assert told(browser)["records"][0]["ratio"] > 2.0
+    browser.execute_script("document.getElementById(arguments[0]).focus()", f"range-{DETENT[0]}")
+    idle(browser)
+    assert told(browser)["hand"] == DETENT[0]
+    browser.refresh()
+    until(browser, "return window.mechid && mechid.knobs.has(arguments[0])", DETENT[0])
+    assert faults(browser) == []
 
 
 def test_hostile_titles_columns_and_paths_show_as_text(browser, address, source):
