@@ -1,4 +1,4 @@
-"""What a finished fit is worth: its records predicted and judged, and hypotheses side by side.
+"""Judgement of a finished fit: its records predicted and judged, and hypotheses side by side.
 
 `validate` judges every record of a fit, `compare` sets finished fits of the same records against each other. The names
 here load what they need when they are first used: a comparison needs no simulator.

@@ -1,4 +1,4 @@
-"""Whether a residual is no larger than its record's noise: judged by how many independent samples it is worth."""
+"""Test of a residual against its record's noise, by the number of independent samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of the noise of a channel by itself, and on what that rests."""
+"""Noise level of a channel as known without a model, and its evidence."""
 
 from __future__ import annotations
 

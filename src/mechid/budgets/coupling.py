@@ -1,4 +1,4 @@
-"""How much the structure's motion changes the torque: the criterion, and the two-way joined model.
+"""Effect of the structure's motion on the torque: the criterion, and the two-way joined model.
 
 One-way, the torque of a held base goes through the transfer function. It suffices where the driving-point
 receptance R times the mechanism's dynamic stiffness K is small, since the torque on a moving base is

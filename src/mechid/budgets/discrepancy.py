@@ -1,4 +1,4 @@
-"""What the model misses beyond noise, on records it was not fitted to: overall, and line by line."""
+"""Model error beyond noise on held-out records: overall, and line by line."""
 
 from __future__ import annotations
 

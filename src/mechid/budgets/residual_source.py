@@ -1,4 +1,4 @@
-"""What the model lacks, as a source of its own: the lines and the density that the fit left of the bench's records.
+"""Residual of the bench's records as a disturbance source: its lines and its spectral density.
 
 At a rate that flies, a line's amplitude is the root mean square over the bench's rates near it, noise subtracted, and
 none where noise alone would make as much. Its phase is not known. So it is a complex Gaussian of that size, with the

@@ -1,4 +1,4 @@
-"""What the bench measured beside the drive torque, and how it reaches the structure."""
+"""Forces and moments measured beside the drive torque, and how they reach the structure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How steady a mode's motions are, in numbers and words: transients, several motions at a rate, none that repeats."""
+"""Steadiness of a mode's motions in numbers and words: transients, several motions at a rate, none that repeats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How good a design is: one number, the logarithm of a standard error, the smaller the better.
+"""Criterion of a design: one number, the logarithm of a standard error, the smaller the better.
 
 D is the geometric mean of the standard errors along the axes of the confidence ellipsoid, A their root mean square
 over the parameters, E the largest in any direction; or the standard error of one parameter (Pukelsheim, Optimal Design

@@ -1,4 +1,4 @@
-"""What `mechid design` takes from a diagnosis: the effects that it names, and their rivals."""
+"""Effects and their rivals that `mechid design` reads from a diagnosis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What identify would report of records not yet taken: the standard error of every parameter."""
+"""Predicted standard error of every parameter for records not yet taken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How clearly further records would tell rival explanations apart.
+"""Separation of rival explanations by further records.
 
 Where one rival is true, the other one's free parameters, and all the mechanism's own, adjust to what was measured
 before and to the new records together. What they leave is, to first order, the distance of what the true one makes

@@ -1,4 +1,4 @@
-"""Whether a record keeps what its derivatives promise: draws around a mechanism, simulated again.
+"""Validity of a record's derivatives: draws around a mechanism, simulated again.
 
 A long record of many stick/slips can be full of information on paper, and yet a stick/slip that falls the other way
 within a standard error makes its likelihood jump: a fit then ends at a cliff, and its errors are local only.

@@ -1,4 +1,4 @@
-"""What mechid's kernel gives under the commands of a handover's records, to hold others' results against."""
+"""Reference outputs of mechid's kernel under the commands of a handover's records."""
 
 from __future__ import annotations
 

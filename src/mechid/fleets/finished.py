@@ -1,4 +1,4 @@
-"""Whether a folder holds the finished fit of a campaign as it is now, by the digests of all that the fit rests on."""
+"""Check that a folder holds the finished fit of a campaign as it is now, by digests of all inputs of the fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the mechanism file lacks."""
+"""Public function that diagnoses a finished fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a model follows a measured series: stretch by stretch, beside how much there is to follow."""
+"""Test of a model against a measured series, stretch by stretch."""
 
 from __future__ import annotations
 

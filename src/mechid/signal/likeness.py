@@ -1,4 +1,4 @@
-"""How alike two series are by their spectra: phases, offsets and small shifts of time do not count."""
+"""Spectral distance of two series: phases, offsets and small shifts of time do not count."""
 
 from __future__ import annotations
 

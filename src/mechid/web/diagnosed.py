@@ -1,4 +1,4 @@
-"""What a diagnosis says of a campaign, read from its result folder, and the mechanism that it proposes."""
+"""Diagnosis of a campaign, read from its result folder, and the mechanism that it proposes."""
 
 from __future__ import annotations
 

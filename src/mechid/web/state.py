@@ -1,4 +1,4 @@
-"""What one tab has set: the knobs' values, which of them a fit may move, and the way back."""
+"""State of one tab: the knobs' values, which of them a fit may move, and the way back."""
 
 from __future__ import annotations
 

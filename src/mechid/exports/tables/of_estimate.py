@@ -1,4 +1,4 @@
-"""What a fit says, as tables: parameters, their covariance, records, provenance."""
+"""Tables of a fit: parameters, their covariance, records, provenance."""
 
 from __future__ import annotations
 

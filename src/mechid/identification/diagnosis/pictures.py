@@ -1,4 +1,4 @@
-"""What the pages of a diagnosis draw: where each effect acts, spectra of what is left, the worst stretch in time.
+"""Data of a diagnosis' figures: where each effect acts, spectra of the residual, its worst stretch.
 
 The share of an effect is the output of the model with all effects less that of the model without this one, each fitted:
 what no other parameter can imitate. Both are models, so that it holds no noise. As elsewhere in reports a residual is

@@ -1,4 +1,4 @@
-"""What the journal of an identification says of its stages: a line as each ends, and one for the end."""
+"""Journal lines of an identification: one as each stage ends, and one for the end."""
 
 from __future__ import annotations
 

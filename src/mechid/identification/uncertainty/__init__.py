@@ -1,1 +1,1 @@
-"""What records tell of each parameter: its visibility, noise, covariances and standard errors, and where these hold."""
+"""Uncertainty of the parameters: visibility, noise, covariances and standard errors, and where these hold."""

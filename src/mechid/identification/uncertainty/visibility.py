@@ -1,4 +1,4 @@
-"""What records cannot show: parameters that change no sample, and motion too chaotic to predict."""
+"""Visibility of parameters in the records: those that change no sample, and motion too chaotic to predict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the report shows beyond the terminal: dependence, information by record, resonances, how records were driven."""
+"""Details of the report: dependence, information by record, resonances, how records were driven."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a residual beside its record's noise: one judgement in one set of words, wherever it is shown."""
+"""Words on a residual against its record's noise: one judgement, wherever it is shown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a record was used for, in a word and in a sentence: also of one that the fit left out against its file."""
+"""Use of a record in a word and in a sentence, also of one that the fit left out against its file."""
 
 from __future__ import annotations
 
