@@ -101,6 +101,8 @@ class Extension:
         unit and symbols. An amplitude stands for both parts of its pair; what is left out stays at its null.
     grown : bool
         Whether it is among those that are freed from nothing where plain growth stalls; too many of them spoil it.
+    rarer : bool
+        Whether it is freed only where the usual ones do not suffice.
     """
 
     name: str
@@ -111,6 +113,7 @@ class Extension:
     structure: Mapping[str, sp.Expr] = field(default_factory=dict)
     widths: Mapping[str, sp.Expr] = field(default_factory=dict)
     grown: bool = True
+    rarer: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

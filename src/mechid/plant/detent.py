@@ -18,7 +18,9 @@ WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
 ORDERS = (1, 2, 4, 8, 12, 16)
 """Periods of a detent per electrical period that are looked for where a file lacks one."""
-FURTHER_ORDERS = (3, 5, 6, 7, 10)
+RARER_ORDERS = (3, 5, 6, 7)
+"""Those that are looked for where the others do not suffice."""
+FURTHER_ORDERS = (10,)
 """Those that a finished fit is asked for too."""
 
 
@@ -104,8 +106,9 @@ def extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, 
             order=order,
             structure={"period_deg": 720 / (p * order)},
             widths={"amplitude": Float(0.02) * holding},
-            grown=order in ORDERS,
+            grown=order in (*ORDERS, *RARER_ORDERS),
+            rarer=order in RARER_ORDERS,
         )
-        for order in (*ORDERS, *FURTHER_ORDERS)
+        for order in (*ORDERS, *RARER_ORDERS, *FURTHER_ORDERS)
         if order not in orders
     )

@@ -19,7 +19,8 @@ NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
 ERROR = "gear.kinematic_error"
 ERROR_ORDERS = (1, 2, 4)
 """Harmonics of the kinematic error, per turn of the input, that are looked for where a file lacks one."""
-FURTHER_ERROR_ORDERS = (3, 5, 6, 8)
+RARER_ERROR_ORDERS = (3,)
+FURTHER_ERROR_ORDERS = (5, 6, 8)
 """Those that a finished fit is asked for too."""
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
 
@@ -91,7 +92,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
 
 def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the kinematic error that may be there beside."""
-    listed = (*ERROR_ORDERS, *FURTHER_ERROR_ORDERS)
+    listed = (*ERROR_ORDERS, *RARER_ERROR_ORDERS, *FURTHER_ERROR_ORDERS)
     return tuple(_error_extension(order) for order in listed if order not in orders)
 
 
@@ -104,7 +105,8 @@ def _error_extension(order: int) -> Extension:
         order=order,
         structure={"order": Integer(order)},
         widths={"amplitude": Float(1e-4)},
-        grown=order in ERROR_ORDERS,
+        grown=order in (*ERROR_ORDERS, *RARER_ERROR_ORDERS),
+        rarer=order in RARER_ERROR_ORDERS,
     )
 
 

@@ -34,11 +34,14 @@ class Term:
         What the effect is, in a plain phrase for a report.
     widths : mapping of str to float
         Its parameters that are free, by dotted name, and the standard deviation of each about its null value.
+    rarer : bool
+        Whether it is looked for only where the usual ones do not suffice.
     """
 
     name: str
     words: str
     widths: Mapping[str, float]
+    rarer: bool = False
 
 
 @dataclass(frozen=True)
@@ -145,11 +148,21 @@ def superset_of(
     grown_only: bool = False,
     only: Collection[str] | None = None,
     further: Sequence[Extension] = (),
+    tables: Collection[str] = (),
 ) -> Superset | None:
     """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
 
-    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`), with `only` of those named;
-    with `further` of some beside those that its blocks list.
+    Parameters
+    ----------
+    mechanism : Mechanism
+    grown_only : bool
+        Of the terms alone that growth frees from nothing (`Extension.grown`).
+    only : collection of str or None
+        Of those named.
+    further : sequence of Extension
+        Beside those that its blocks list.
+    tables : collection of str
+        Optional tables that its mechanism has in any case, with their defaults.
     """
     layout = mechanism.plant.layout
     if layout is None:
@@ -165,7 +178,7 @@ def superset_of(
     for extension in extensions:
         places.append(_place(orders, extension))
     laws = {**layout.laws, **{e.table: e.law for e in extensions if e.law}}
-    wide = replace(layout, orders=orders, laws=laws, tables=layout.tables | _optional(extensions))
+    wide = replace(layout, orders=orders, laws=laws, tables=layout.tables | _optional(extensions) | frozenset(tables))
     values = {
         f"{place}.{key}": float(e.subs(mechanism.by_symbol))
         for place, extension in zip(places, extensions, strict=True)
@@ -173,6 +186,14 @@ def superset_of(
     }
     terms = _joined(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
     return Superset(_laid_out(mechanism, wide, values), terms)
+
+
+def with_tables(mechanism: Mechanism, tables: Collection[str]) -> Mechanism:
+    """Return a mechanism that has some optional tables too, with their defaults; itself where it has them all."""
+    layout = mechanism.plant.layout
+    if layout is None or layout.tables >= set(tables):
+        return mechanism
+    return _laid_out(mechanism, replace(layout, tables=layout.tables | set(tables)), {})
 
 
 def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Extension]:
@@ -328,7 +349,7 @@ def _joined(terms: Iterable[Term]) -> tuple[Term, ...]:
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
     widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
     words = extension.words.format(**_shape(mechanism, extension))
-    return Term(_name(mechanism, extension), words, widths)
+    return Term(_name(mechanism, extension), words, widths, extension.rarer)
 
 
 def _name(mechanism: Mechanism, extension: Extension) -> str:

@@ -9,7 +9,7 @@ from little_memory import little_memory  # noqa: F401
 from mechid.analysis import validate
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.search.first_moments import first_residual, first_window
-from mechid.identification.search.gates import gate_window, horizon, least_horizons
+from mechid.identification.search.horizons import gate_window, horizon, least_horizons
 from mechid.identification.search.settings import SEARCH
 from mechid.signal.stored import Stored, room_of
 from synthetic import bench, displaced, truth, with_leading

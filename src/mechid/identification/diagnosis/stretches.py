@@ -18,7 +18,8 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.steps import add_effects, add_law, drop_effects, exchanged_models
 from mechid.identification.effects.selection import add_likeliest
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
-from mechid.identification.search.gates import Growth, followed_samples, grow_horizons, least_horizons
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.horizons import followed_samples, least_horizons
 from mechid.identification.search.multistart import best_start
 from mechid.identification.uncertainty.noise_levels import noise_levels
 from mechid.plant.superset import rivals_of

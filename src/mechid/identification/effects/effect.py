@@ -58,7 +58,8 @@ class AddedTerms:
 def add_terms(superset: Superset, names: Collection[str]) -> AddedTerms:
     """Return a mechanism with some terms of its superset free."""
     new = {name: term for name, term in superset.term_of.items() if term in names}
-    return AddedTerms(superset.freeing(names), superset.widths, new)
+    widths = {name: width for term in superset.terms if term.name in names for name, width in term.widths.items()}
+    return AddedTerms(superset.freeing(names), widths, new)
 
 
 def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:

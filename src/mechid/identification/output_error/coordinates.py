@@ -212,7 +212,7 @@ class Coordinates:
         return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
 
     def unknown_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
-        """Return what each mean adds to the score where it is off by its standard deviation, (n,).
+        """Return what each mean that no record tells adds to the score where it is off by its standard deviation, (n,).
 
         With it come the degrees of freedom by which that is known. The estimate moves by (J^T J)^-1 times it.
         """
@@ -221,6 +221,7 @@ class Coordinates:
         return [
             (_mean_slope(mean, slope) * mean.unknown([values[n] for n in mean.own]) / mean.sigma**2, len(mean.own) - 1)
             for mean in self.means
+            if not mean.is_told
         ]
 
     def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:

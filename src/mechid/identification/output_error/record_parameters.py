@@ -13,7 +13,7 @@ from mechid.campaign.campaign import CLOCK, TIME_OFFSET
 from mechid.command.timing import PPM
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target
-from mechid.parameter import Parameter
+from mechid.parameter import Parameter, Role
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
 
@@ -50,13 +50,17 @@ class Mean:
     own : tuple of str
         The records' values of it.
     sigma : float
-        What the mean is held to it by, in the file's unit: so small that the search never trades it for anything. How
-        far the mean may truly be from it is `unknown`.
+        What the mean is held to it by, in the file's unit. Where nothing tells it, as of supplies, so small that the
+        search never trades it for anything; how far the mean may truly be from it is `unknown`.
+    is_told : bool
+        Whether the records tell the mean: a known inertia shows a gain that all records share. It is then held as
+        loosely as one value is.
     """
 
     of: str
     own: tuple[str, ...]
     sigma: float
+    is_told: bool = False
 
     def unknown(self, values: Sequence[float]) -> float:
         """Return the standard deviation of the true mean from the mechanism's value, known by len(own) - 1 degrees.
@@ -73,5 +77,6 @@ def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
         by_name.setdefault(p.replaces, []).append(p)
     for name, own in by_name.items():
         if len(own) == len(targets) > 1:
-            sigma = PROBLEM.mean_within * min(p.sigma for p in own if p.sigma)
-            yield Mean(name, tuple(p.name for p in own), sigma)
+            sigma, is_told = min(p.sigma for p in own if p.sigma), own[0].declaration.role is Role.TRANSDUCER_GAIN
+            within = 1.0 if is_told else PROBLEM.mean_within
+            yield Mean(name, tuple(p.name for p in own), within * sigma, is_told)

@@ -22,7 +22,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import samples_until
-from mechid.identification.search.gates import followed_samples
+from mechid.identification.search.horizons import followed_samples
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.trend import fit_line
 from mechid.units import unit_words

@@ -17,7 +17,7 @@ from mechid.identification.output_error.noise_level import NoiseLevel, NoiseSour
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
 from mechid.identification.result.record_result import ChannelFit, RecordFit
-from mechid.identification.search.gates import chance_limit_of, followed_samples
+from mechid.identification.search.horizons import chance_limit_of, followed_samples
 from mechid.signal.following import following, out_of_step
 from mechid.signal.moments import norm
 from mechid.signal.remainder import Remainder

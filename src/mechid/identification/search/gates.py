@@ -10,30 +10,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import chdtri
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.output_error.identity import identity
-from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import (
     Horizons,
     Lifted,
     grow_from_records_at_rest,
-    motion_begins,
     restart_records,
 )
+from mechid.identification.search.horizons import followed_samples, horizon, horizons_at, least_horizons
+from mechid.identification.search.leaps import leap, retreat
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, solve
-from mechid.signal.series import stretch_of
-from mechid.signal.stored import Room, room_for
-from mechid.signal.trend import Line, fit_line
 
 
 @dataclass(frozen=True)
@@ -50,139 +46,6 @@ class Growth:
         return sum(self.horizons.values()) / sum(t.samples for t in problem.targets)
 
 
-def least_horizons(problem: Problem) -> Horizons:
-    """Return the least horizon of each record, past its burn-in: 15 ms, or one window past the first motion."""
-    return {t.name: _floor(t) for t in problem.targets}
-
-
-def _floor(target: Target) -> int:
-    """Return the least horizon by the channel that moves first."""
-    rate = target.base.sample_rate_hz
-    least, window = max(int(SEARCH.floor_s * rate), 8), max(int(SEARCH.gate_window_s * rate), 4)
-    return min(max(target.burn_in + least, motion_begins(target) + window), target.samples)
-
-
-def horizon(
-    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = SEARCH.diverged_at
-) -> int:
-    """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them.
-
-    It follows up to the first window whose mean square exceeds `most`, in sigmas squared, in any channel.
-
-    What is projected out is fitted up to the gate and continued: as an offset alone, which tells little of
-    a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
-    """
-    window = gate_window(target)
-    traces = [_Trace(channel, room_for(target.samples), most) for channel in target.channels]
-    tested = 0
-    for piece in Misfit(problem.model, target, q, (0, target.samples), block=SEARCH.short_block):
-        for k, trace in enumerate(traces):
-            trace.take(piece, k)
-        if not all(np.isfinite(trace.residual[piece.stop - 1 : piece.stop][0]) for trace in traces):
-            break
-        if piece.stop < gate and piece.stop < target.samples:
-            continue
-        if not tested:
-            for trace in traces:
-                trace.begin(min(gate, piece.stop))
-        whole = (piece.stop - tested) // window
-        good = min(trace.follows(tested, whole, window) for trace in traces)
-        tested += good * window
-        if good < whole:
-            break
-    else:
-        return target.samples
-    return max(min(tested, 2 * gate), floor)
-
-
-@dataclass
-class _Trace:
-    """Residual of a channel on its way, n samples in sigmas, and what may be projected out of it."""
-
-    channel: TargetChannel
-    residual: Room
-    most: float
-    lines: list[Line] = field(default_factory=list)
-
-    def take(self, piece: Piece, k: int) -> None:
-        """Add what is left of the channel, which is the k-th, over a piece."""
-        self.residual[piece.first : piece.stop] = piece.residual(k) / self.channel.sigma
-
-    def begin(self, samples: int) -> None:
-        """Fit what is projected out, without drift and with it where that may be."""
-        rejected = self.channel.rejected_within((0, samples))
-        terms = range(1, self.channel.linear + 1)
-        begun, turns = stretch_of(self.residual, 0, samples), self.channel.turns
-        self.lines = [fit_line(begun, n, rejected) for n in terms] or [Line()]
-        self.lines += [fit_line(begun, n, rejected, turns) for n in terms or [0]] if turns else []
-
-    def follows(self, first: int, whole: int, window: int) -> int:
-        """Return how many windows in a row from `first` on the model follows, of so many; keep what followed all."""
-        good = [self._good_windows(line, first, whole * window, window) for line in self.lines]
-        self.lines = [line for line, count in zip(self.lines, good, strict=True) if count == whole]
-        return max(good)
-
-    def _good_windows(self, line: Line, first: int, samples: int, window: int) -> int:
-        step = max(SEARCH.block // window, 1) * window
-        for start in range(first, first + samples, step):
-            stop = min(start + step, first + samples)
-            off = self.residual[start:stop] - line.at(start, stop)
-            off[self.channel.rejected_within((start, stop))] = 0.0
-            bad = np.flatnonzero(np.mean(off.reshape(-1, window) ** 2, axis=1) > self._limit)
-            if bad.size:
-                return (start - first) // window + int(bad[0])
-        return samples // window
-
-    @property
-    def _limit(self) -> float:
-        """Mean square that is no chance: rounding alone may stand at 3 of its variances for as long as it likes."""
-        return max(self.most, SEARCH.diverged_at * (self.channel.rounding / self.channel.sigma) ** 2)
-
-
-def followed_samples(problem: Problem, target: Target, q: FloatArray, *, most: float = SEARCH.diverged_at) -> int:
-    """Return how many samples the model at `q` follows, whatever comes after."""
-    gate = _floor(target)
-    while True:
-        found = horizon(problem, target, q, gate, 0, most=most)
-        if found <= gate or found == target.samples:
-            return found
-        gate = found
-
-
-def horizons_at(
-    problem: Problem,
-    q: FloatArray,
-    gates: Mapping[str, int],
-    least: Mapping[str, int],
-    *,
-    most: float = SEARCH.diverged_at,
-) -> Horizons:
-    """Return the horizon of every record at `q`."""
-    return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
-
-
-def unfollowed_records(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
-    """Return the records that are not followed to their ends at `q`."""
-    whole = {t.name: t.samples for t in problem.targets}
-    found = horizons_at(problem, q, whole, least_horizons(problem), most=most)
-    return [name for name, n in whole.items() if found[name] < n]
-
-
-def chance_limit(problem: Problem) -> float:
-    """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
-    return chance_limit_of(min(map(gate_window, problem.targets)))
-
-
-def chance_limit_of(samples: float) -> float:
-    """Return a mean square of so many independent samples that is exceeded once in 1e9 times, in sigmas squared."""
-    return float(chdtri(samples, 1e-9)) / samples
-
-
-def gate_window(target: Target) -> int:
-    """Return how many samples a target's windows have, 5 ms of them."""
-    return max(int(SEARCH.gate_window_s * target.base.sample_rate_hz), 4)
-
-
 def grow_horizons(
     problem: Problem,
     q: FloatArray,
@@ -191,9 +54,29 @@ def grow_horizons(
     *,
     most: float = SEARCH.diverged_at,
     escapes: float = math.inf,
+    leaps: int = 0,
     journal: Journal | None = None,
 ) -> Growth:
-    """Grow all horizons from where `q` follows until all records are complete, or so many escapes do not help."""
+    """Grow all horizons from where `q` follows until all records are complete, or until it stalls for good.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,)
+        Where the growth begins.
+    rng : Generator
+        Of the escapes' draws.
+    progress : callable
+        Called with the point and its horizons after each round.
+    most : float
+        Mean square residual of a window that still counts as followed, in sigmas squared.
+    escapes : float
+        Escapes at most; after one that does not help the growth ends.
+    leaps : int
+        Times that a stalled growth tries a leap, then a retreat, before an escape.
+    journal : Journal or None
+        Where rounds are noted, and taken from if they are there already.
+    """
     if problem.anchored is not problem:
 
         def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
@@ -213,7 +96,18 @@ def grow_horizons(
             return Growth(q, gates, True, rounds)
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
         furthest = max(furthest, sum(gates.values()))
-        if stalled >= SEARCH.patience or (settled and gates == before):
+        halted = settled and gates == before
+        if leaps > 0 and (halted or stalled):
+            leaps -= 1
+            past = _past_stall(done, own, (problem, q, gates, least, most), furthest)
+            if past is not None:
+                q, gates = past
+                progress(q, gates)
+                if gates == whole:
+                    return Growth(q, gates, True, rounds)
+                stalled, furthest = 0, sum(gates.values())
+                continue
+        if halted or stalled >= SEARCH.patience:
             escapes -= 1
             work = partial(_escape, problem, q, gates, least, rng, most)
             escaped = done.step("escape", [own, q, gates], work, rng) if escapes >= 0 else None
@@ -222,6 +116,17 @@ def grow_horizons(
             q, gates = escaped
             stalled = 0
     return Growth(q, gates, False, SEARCH.rounds)
+
+
+def _past_stall(
+    done: Journal, own: list[object], at: tuple[Problem, FloatArray, Horizons, Horizons, float], furthest: int
+) -> tuple[FloatArray, Horizons] | None:
+    """Return where a leap, or else a retreat, leads beyond the furthest that was followed; None where neither does."""
+    for name, move in (("leap", leap), ("retreat", retreat)):
+        found = done.step(name, [own, *at[1:3]], partial(move, *at))
+        if found is not None and sum(found[1].values()) > furthest:
+            return found[0], found[1]
+    return None
 
 
 def _followed_at(problem: Problem, q: FloatArray, least: Horizons, most: float) -> Horizons:

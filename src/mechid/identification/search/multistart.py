@@ -24,7 +24,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
+from mechid.identification.output_error.reduction import Triangle, absorb, combine_triangles, without_projected_rows
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import (
@@ -218,11 +218,27 @@ def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candi
             yield candidate
 
 
-def refine(problem: Problem, candidate: Candidate, steps: int, windows: Windows = NO_WINDOWS) -> Candidate:
-    """Return a candidate after some robust trust-region steps over the first windows, or over others by name."""
+def refine(
+    problem: Problem, candidate: Candidate, steps: int, windows: Windows = NO_WINDOWS, *, priors: bool = False
+) -> Candidate:
+    """Return a candidate after some robust trust-region steps over the first windows, or over others by name.
+
+    With `priors` these count too, in the cost as well: what is wanted small stays small.
+    """
+
+    def cost_norm(q: FloatArray) -> float:
+        away = problem.coordinates.prior_rows(q)[0] if priors else ()
+        return math.sqrt(
+            capped_costs(problem, [q], targets=problem.targets, windows=windows)[0] + np.sum(np.square(away))
+        )
+
+    def triangle(q: FloatArray) -> Triangle:
+        alone = robust_triangle(problem, q, windows)
+        return combine_triangles([alone, *problem.prior_triangles(q)]) if priors else alone
+
     found = descend(
-        lambda q: math.sqrt(capped_costs(problem, [q], targets=problem.targets, windows=windows)[0]),
-        lambda q: robust_triangle(problem, q, windows),
+        cost_norm,
+        triangle,
         candidate.q,
         (problem.coordinates.lower, problem.coordinates.upper),
         steps=steps,

@@ -27,6 +27,9 @@ class SearchSettings:
     """Robust solver steps of a start that was not good enough after the first ones."""
     robust_sigmas: float = 20.0
     """Residual at which the soft loss bends, in sigmas."""
+    explained: float = 1.1
+    """Robust cost a sample, in sigmas squared, below which a start explains the first moments: with the missing effect
+    free 0.97 to 1.1 is left, without it 2 to 25 (docs/identification.md)."""
     first_window_s: float = 0.06
     """Part of each record in which starts are judged."""
 
@@ -55,6 +58,31 @@ class SearchSettings:
     standard errors from 20 % off (docs/identification.md, Starts)."""
     run_up_s: float = 0.3
     """Shortest time of that run-up; found with it."""
+
+    # Leaps and retreats of a stalled growth. With these a prototype followed 16 of 16 benches of another generator.
+
+    leap_horizons: int = 8
+    """Times its horizon that a leap looks at a record."""
+    leap_windows: int = 100
+    """Windows behind the horizon that it looks at, at least."""
+    leap_lost: float = 0.6
+    """Share of these that may be lost."""
+    leap_gain: float = 1.02
+    """Times as many samples as before that a leap has to count."""
+    leap_fits: int = 4
+    """Fits of one leap: each leaves out what is then not followed."""
+    leap_steps: int = 4
+    """Steps of such a fit."""
+    leap_tolerance: float = 1e-5
+    """Relative fall of the cost at which it stops."""
+    leap_offset: int = 4
+    """Windows, at least, whose median is the offset of a record while a leap is judged."""
+    retreats: tuple[float, ...] = (0.9, 0.6)
+    """Shares of their horizons within which the unfinished records count in a retreat."""
+    retreat_steps: int = 8
+    """Steps of a retreat."""
+    retreat_tolerance: float = 1e-7
+    """Relative fall of the cost at which these stop."""
 
     # Bounds of time and memory, and of rounding.
 

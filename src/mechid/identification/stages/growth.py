@@ -34,12 +34,13 @@ from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.departure import departure
+from mechid.identification.stages.ladder import FIRST_MOMENTS, Climb, climb_ladder
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import (
     accept_at_raised_noise,
     fit_with_terms,
+    grow_from_fitted,
     grow_other_laws,
-    grow_with_terms,
 )
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_levels_of_residuals
@@ -54,19 +55,19 @@ def searched(
 
     Without patience it is that from the best start of all, of the mechanism as written, or with added terms.
     """
-    found = _candidates(watch, state, seed)
+    drawn: list[FloatArray] = []
+    found = _candidates(watch, state, seed, drawn)
     best = next(found, None)
     state = state.at(best.q) if best else state
     state = watch.close(state, "multi-start", names, best.cost if best else math.inf, SEARCH.points)
     if best is None:
         return state, None
     growth = _grown_first(watch, state, best, seed)
-    if not growth.complete:
-        wider = grow_with_terms(watch, state, campaign, best.q, seed)
-        if wider is not None:
-            state, growth = wider
-        elif patient:
-            state, growth = _grown(watch, state, campaign, best, found, growth, seed)
+    climb = climb_ladder(Climb(watch, campaign, seed, state, best, tuple(drawn), growth), FIRST_MOMENTS)
+    if climb.growth is not None and climb.growth.complete:
+        state, growth = climb.state, climb.growth
+    elif patient:
+        state, growth = _grown(watch, state, campaign, best, found, growth, seed)
     state = state.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     if state.before_raised:
@@ -114,7 +115,7 @@ def _grown(
     if otherwise is not None:
         return otherwise
     fitted = fit_with_terms(at_raised[0], campaign, at_raised[1].q) if at_raised[1].complete else None
-    wider = grow_with_terms(watch, state, campaign, at_raised[1].q, seed, fitted) if fitted else None
+    wider = grow_from_fitted(watch, state, fitted, seed) if fitted else None
     if wider is None and not laws_first:
         wider = grow_other_laws(watch, state, campaign, seed)
     if wider is not None:
@@ -233,8 +234,10 @@ def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> Search
     return state.saying(*(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed)))
 
 
-def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candidate]:
-    """Yield refined candidates, the best of all starts first."""
+def _candidates(
+    watch: Watch, state: SearchState, seed: int, drawn: list[FloatArray] | None = None
+) -> Iterator[Candidate]:
+    """Yield refined candidates, the best of all starts first; `drawn` takes the starts as they were before."""
     whole, journal = state.problem, watch.journal
     problem = whole.anchored
 
@@ -242,6 +245,8 @@ def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candida
         watch.tell("multi-start", f"{done} of {total} starts")
 
     starts = multistart(problem, seed, problem.workers, on_progress, journal)
+    if drawn is not None:
+        drawn += [whole.point_from(problem, each.q, whole.start) for each in starts]
     for number, found in enumerate(candidates(problem, starts, problem.workers, journal), 1):
         candidate = replace(found, q=whole.point_from(problem, found.q))
         if number == 1:
@@ -287,7 +292,9 @@ def _growths(
     if len(some) == 1:
         ((number, candidate),) = some
         rng = np.random.default_rng((seed, number))
-        yield grow_horizons(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
+        yield grow_horizons(
+            problem, candidate.q, rng, on_progress[0], escapes=escapes, leaps=STAGES.plain_leaps, journal=journal
+        )
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]

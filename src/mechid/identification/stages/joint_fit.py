@@ -19,7 +19,8 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, chance_limit, grow_horizons, unfollowed_records
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.horizons import chance_limit, unfollowed_records
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, along_cliff, promised_fall, solve
 from mechid.identification.stages.settings import STAGES

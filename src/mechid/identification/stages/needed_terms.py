@@ -18,7 +18,7 @@ from mechid.identification.effects.pruning import Linearisation, linearise
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import unfollowed_records
+from mechid.identification.search.horizons import unfollowed_records
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.superset import superset_of

@@ -33,6 +33,35 @@ class StageSettings:
     most_switches: int = 100_000
     """Switches that are logged where a model leaves a record; the paper's sweep of 60 s has 142."""
 
+    # Effects named by the first moments; a prototype with these followed 16 of 16 benches of another generator.
+
+    prunable: float = 1.5
+    """Robust cost a sample of the first moments, in sigmas squared, up to which effects that are not needed there are
+    dropped: what leaves more of them does not say which are."""
+    law_escapes: int = 2
+    """Escapes of the growth of a law that explains the first moments."""
+    small_escapes: int = 1
+    """Escapes of a growth with few effects free: what stalls it is mostly another effect."""
+    small_leaps: int = 4
+    """Leaps and retreats of a growth with few effects free."""
+    plain_leaps: int = 2
+    """Leaps and retreats of the growth of the mechanism as written."""
+    at_edge: float = 2.0
+    """Standard deviations of its small prior from which a term stands at the edge of it."""
+    wider: float = 4.0
+    """Factor by which that prior is then wider."""
+    delays_help: float = 0.5
+    """Share of what the mechanism as written leaves of the first moments below which delays of the records do: then
+    the laws that a delay imitates are tried first."""
+    law_starts: int = 2
+    """Drawn starts from which laws are tried where the best one does not do."""
+    law_coulomb: float = 0.3
+    """Coulomb friction over static friction where a law of friction begins too."""
+    other_starts: int = 5
+    """Drawn starts from which families are tried where the best one does not do."""
+    freed_steps: int = 5
+    """Steps with more effects free, at the horizons reached, before those not needed are dropped."""
+
     # The others are choices; no benchmark distinguishes values near them.
 
     candidates: int = 12

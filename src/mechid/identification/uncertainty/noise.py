@@ -13,7 +13,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.noise_level import SMALLEST
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.gates import chance_limit_of, gate_window
+from mechid.identification.search.horizons import chance_limit_of, gate_window
 from mechid.identification.uncertainty.covariance import residual, residuals_by_quantity
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal import effective_samples

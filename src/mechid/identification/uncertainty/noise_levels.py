@@ -21,7 +21,8 @@ from mechid.identification.output_error.noise_level import NoiseSource, known_no
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.result.record_result import ChannelFit, RecordFit
-from mechid.identification.search.gates import Growth, followed_samples
+from mechid.identification.search.gates import Growth
+from mechid.identification.search.horizons import followed_samples
 from mechid.identification.uncertainty.covariance import residual, residuals_by_quantity
 from mechid.identification.uncertainty.noise import each_target
 from mechid.identification.uncertainty.settings import NOISE

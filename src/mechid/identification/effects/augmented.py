@@ -1,0 +1,120 @@
+"""A mechanism with terms or a law added, and records with disturbances: what is free of them, and what is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, substitute_law
+from mechid.identification.effects.pruning import groups_of, needed_groups
+from mechid.identification.output_error.problem import Problem, Windows, transfer_values
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import Law, Superset
+
+
+@dataclass(frozen=True, eq=False)
+class AugmentedModel:
+    """A problem in which some effects are free beside the mechanism as written.
+
+    Attributes
+    ----------
+    name : str
+        Of the family of effects.
+    problem : Problem
+    added : AddedTerms
+        Its terms, or its law.
+    disturbances : tuple of Disturbance
+    superset : Superset or None
+        All terms that its mechanism may have; None of a law, and where there are none.
+    """
+
+    name: str
+    problem: Problem
+    added: AddedTerms
+    disturbances: tuple[Disturbance, ...] = ()
+    superset: Superset | None = None
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of its terms, its law and its disturbances."""
+        return (*self.added.terms, *(one.name for one in self.disturbances))
+
+    @property
+    def names_by_effect(self) -> dict[str, tuple[str, ...]]:
+        """Dotted names of the parameters of each term and disturbance; a law cannot be left out and has none here."""
+        terms = {} if self.added.is_law else self.added.names_by_term
+        return terms | {one.name: tuple(p.name for p in one.parameters) for one in self.disturbances}
+
+    def point_of(self, other: AugmentedModel, q: FloatArray) -> FloatArray:
+        """Return a point of another model in this one, (n,): what is new begins at its null value."""
+        return transfer_values(other.problem, q, self.problem)
+
+    def keeping(self, plain: Problem, names: Collection[str], name: str) -> AugmentedModel:
+        """Return the model with some of its effects alone, under another name."""
+        some = [one for one in self.disturbances if one.name in names]
+        if self.added.is_law or self.superset is None:
+            return replace(self, name=name, problem=self.added.problem(plain, some), disturbances=tuple(some))
+        return augment(plain, self.superset, [term for term in self.added.terms if term in names], some, name)
+
+    def needed(self, q: FloatArray, windows: Windows) -> dict[str, float] | None:
+        """Return the effects without which the cost rises by more than k ln N, each with that rise.
+
+        All else is free to make up for it. Disturbances that have lines alone are always among them. None where the
+        point cannot be simulated.
+
+        Parameters
+        ----------
+        q : (n,)
+            An optimum over the windows.
+        windows : mapping of record to (first, stop)
+        """
+        triangle = self.problem.joint(q, windows)
+        if not np.all(np.isfinite(triangle.jacobian)):
+            return None
+        groups = groups_of(self.problem, self.names_by_effect)
+        samples = sum(stop - first for first, stop in windows.values())
+        rises = needed_groups(triangle, distance_from_null(self.problem, q), groups, samples)
+        return rises | {one.name: 0.0 for one in self.disturbances if not one.parameters}
+
+    def widened(self, q: FloatArray, edge: float, factor: float) -> AugmentedModel:
+        """Return the model with wider priors of the terms that stand at the edge of theirs; itself where none does.
+
+        Parameters
+        ----------
+        q : (n,)
+        edge : float
+            Standard deviations of its prior from which a coordinate stands at the edge.
+        factor : float
+            By which its prior becomes wider.
+        """
+        coordinates = self.problem.coordinates
+        widths = self.added.widths
+        at_edge = {
+            c.name
+            for c, value in zip(coordinates.space.coordinates, coordinates.of_mechanism(q), strict=True)
+            if c.name in widths and abs(value) > edge * widths[c.name]
+        }
+        if not at_edge:
+            return self
+        wider = {name: width * (factor if name in at_edge else 1.0) for name, width in widths.items()}
+        return replace(self, added=replace(self.added, widths=wider), problem=replace(self.problem, shrinkage=wider))
+
+
+def augment(
+    plain: Problem, superset: Superset | None, terms: Sequence[str], disturbances: Sequence[Disturbance], name: str
+) -> AugmentedModel:
+    """Return a problem with some terms of a superset and some disturbances free beside the mechanism as written."""
+    added = add_terms(superset, terms) if superset else AddedTerms(plain.space.mechanism)
+    return AugmentedModel(name, added.problem(plain, disturbances), added, tuple(disturbances), superset)
+
+
+def augment_by_law(
+    plain: Problem, written: Mechanism, law: Law, disturbances: Sequence[Disturbance] = ()
+) -> AugmentedModel:
+    """Return a problem with a law in place of the mechanism's own one."""
+    added = substitute_law(written, law)
+    return AugmentedModel(law.name, added.problem(plain, disturbances), added, tuple(disturbances))

@@ -1,0 +1,247 @@
+"""Which family of effects explains the first moments of the records, where the mechanism as written does not.
+
+A start refined over the first 60 ms with one family of effects free costs about a second, and leaves 1 of a sample's
+noise where the missing effect is in the family, 2 to 25 times that where it is not. So what is missing is known before
+anything is grown, and growth begins with few freedoms (docs/identification.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from mechid.arrays import FloatArray
+from mechid.campaign import Campaign
+from mechid.identification.computation.journal import Journal
+from mechid.identification.effects.augmented import AugmentedModel, augment, augment_by_law
+from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.problem import Problem, transfer_values
+from mechid.identification.search.first_moments import first_samples, first_window
+from mechid.identification.search.multistart import Candidate, refine
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.settings import STAGES
+from mechid.plant.superset import Law, Superset, rivals_of, superset_of
+
+GAIN_TABLE = "transducer"
+"""The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
+COULOMB, STATIC = "friction.coulomb", "friction.static"
+
+
+@dataclass(frozen=True)
+class Family:
+    """Effects that are freed together.
+
+    Attributes
+    ----------
+    name : str
+    records : bool
+        Delay, supply, gain, clock and hum of single records.
+    terms : bool
+        Terms of the mechanism that are looked for where a file lacks one.
+    rarer : bool
+        With them those that are rarer.
+    """
+
+    name: str
+    records: bool = False
+    terms: bool = False
+    rarer: bool = False
+
+
+RECORDS = Family("values of single records", records=True)
+TERMS = Family("terms", terms=True)
+ALL_TERMS = Family("terms, rarer ones too", terms=True, rarer=True)
+TERMS_AND_RECORDS = Family("terms and values of single records", records=True, terms=True)
+EVERYTHING = Family("all terms and values of single records", records=True, terms=True, rarer=True)
+SMALL, COMBINED = (RECORDS, TERMS, ALL_TERMS), (TERMS_AND_RECORDS, EVERYTHING)
+OF_RECORDS = ("record.delay", "record.voltage", "record.gain", "clock")
+"""Disturbances that are free from the first moments on; a clock, or a temperature, of one record is seen later."""
+
+
+@dataclass(frozen=True, eq=False)
+class FirstLook:
+    """A model refined over the first moments.
+
+    Attributes
+    ----------
+    model : AugmentedModel
+    q : (n,)
+    cost : float
+        Robust cost a sample, priors counted, in sigmas squared.
+    """
+
+    model: AugmentedModel
+    q: FloatArray
+    cost: float
+
+    @property
+    def explains(self) -> bool:
+        """Whether it leaves no more than noise of the first moments."""
+        return self.cost < SEARCH.explained
+
+
+@dataclass(frozen=True, eq=False)
+class Families:
+    """What a campaign's mechanism and records may have beside what is written, as models of one problem.
+
+    Attributes
+    ----------
+    plain : Problem
+        Of the mechanism as written.
+    campaign : Campaign
+    """
+
+    plain: Problem
+    campaign: Campaign
+
+    @property
+    def allows_terms(self) -> bool:
+        """Whether terms and laws may be added."""
+        return self.campaign.options.terms
+
+    @cached_property
+    def superset(self) -> Superset | None:
+        """All terms that may be free from the first moments on, with the table that holds the gain."""
+        layout = self.plain.space.mechanism.plant.layout
+        tables = (GAIN_TABLE,) if layout is not None and layout.flying is None else ()
+        return superset_of(self.plain.space.mechanism, grown_only=True, tables=tables)
+
+    @cached_property
+    def _of_records(self) -> tuple[Disturbance, ...]:
+        bare = augment(self.plain, self.superset, (), (), "").problem
+        found = possible(bare, self.campaign)
+        return tuple(one for one in found if one.name in OF_RECORDS or one.lines_hz)
+
+    def model(self, family: Family, near: FloatArray | None = None) -> AugmentedModel:
+        """Return the model of a family; with hum as it stands in what the mechanism as written leaves at a point."""
+        terms = self.superset.terms if self.superset and family.terms and self.allows_terms else ()
+        names = [term.name for term in terms if family.rarer or not term.rarer]
+        own = self._of_records if family.records else ()
+        if family.records and near is not None:
+            seen = (one for one in possible(self.plain, self.campaign, near) if one.lines_hz)
+            own = (*(one for one in own if not one.lines_hz), *seen)
+        return augment(self.plain, self.superset, names, own, family.name)
+
+    def laws(self) -> Iterator[Law]:
+        """Yield the laws that may stand in place of the mechanism's."""
+        if self.allows_terms:
+            yield from rivals_of(self.campaign.mechanism, grown_only=True)
+
+    def by_law(self, law: Law) -> AugmentedModel:
+        """Return the model with a law in place of the mechanism's own one."""
+        return augment_by_law(self.plain, self.campaign.mechanism, law)
+
+
+def look_at_first_moments(
+    families: Families, starts: Sequence[FloatArray], tell: Callable[[str], None], journal: Journal
+) -> list[FirstLook]:
+    """Return what the families leave of the first moments; the last one explains them, unless none does.
+
+    Parameters
+    ----------
+    families : Families
+    starts : sequence of (n,)
+        Points of the mechanism as written: the best one, refined, then others as they were drawn.
+    tell : callable
+        Called with a line on each family.
+    journal : Journal
+    """
+    looks: dict[str, FirstLook] = {}
+    first, others = starts[0], starts[1:]
+
+    def refined(model: AugmentedModel, points: Iterable[FloatArray]) -> bool:
+        for point in points:
+            found = refined_look(model, point, journal)
+            if not found.explains and found.cost < STAGES.prunable:  # fewer free ones come further in as many steps
+                found = min(found, pruned_look(families, found, tell, journal), key=lambda look: look.cost)
+            if model.name not in looks or found.cost < looks[model.name].cost:
+                looks[model.name] = found
+            if found.explains:
+                break
+        look = looks[model.name]
+        tell(f"{model.name}: {model.problem.size} free, {look.cost:.3g} of the noise left of the first moments")
+        return look.explains
+
+    def plain_points(model: AugmentedModel, some: Iterable[FloatArray]) -> Iterator[FloatArray]:
+        return (transfer_values(families.plain, q, model.problem) for q in some)
+
+    def families_tried(some: Iterable[Family], points: Sequence[FloatArray], *, nearest: bool) -> bool:
+        models = [model for model in map(families.model, some) if model.problem.size > families.plain.size]
+        return any(
+            refined(model, [*(_from_nearest(model, looks.values()) if nearest else ()), *plain_points(model, points)])
+            for model in models
+        )
+
+    def laws_tried(points: Sequence[FloatArray]) -> bool:
+        delays = looks.get(RECORDS.name)
+        plain = refined_look(augment(families.plain, None, (), (), "as written"), first, journal)
+        delayed = delays is not None and delays.cost < STAGES.delays_help * plain.cost
+        some = sorted(families.laws(), key=lambda law: not (law.imitated_by and delayed))
+        models = map(families.by_law, some)
+        return any(refined(model, _law_starts(model, plain_points(model, points))) for model in models)
+
+    _ = (
+        families_tried(SMALL, [first], nearest=True)
+        or laws_tried([first])
+        or families_tried(COMBINED, [first], nearest=True)
+        or families_tried(SMALL, others, nearest=False)
+        or laws_tried(others[: STAGES.law_starts])
+    )
+    best = min(looks.values(), key=lambda look: look.cost, default=None)
+    return [*(look for look in looks.values() if look is not best), *([best] if best else [])]
+
+
+def refined_look(model: AugmentedModel, q: FloatArray, journal: Journal) -> FirstLook:
+    """Return a model refined over the first moments from a point of it."""
+
+    def work() -> dict[str, object]:
+        found = refine(model.problem, Candidate(q, 0.0), SEARCH.robust_steps, priors=True)
+        return {"q": found.q, "cost": found.cost}
+
+    found = journal.step("first look", [identity(model.problem), q], work)
+    samples = sum(first_samples(t) * len(t.channels) for t in model.problem.targets)
+    return FirstLook(model, found["q"], found["cost"] / samples)
+
+
+def pruned_look(families: Families, look: FirstLook, tell: Callable[[str], None], journal: Journal) -> FirstLook:
+    """Return a look at the first moments without the effects that these do not need, refined again.
+
+    The look itself where it leaves too much of them to tell, or has a law alone.
+    """
+    windows = {t.name: first_window(t) for t in families.plain.targets}
+    needed = look.model.needed(look.q, windows) if look.cost < STAGES.prunable else None
+    if needed is None or look.model.added.is_law:
+        return look
+    tell(f"needed there: {effect_words(needed)}")
+    less = look.model.keeping(families.plain, needed, ", ".join(needed) or "as written")
+    found = refined_look(less, less.point_of(look.model, look.q), journal)
+    wider = less.widened(found.q, STAGES.at_edge, STAGES.wider)
+    return found if wider is less else refined_look(wider, found.q, journal)
+
+
+def effect_words(needed: Mapping[str, float]) -> str:
+    """Return the names of effects, each with what it explains."""
+    return ", ".join(f"{name} ({rise:.0f})" if rise else name for name, rise in needed.items()) or "none"
+
+
+def _from_nearest(model: AugmentedModel, looks: Iterable[FirstLook]) -> list[FloatArray]:
+    """Return the point of the look that explains most among those whose effects the model has."""
+    inside = [look for look in looks if not look.model.added.is_law and set(look.model.effects) <= set(model.effects)]
+    nearest = min(inside, key=lambda look: look.cost, default=None)
+    return [model.point_of(nearest.model, nearest.q)] if nearest else []
+
+
+def _law_starts(model: AugmentedModel, points: Iterable[FloatArray]) -> Iterator[FloatArray]:
+    """Yield where a law begins: as it is, and of friction with the sliding one far below the static one.
+
+    Without the law both are the same mean of what friction does, and Stribeck's begins where they differ.
+    """
+    for q in points:
+        values = model.problem.coordinates.values(q)
+        if COULOMB in values and STATIC in values:
+            lower = {**values, COULOMB: STAGES.law_coulomb * values[STATIC]}
+            yield model.problem.coordinates.clip(model.problem.coordinates.point(lower))
+        yield q

@@ -1,0 +1,203 @@
+"""The ladder: named rungs by which a search comes to the ends of all records, tried in order until one does.
+
+A rung begins from the furthest that any before it has come to; nothing that was reached is thrown away. The names of
+those tried are kept, so that a report can say how the search arrived (`outcome.path` in estimate.json).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from mechid.arrays import FloatArray
+from mechid.campaign import Campaign
+from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.effects.effect import AddedTerms
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.first_moments import first_samples
+from mechid.identification.search.gates import Growth
+from mechid.identification.search.multistart import Candidate
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.first_look import (
+    EVERYTHING,
+    TERMS_AND_RECORDS,
+    Families,
+    Family,
+    FirstLook,
+    look_at_first_moments,
+    pruned_look,
+)
+from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.term_growth import Reached, freed, grow_model, settle
+from mechid.identification.stages.watch import Watch
+
+
+@dataclass(frozen=True, eq=False)
+class Climb:
+    """Where a search stands on the ladder.
+
+    Attributes
+    ----------
+    watch : Watch
+    campaign : Campaign
+    seed : int
+    state : SearchState
+        Of the mechanism as written, until a rung has followed all records.
+    best : Candidate
+        The best refined start of the mechanism as written.
+    starts : tuple of (n,)
+        The best starts as they were drawn.
+    growth : Growth or None
+        Of the mechanism as written; that of the state where this follows all records.
+    looks : tuple of FirstLook
+        What families of effects leave of the first moments, the best one last.
+    reached : Reached or None
+        The furthest growth with effects free.
+    tried : tuple of str
+        Names of the rungs so far.
+    """
+
+    watch: Watch
+    campaign: Campaign
+    seed: int
+    state: SearchState
+    best: Candidate
+    starts: tuple[FloatArray, ...] = ()
+    growth: Growth | None = None
+    looks: tuple[FirstLook, ...] = ()
+    reached: Reached | None = None
+    tried: tuple[str, ...] = field(default=())
+
+    @cached_property
+    def families(self) -> Families:
+        """Effects that may be beside the mechanism as written."""
+        return Families(self.state.problem, self.campaign)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all records are followed to their ends."""
+        return self.growth is not None and self.growth.complete
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether the best start leaves no more than noise of the first moments."""
+        samples = sum(first_samples(t) * len(t.channels) for t in self.state.problem.targets)
+        return self.best.cost < SEARCH.explained * samples
+
+    @property
+    def may_add(self) -> bool:
+        """Whether effects may be added at all."""
+        return self.campaign.options.terms or self.campaign.options.disturbances != "none"
+
+    def at(self, reached: Reached) -> Climb:
+        """Return the climb with a further growth; where it follows all records, with what of it they need."""
+        best = reached if self.reached is None or reached.share > self.reached.share else self.reached
+        if reached.growth.complete:
+            settled = settle(self.watch, self.state, reached, self.seed)
+            if settled is not None:
+                return replace(self, state=settled[0], growth=settled[1], reached=best)
+        return replace(self, reached=best)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One way to come further.
+
+    Attributes
+    ----------
+    name : str
+        As estimate.json and the report have it.
+    applies : callable
+        Whether it can help.
+    attempt : callable
+        Returns the climb after it.
+    """
+
+    name: str
+    applies: Callable[[Climb], bool]
+    attempt: Callable[[Climb], Climb]
+
+
+def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
+    """Return the climb after the rungs that apply, in order, until all records are followed to their ends."""
+    for number, rung in enumerate(rungs, 1):
+        if climb.complete:
+            break
+        if rung.applies(climb):
+            climb.watch.tell("ladder", f"rung {number} of {len(rungs)}: {rung.name}")
+            climb = rung.attempt(replace(climb, tried=(*climb.tried, rung.name)))
+    return climb
+
+
+def _look(climb: Climb) -> Climb:
+    """Free one family of effects at a time over the first moments, and grow what explains them without the rest."""
+    starts = [climb.best.q, *climb.starts[: STAGES.other_starts]]
+    tell = _teller(climb, "first moments")
+    looks = look_at_first_moments(climb.families, starts, tell, climb.watch.journal)
+    climb = replace(climb, looks=tuple(looks))
+    if looks and looks[-1].model.added.is_law:
+        law = looks[-1]
+        climb = climb.at(_grow(climb, law.model, law.q, escapes=STAGES.law_escapes))
+    return climb
+
+
+def _grow_small(climb: Climb) -> Climb:
+    """Grow the effects that the first moments need."""
+    looks = [look for look in climb.looks if not look.model.added.is_law]
+    best = min(looks, key=lambda look: look.cost)
+    small = pruned_look(climb.families, best, _teller(climb, "first moments"), climb.watch.journal)
+    escapes = STAGES.small_escapes if small.model.effects else STAGES.first_escapes
+    return climb.at(_grow(climb, small.model, small.q, escapes=escapes))
+
+
+def _free(family: Family) -> Callable[[Climb], Climb]:
+    """Return the rung that frees a family where the furthest growth has stalled, and grows what is needed there."""
+
+    def attempt(climb: Climb) -> Climb:
+        _, small = freed(climb.watch, climb.families, _furthest(climb), family)
+        return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+
+    return attempt
+
+
+def _grow_wide(climb: Climb) -> Climb:
+    """Grow with all effects free, from where the furthest growth has stalled."""
+    wide, _ = freed(climb.watch, climb.families, _furthest(climb), EVERYTHING)
+    return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
+
+
+def _furthest(climb: Climb) -> Reached:
+    """Return the furthest growth whose model can take further effects."""
+    written = climb.state.problem
+    plain = Reached(
+        AugmentedModel("as written", written, AddedTerms(written.space.mechanism)),
+        climb.growth or Growth(climb.best.q, {t.name: first_samples(t) for t in written.targets}, False, 0),
+    )
+    reached = climb.reached
+    if reached is None or reached.model.added.is_law:
+        return plain
+    return max((plain, reached), key=lambda one: one.share)
+
+
+def _grow(climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int) -> Reached:
+    return grow_model(climb.watch, model, q, climb.seed, escapes=escapes, leaps=STAGES.small_leaps)
+
+
+def _teller(climb: Climb, stage: str) -> Callable[[str], None]:
+    return lambda line: climb.watch.tell(stage, line)
+
+
+def _can_free(climb: Climb) -> bool:
+    return climb.may_add and (climb.growth is not None or climb.reached is not None)
+
+
+FIRST_MOMENTS = (
+    Rung("effects named by the first moments", lambda climb: climb.may_add, _look),
+    Rung("those needed there, grown", lambda climb: any(not l.model.added.is_law for l in climb.looks), _grow_small),
+    Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
+    Rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
+    Rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),
+    Rung("grown with all effects", _can_free, _grow_wide),
+)
+"""Rungs that add effects which the mechanism or its records may have."""
