@@ -98,6 +98,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         missing=missing,
         mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
         synthetic=campaign.synthetic,
+        path=state.path,
     )
     fit = with_added_terms(with_nuisance(fit, written, state), written, state)
     return graded(fit, replace(evidence, incomplete=incomplete(fit, written, state)))

@@ -109,6 +109,9 @@ class Fit(Shown):
     records : mapping of name to RecordFit
     stages : tuple of StageReport
     outcome : FitOutcome
+    path : tuple of str
+        Names of the ways by which the search has tried to come to the records' ends, in order; the last one led. Empty
+        where the file has stages, or the values were given.
     warnings : tuple of str
         What may spoil the result, each with its remedy.
     notes : tuple of str
@@ -160,6 +163,7 @@ class Fit(Shown):
     as_written: AsWritten | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
     synthetic: bool = False
+    path: tuple[str, ...] = ()
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
 
@@ -299,7 +303,7 @@ class Fit(Shown):
             "grade": str(self.grade),
             "synthetic": self.synthetic,
             "grade_reasons": [reason.to_dict() for reason in self.reasons],
-            "outcome": {"code": self.outcome.code, "message": self.outcome.value},
+            "outcome": {"code": self.outcome.code, "message": self.outcome.value, "path": list(self.path)},
             "parameters": {name: p.to_dict() for name, p in self.parameters.items()},
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},

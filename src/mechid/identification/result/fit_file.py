@@ -170,6 +170,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
         suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
         synthetic=is_synthetic(content),
+        path=tuple(content["outcome"].get("path", ())),  # absent from files of earlier versions
         folder=folder,
     )
     if mechanism is None:

@@ -57,6 +57,8 @@ class SearchState:
         Disturbances that the problem has because its records ask for them.
     added : AddedTerms or None
         Terms that the problem's mechanism has beside the one written, because that does not follow the records alone.
+    path : tuple of str
+        Names of the ways by which the search has tried to come to the records' ends, in order; the last one led.
     contradicted : mapping of dotted name to str
         Values of the mechanism file with which no start explains the records, and with which one does, in a sentence.
     """
@@ -74,6 +76,7 @@ class SearchState:
     before_raised: Mapping[str, str] = field(default_factory=dict)
     found: tuple[Found, ...] = ()
     added: AddedTerms | None = None
+    path: tuple[str, ...] = ()
     contradicted: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:

@@ -17,10 +17,11 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.effects.augmented import AugmentedModel, augment, augment_by_law
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.identity import identity
-from mechid.identification.output_error.problem import Problem, transfer_values
-from mechid.identification.search.first_moments import first_samples, first_window
-from mechid.identification.search.multistart import Candidate, refine
+from mechid.identification.output_error.problem import Problem, Windows, transfer_values
+from mechid.identification.search.first_moments import first_window
+from mechid.identification.search.multistart import NO_WINDOWS, Candidate, refine
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of
@@ -70,17 +71,30 @@ class FirstLook:
     model : AugmentedModel
     q : (n,)
     cost : float
-        Robust cost a sample, priors counted, in sigmas squared.
+        Robust cost, priors counted, in sigmas squared.
+    samples : int
+        Of all channels.
     """
 
     model: AugmentedModel
     q: FloatArray
     cost: float
+    samples: int
+
+    @property
+    def left(self) -> float:
+        """Cost a sample."""
+        return self.cost / self.samples
 
     @property
     def explains(self) -> bool:
         """Whether it leaves no more than noise of the first moments."""
-        return self.cost < SEARCH.explained
+        return self.left < SEARCH.explained
+
+    @property
+    def criterion(self) -> float:
+        """Bayesian criterion: the cost, and ln N for each freedom (Schwarz 1978)."""
+        return self.cost + self.model.problem.size * bayesian_penalty(self.samples)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,14 +169,14 @@ def look_at_first_moments(
     def refined(model: AugmentedModel, points: Iterable[FloatArray]) -> bool:
         for point in points:
             found = refined_look(model, point, journal)
-            if not found.explains and found.cost < STAGES.prunable:  # fewer free ones come further in as many steps
+            if not found.explains and found.left < STAGES.prunable:  # fewer free ones come further in as many steps
                 found = min(found, pruned_look(families, found, tell, journal), key=lambda look: look.cost)
             if model.name not in looks or found.cost < looks[model.name].cost:
                 looks[model.name] = found
             if found.explains:
                 break
         look = looks[model.name]
-        tell(f"{model.name}: {model.problem.size} free, {look.cost:.3g} of the noise left of the first moments")
+        tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left of the first moments")
         return look.explains
 
     def plain_points(model: AugmentedModel, some: Iterable[FloatArray]) -> Iterator[FloatArray]:
@@ -194,32 +208,77 @@ def look_at_first_moments(
     return [*(look for look in looks.values() if look is not best), *([best] if best else [])]
 
 
-def refined_look(model: AugmentedModel, q: FloatArray, journal: Journal) -> FirstLook:
-    """Return a model refined over the first moments from a point of it."""
+def refined_look(
+    model: AugmentedModel,
+    q: FloatArray,
+    journal: Journal,
+    windows: Windows = NO_WINDOWS,
+    steps: int = SEARCH.robust_steps,
+) -> FirstLook:
+    """Return a model refined over the first moments, or over other windows, from a point of it."""
 
     def work() -> dict[str, object]:
-        found = refine(model.problem, Candidate(q, 0.0), SEARCH.robust_steps, priors=True)
+        found = refine(model.problem, Candidate(q, 0.0), steps, windows, priors=True)
         return {"q": found.q, "cost": found.cost}
 
-    found = journal.step("first look", [identity(model.problem), q], work)
-    samples = sum(first_samples(t) * len(t.channels) for t in model.problem.targets)
-    return FirstLook(model, found["q"], found["cost"] / samples)
+    found = journal.step("first look", [identity(model.problem), q, windows, steps], work)
+    windows = windows or first_windows(model.problem)
+    samples = sum((windows[t.name][1] - windows[t.name][0]) * len(t.channels) for t in model.problem.targets)
+    return FirstLook(model, found["q"], found["cost"], samples)
 
 
-def pruned_look(families: Families, look: FirstLook, tell: Callable[[str], None], journal: Journal) -> FirstLook:
-    """Return a look at the first moments without the effects that these do not need, refined again.
+def first_windows(problem: Problem) -> Windows:
+    """Return the windows of the first moments of all records."""
+    return {t.name: first_window(t) for t in problem.targets}
+
+
+def pruned_look(
+    families: Families, look: FirstLook, tell: Callable[[str], None], journal: Journal, windows: Windows = NO_WINDOWS
+) -> FirstLook:
+    """Return a look without the effects that are not needed there, refined again.
 
     The look itself where it leaves too much of them to tell, or has a law alone.
     """
-    windows = {t.name: first_window(t) for t in families.plain.targets}
-    needed = look.model.needed(look.q, windows) if look.cost < STAGES.prunable else None
-    if needed is None or look.model.added.is_law:
+    if look.left >= STAGES.prunable or look.model.added.is_law:
+        return look
+    needed = look.model.needed(look.q, windows or first_windows(families.plain))
+    if needed is None:
         return look
     tell(f"needed there: {effect_words(needed)}")
     less = look.model.keeping(families.plain, needed, ", ".join(needed) or "as written")
-    found = refined_look(less, less.point_of(look.model, look.q), journal)
+    found = refined_look(less, less.point_of(look.model, look.q), journal, windows)
     wider = less.widened(found.q, STAGES.at_edge, STAGES.wider)
-    return found if wider is less else refined_look(wider, found.q, journal)
+    return found if wider is less else refined_look(wider, found.q, journal, windows)
+
+
+def look_past_stall(
+    families: Families,
+    reached: Mapping[str, tuple[AugmentedModel, FloatArray]],
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+) -> list[FirstLook]:
+    """Return what each family leaves of windows that reach a little past where a growth has stalled, the best first.
+
+    Each begins where a growth of fewer effects has ended; the best is the one of the least Bayesian criterion.
+
+    Parameters
+    ----------
+    families : Families
+    reached : mapping of str to (AugmentedModel, (n,))
+        Where growths have ended: that of the mechanism as written under "", from which laws begin, and the furthest.
+    windows : mapping of record to (first, stop)
+    tell, journal
+        As of `look_at_first_moments`.
+    """
+    looks = []
+    models = [*map(families.model, (RECORDS, TERMS_AND_RECORDS, EVERYTHING)), *map(families.by_law, families.laws())]
+    for model in models:
+        base, q = reached["" if model.added.is_law else "furthest"]
+        look = refined_look(model, model.point_of(base, q), journal, windows, STAGES.second_steps)
+        tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
+        looks.append(look)
+    return sorted(looks, key=lambda look: look.criterion)
 
 
 def effect_words(needed: Mapping[str, float]) -> str:

@@ -63,9 +63,10 @@ def searched(
     if best is None:
         return state, None
     growth = _grown_first(watch, state, best, seed)
-    climb = climb_ladder(Climb(watch, campaign, seed, state, best, tuple(drawn), growth), FIRST_MOMENTS)
+    climb = Climb(watch, campaign, seed, state, best, tuple(drawn), growth, tried=("as written",))
+    climb = climb_ladder(climb, FIRST_MOMENTS)
     if climb.growth is not None and climb.growth.complete:
-        state, growth = climb.state, climb.growth
+        state, growth = replace(climb.state, path=climb.tried), climb.growth
     elif patient:
         state, growth = _grown(watch, state, campaign, best, found, growth, seed)
     state = state.at(growth.q, growth.horizons)

@@ -26,6 +26,7 @@ from mechid.identification.stages.first_look import (
     Family,
     FirstLook,
     look_at_first_moments,
+    look_past_stall,
     pruned_look,
 )
 from mechid.identification.stages.settings import STAGES
@@ -151,6 +152,27 @@ def _grow_small(climb: Climb) -> Climb:
     return climb.at(_grow(climb, small.model, small.q, escapes=escapes))
 
 
+def _look_again(climb: Climb) -> Climb:
+    """Free one family at a time where the furthest growth has stalled, over windows that reach a little past it."""
+    furthest, plain = _furthest(climb), _plain(climb)
+    least = {t.name: round(STAGES.past_stall_s * t.base.sample_rate_hz) for t in climb.state.problem.targets}
+    windows = {
+        t.name: (0, min(t.samples, max(round(STAGES.past_stall * n), n + least[t.name])))
+        for t in climb.state.problem.targets
+        for n in [furthest.growth.horizons[t.name]]
+    }
+    tell = _teller(climb, "past the stall")
+    reached = {"": (plain.model, plain.q), "furthest": (furthest.model, furthest.q)}
+    journal = climb.watch.journal
+    looks = look_past_stall(climb.families, reached, windows, tell, journal)
+    for look in looks[: STAGES.second_looks]:
+        small = pruned_look(climb.families, look, tell, journal, windows)
+        climb = climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+        if climb.complete:
+            break
+    return climb
+
+
 def _free(family: Family) -> Callable[[Climb], Climb]:
     """Return the rung that frees a family where the furthest growth has stalled, and grows what is needed there."""
 
@@ -167,14 +189,17 @@ def _grow_wide(climb: Climb) -> Climb:
     return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
 
 
+def _plain(climb: Climb) -> Reached:
+    """Return the growth of the mechanism as written."""
+    written = climb.state.problem
+    none = Growth(climb.best.q, {t.name: first_samples(t) for t in written.targets}, False, 0)
+    model = AugmentedModel("as written", written, AddedTerms(written.space.mechanism))
+    return Reached(model, climb.growth or none)
+
+
 def _furthest(climb: Climb) -> Reached:
     """Return the furthest growth whose model can take further effects."""
-    written = climb.state.problem
-    plain = Reached(
-        AugmentedModel("as written", written, AddedTerms(written.space.mechanism)),
-        climb.growth or Growth(climb.best.q, {t.name: first_samples(t) for t in written.targets}, False, 0),
-    )
-    reached = climb.reached
+    plain, reached = _plain(climb), climb.reached
     if reached is None or reached.model.added.is_law:
         return plain
     return max((plain, reached), key=lambda one: one.share)
@@ -195,6 +220,7 @@ def _can_free(climb: Climb) -> bool:
 FIRST_MOMENTS = (
     Rung("effects named by the first moments", lambda climb: climb.may_add, _look),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.is_law for l in climb.looks), _grow_small),
+    Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
     Rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
     Rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),

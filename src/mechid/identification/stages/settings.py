@@ -59,6 +59,14 @@ class StageSettings:
     """Coulomb friction over static friction where a law of friction begins too."""
     other_starts: int = 5
     """Drawn starts from which families are tried where the best one does not do."""
+    past_stall: float = 1.5
+    """Times the horizon up to which effects are compared where a growth has stalled."""
+    past_stall_s: float = 0.1
+    """Time past the horizon up to which they are compared at least."""
+    second_steps: int = 12
+    """Robust steps of that comparison: they begin where the growth has ended."""
+    second_looks: int = 2
+    """Families that are grown after it at most."""
     freed_steps: int = 5
     """Steps with more effects free, at the horizons reached, before those not needed are dropped."""
 

@@ -38,7 +38,7 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     if data["side"]:
         parts += [f"## {SIDE_TITLE}", SIDE_SAID, side_table(data["side"]).markdown()]
     parts += _channel_information(data["information"])
-    parts += ["## Stages", stage_table(data["stages"]).markdown()]
+    parts += ["## Stages", stage_table(data["stages"]).markdown(), *filter(None, [cell(data["arrived"])])]
     for title, lines in (("Warnings", data["warnings"]), ("Notes", data["notes"])):
         if lines:
             parts += [f"## {title}", bullets(lines)]

@@ -69,6 +69,8 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
         side_table(data["side"]).print(console)
     say(console, "Stages", "bold")
     stage_table(data["stages"]).print(console)
+    if data["arrived"]:
+        say(console, data["arrived"])
     print_lines(console, "warning", others, "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
