@@ -19,8 +19,7 @@ NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
 ERROR = "gear.kinematic_error"
 ERROR_ORDERS = (1, 2, 4)
 """Harmonics of the kinematic error, per turn of the input, that are looked for where a file lacks one."""
-RARER_ERROR_ORDERS = (3,)
-FURTHER_ERROR_ORDERS = (5, 6, 8)
+RARER_ERROR_ORDERS = (3, 5, 6, 7, 8)
 """Those that a finished fit is asked for too."""
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
 
@@ -92,7 +91,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
 
 def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the kinematic error that may be there beside."""
-    listed = (*ERROR_ORDERS, *RARER_ERROR_ORDERS, *FURTHER_ERROR_ORDERS)
+    listed = (*ERROR_ORDERS, *RARER_ERROR_ORDERS)
     return tuple(_error_extension(order) for order in listed if order not in orders)
 
 

@@ -230,6 +230,28 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
     return found
 
 
+def unlisted_extensions(mechanism: Mechanism, periods: Iterable[int]) -> dict[str, Extension]:
+    """Return what blocks may have beside with any whole number of periods in a turn, by its name.
+
+    None of those that are in the file or listed by a block; and of those alone that lay out as one and the same plant,
+    whatever their number of periods is.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    periods : iterable of int
+        In a turn of the rotor, or of what else the block turns with.
+    """
+    layout = mechanism.plant.layout
+    if layout is None:
+        return {}
+    listed = {_name(mechanism, e) for e in _extensions(mechanism, layout)}
+    series = [s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step])]
+    entries = (one.entry(number) for one in series for number in periods)
+    alike = [e for e in entries if e.order is None and not _is_there(mechanism, layout, e)]
+    return {name: e for name, e in ((_name(mechanism, e), e) for e in alike) if name not in listed}
+
+
 def extension_named(mechanism: Mechanism, name: str) -> Extension | None:
     """Return what blocks may have beside beyond what they list, by its name; None where nothing is called so."""
     series = (s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step]))
@@ -354,7 +376,21 @@ def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
 
 def _name(mechanism: Mechanism, extension: Extension) -> str:
     period = _shape(mechanism, extension).get("period_deg")
-    return extension.name if period is None else f"{extension.name}:{period:.3g}deg"
+    return extension.name if period is None else f"{extension.name}:{period_name(period)}"
+
+
+def period_name(period_deg: float) -> str:
+    """Return a period as names have it: with three digits, or as many as tell its whole number of periods in a turn.
+
+    Examples
+    --------
+    >>> period_name(1.2), period_name(360.0 / 301.0), period_name(360.0 / 350.0)
+    ('1.2deg', '1.196deg', '1.03deg')
+    """
+    periods = round(360.0 / period_deg)
+    texts = (f"{period_deg:.{digits}g}" for digits in range(3, 7))
+    told = next((text for text in texts if round(360.0 / float(text)) == periods), f"{period_deg:.3g}")
+    return f"{told}deg"
 
 
 def _shape(mechanism: Mechanism, extension: Extension) -> dict[str, float]:

@@ -120,6 +120,20 @@ def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, effectiv
     return {name: rises[name] for name in kept}
 
 
+def falls(triangle: Triangle, groups: Groups) -> dict[str, float]:
+    """Return by how much the cost falls with each group alone free beside all that is in none, as derivatives have it.
+
+    Parameters
+    ----------
+    triangle : Triangle
+        Where none of the groups acts, priors included.
+    groups : mapping of str to tuple of int
+    """
+    nothing = np.zeros(triangle.jacobian.shape[1])
+    alone = _least(triangle, nothing, _places(groups, groups))
+    return {name: alone - _least(triangle, nothing, _places(groups, groups.keys() - {name})) for name in groups}
+
+
 def _places(groups: Groups, names: Iterable[str]) -> tuple[int, ...]:
     return tuple(j for name in names for j in groups[name])
 

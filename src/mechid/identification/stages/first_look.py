@@ -9,57 +9,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from mechid.arrays import FloatArray
-from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
-from mechid.identification.effects.augmented import AugmentedModel, augment, augment_by_law
-from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import NO_WINDOWS, Candidate, refine
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.families import (
+    ALL_TERMS,
+    EVERYTHING,
+    RECORDS,
+    TERMS,
+    TERMS_AND_RECORDS,
+    Families,
+    Family,
+)
 from mechid.identification.stages.settings import STAGES
-from mechid.plant.superset import Law, Superset, rivals_of, superset_of
 
-GAIN_TABLE = "transducer"
-"""The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
 COULOMB, STATIC = "friction.coulomb", "friction.static"
-
-
-@dataclass(frozen=True)
-class Family:
-    """Effects that are freed together.
-
-    Attributes
-    ----------
-    name : str
-    records : bool
-        Delay, supply, gain, clock and hum of single records.
-    terms : bool
-        Terms of the mechanism that are looked for where a file lacks one.
-    rarer : bool
-        With them those that are rarer.
-    """
-
-    name: str
-    records: bool = False
-    terms: bool = False
-    rarer: bool = False
-
-
-RECORDS = Family("values of single records", records=True)
-TERMS = Family("terms", terms=True)
-ALL_TERMS = Family("terms, rarer ones too", terms=True, rarer=True)
-TERMS_AND_RECORDS = Family("terms and values of single records", records=True, terms=True)
-EVERYTHING = Family("all terms and values of single records", records=True, terms=True, rarer=True)
 SMALL, COMBINED = (RECORDS, TERMS, ALL_TERMS), (TERMS_AND_RECORDS, EVERYTHING)
-OF_RECORDS = ("record.delay", "record.voltage", "record.gain", "clock")
-"""Disturbances that are free from the first moments on; a clock, or a temperature, of one record is seen later."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,58 +67,6 @@ class FirstLook:
     def criterion(self) -> float:
         """Bayesian criterion: the cost, and ln N for each freedom (Schwarz 1978)."""
         return self.cost + self.model.problem.size * bayesian_penalty(self.samples)
-
-
-@dataclass(frozen=True, eq=False)
-class Families:
-    """What a campaign's mechanism and records may have beside what is written, as models of one problem.
-
-    Attributes
-    ----------
-    plain : Problem
-        Of the mechanism as written.
-    campaign : Campaign
-    """
-
-    plain: Problem
-    campaign: Campaign
-
-    @property
-    def allows_terms(self) -> bool:
-        """Whether terms and laws may be added."""
-        return self.campaign.options.terms
-
-    @cached_property
-    def superset(self) -> Superset | None:
-        """All terms that may be free from the first moments on, with the table that holds the gain."""
-        layout = self.plain.space.mechanism.plant.layout
-        tables = (GAIN_TABLE,) if layout is not None and layout.flying is None else ()
-        return superset_of(self.plain.space.mechanism, grown_only=True, tables=tables)
-
-    @cached_property
-    def _of_records(self) -> tuple[Disturbance, ...]:
-        bare = augment(self.plain, self.superset, (), (), "").problem
-        found = possible(bare, self.campaign)
-        return tuple(one for one in found if one.name in OF_RECORDS or one.lines_hz)
-
-    def model(self, family: Family, near: FloatArray | None = None) -> AugmentedModel:
-        """Return the model of a family; with hum as it stands in what the mechanism as written leaves at a point."""
-        terms = self.superset.terms if self.superset and family.terms and self.allows_terms else ()
-        names = [term.name for term in terms if family.rarer or not term.rarer]
-        own = self._of_records if family.records else ()
-        if family.records and near is not None:
-            seen = (one for one in possible(self.plain, self.campaign, near) if one.lines_hz)
-            own = (*(one for one in own if not one.lines_hz), *seen)
-        return augment(self.plain, self.superset, names, own, family.name)
-
-    def laws(self) -> Iterator[Law]:
-        """Yield the laws that may stand in place of the mechanism's."""
-        if self.allows_terms:
-            yield from rivals_of(self.campaign.mechanism, grown_only=True)
-
-    def by_law(self, law: Law) -> AugmentedModel:
-        """Return the model with a law in place of the mechanism's own one."""
-        return augment_by_law(self.plain, self.campaign.mechanism, law)
 
 
 def look_at_first_moments(
@@ -191,14 +111,20 @@ def look_at_first_moments(
 
     def laws_tried(points: Sequence[FloatArray]) -> bool:
         delays = looks.get(RECORDS.name)
-        plain = refined_look(augment(families.plain, None, (), (), "as written"), first, journal)
+        plain = refined_look(families.written, first, journal)
         delayed = delays is not None and delays.cost < STAGES.delays_help * plain.cost
         some = sorted(families.laws(), key=lambda law: not (law.imitated_by and delayed))
         models = map(families.by_law, some)
         return any(refined(model, _law_starts(model, plain_points(model, points))) for model in models)
 
+    def singles_tried() -> bool:
+        names = families.likeliest(families.written, first, first_windows(families.plain))[: STAGES.singles]
+        models = [families.with_effect(families.written, name) for name in names]
+        return any(refined(model, plain_points(model, [first])) for model in models)
+
     _ = (
         families_tried(SMALL, [first], nearest=True)
+        or singles_tried()
         or laws_tried([first])
         or families_tried(COMBINED, [first], nearest=True)
         or families_tried(SMALL, others, nearest=False)
@@ -271,9 +197,10 @@ def look_past_stall(
     tell, journal
         As of `look_at_first_moments`.
     """
-    looks = []
-    models = [*map(families.model, (RECORDS, TERMS_AND_RECORDS, EVERYTHING)), *map(families.by_law, families.laws())]
-    for model in models:
+    looks, (base, at) = [], reached["furthest"]
+    wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
+    singles = [families.with_effect(base, name) for name in families.likeliest(base, at, windows)[: STAGES.singles]]
+    for model in [*singles, *wide, *map(families.by_law, families.laws())]:
         base, q = reached["" if model.added.is_law else "furthest"]
         look = refined_look(model, model.point_of(base, q), journal, windows, STAGES.second_steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")

@@ -19,16 +19,8 @@ from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.first_look import (
-    EVERYTHING,
-    TERMS_AND_RECORDS,
-    Families,
-    Family,
-    FirstLook,
-    look_at_first_moments,
-    look_past_stall,
-    pruned_look,
-)
+from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
+from mechid.identification.stages.first_look import FirstLook, look_at_first_moments, look_past_stall, pruned_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, freed, grow_model, settle
 from mechid.identification.stages.watch import Watch

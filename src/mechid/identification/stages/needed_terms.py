@@ -21,7 +21,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.horizons import unfollowed_records
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
-from mechid.plant.superset import superset_of
+from mechid.plant.superset import superset_of, unlisted_extensions
 
 Follows = Callable[[Problem, FloatArray], bool]
 
@@ -121,7 +121,13 @@ def _laid_out(
     state: SearchState, wide: AddedTerms, fit: TermSelection, plain: Problem, aliases: Mapping[str, tuple[str, ...]]
 ) -> SearchState:
     """Return a state of the mechanism with the terms of a fit, without small priors, laid out without the others."""
-    superset = superset_of(plain.space.mechanism, grown_only=True, only=fit.names)
+    mechanism = plain.space.mechanism
+    further = [
+        one
+        for name, one in unlisted_extensions(mechanism, range(1, STAGES.most_periods + 1)).items()
+        if name in fit.names
+    ]
+    superset = superset_of(mechanism, only=fit.names, further=further)
     assert superset is not None, "terms that were free come from the mechanism's own superset"
     added = replace(add_terms(superset, fit.names), widths={}, aliases=aliases)
     problem = added.problem(plain)

@@ -59,6 +59,15 @@ class StageSettings:
     """Coulomb friction over static friction where a law of friction begins too."""
     other_starts: int = 5
     """Drawn starts from which families are tried where the best one does not do."""
+    singles: int = 6
+    """Single effects, those likeliest by their derivatives, that are refined by themselves."""
+    most_periods: int = 400
+    """Periods in a turn up to which a detent is looked for: two to a full step of 1.8 deg."""
+    unlisted_at_once: int = 4
+    """Terms of any number of periods that one plant has places for."""
+    scan_step: float = 1.03
+    """Factor from one number of periods to the next that is looked at: over the few degrees of the first moments a
+    neighbour explains nearly as much."""
     past_stall: float = 1.5
     """Times the horizon up to which effects are compared where a growth has stalled."""
     past_stall_s: float = 0.1

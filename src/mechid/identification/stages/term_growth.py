@@ -27,7 +27,8 @@ from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.horizons import unfollowed_records
 from mechid.identification.search.multistart import Candidate, best_start
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.first_look import TERMS_AND_RECORDS, Families, Family, effect_words
+from mechid.identification.stages.families import TERMS_AND_RECORDS, Families, Family
+from mechid.identification.stages.first_look import effect_words
 from mechid.identification.stages.needed_terms import drop_unneeded_terms
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
@@ -84,7 +85,7 @@ def freed(watch: Watch, families: Families, reached: Reached, family: Family) ->
 
     Neither has been grown from there yet: both have the horizons that were reached.
     """
-    wide = families.model(family)
+    wide = families.model(family, reached.model)
     q = wide.point_of(reached.model, reached.q)
     q = solve(wide.problem, q, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
     at = Reached(wide, replace(reached.growth, q=q))
