@@ -167,11 +167,8 @@ def superset_of(
     layout = mechanism.plant.layout
     if layout is None:
         return None
-    extensions = [
-        e
-        for e in (*_extensions(mechanism, layout), *further)
-        if (e.grown or not grown_only) and (only is None or _name(mechanism, e) in only)
-    ]
+    listed = (e for e in _extensions(mechanism, layout) if e.grown or not grown_only)
+    extensions = [e for e in (*listed, *further) if only is None or _name(mechanism, e) in only]
     if not extensions:
         return None
     orders, places = dict(layout.orders), []

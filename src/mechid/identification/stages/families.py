@@ -89,6 +89,18 @@ class Families:
         """Terms of any other whole number of periods in a turn of the rotor, by name."""
         return unlisted_extensions(self.plain.space.mechanism, range(1, STAGES.most_periods + 1))
 
+    def periods(self, name: str) -> int:
+        """Return the number of periods in a turn of an unlisted term."""
+        return _periods(self.unlisted[name])
+
+    def named(self, periods: int) -> str | None:
+        """Return the name of the unlisted term of a number of periods in a turn; None where there is none."""
+        return self._by_number.get(periods)
+
+    @cached_property
+    def _by_number(self) -> dict[int, str]:
+        return {_periods(e): name for name, e in self.unlisted.items()}
+
     def _superset(self, names: Iterable[str]) -> Superset | None:
         """Return the superset with some of the unlisted terms too: the same plant whichever they are."""
         layout = self.plain.space.mechanism.plant.layout
@@ -183,11 +195,10 @@ class Families:
         """Return the numbers of periods at which unlisted terms are looked for, with their names, in steps."""
         if not self.allows_terms or any(name in self.unlisted for name in base.effects):
             return []
-        by_number = {_periods(e): name for name, e in self.unlisted.items()}
         chosen, last = [], 0.0
-        for number in sorted(by_number):
+        for number in sorted(self._by_number):
             if number >= STAGES.scan_step * last:
-                chosen.append((number, by_number[number]))
+                chosen.append((number, self._by_number[number]))
                 last = number
         return chosen
 

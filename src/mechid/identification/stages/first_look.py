@@ -118,20 +118,79 @@ def look_at_first_moments(
         return any(refined(model, _law_starts(model, plain_points(model, points))) for model in models)
 
     def singles_tried() -> bool:
-        names = families.likeliest(families.written, first, first_windows(families.plain))[: STAGES.singles]
-        models = [families.with_effect(families.written, name) for name in names]
-        return any(refined(model, plain_points(model, [first])) for model in models)
+        singles = look_at_singles(families, families.written, first, first_windows(families.plain), tell, journal)
+        looks.update({look.model.name: look for look in singles})
+        return any(look.explains for look in singles)
 
     _ = (
-        families_tried(SMALL, [first], nearest=True)
-        or singles_tried()
+        singles_tried()
+        or families_tried(SMALL, [first], nearest=True)
         or laws_tried([first])
         or families_tried(COMBINED, [first], nearest=True)
         or families_tried(SMALL, others, nearest=False)
         or laws_tried(others[: STAGES.law_starts])
     )
-    best = min(looks.values(), key=lambda look: look.cost, default=None)
+    best = min(looks.values(), key=lambda look: look.criterion, default=None)
     return [*(look for look in looks.values() if look is not best), *([best] if best else [])]
+
+
+def look_at_singles(
+    families: Families,
+    base: AugmentedModel,
+    q: FloatArray,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int = SEARCH.robust_steps,
+) -> list[FirstLook]:
+    """Return what a model with one more effect leaves of some windows, for each of the likeliest single effects.
+
+    A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
+    its number roughly.
+    """
+
+    def look(name: str, start: tuple[AugmentedModel, FloatArray]) -> FirstLook:
+        model = families.with_effect(base, name)
+        found = refined_look(model, model.point_of(*start), journal, windows, steps)
+        tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
+        return found
+
+    looks = [look(name, (base, q)) for name in families.likeliest(base, q, windows)[: STAGES.singles]]
+    best = min(looks, key=lambda look: look.cost, default=None)
+    term = next((name for name in best.model.effects if name in families.unlisted), None) if best else None
+    if best is not None and term is not None:
+        looks.append(_with_best_period(families, best, term, windows, tell, journal, steps))
+    return looks
+
+
+def _with_best_period(
+    families: Families,
+    look: FirstLook,
+    term: str,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int,
+) -> FirstLook:
+    """Return a look with the number of periods of a term that leaves least, found uphill in halved strides."""
+    stride, tried = max(round(STAGES.period_stride * families.periods(term)), 1), {term}
+    while stride:
+        here = families.periods(term)
+        for number in (here - stride, here + stride):
+            other = families.named(number)
+            if other is None or other in tried:
+                continue
+            tried.add(other)
+            model, moved = families.with_other_term(look.model, term, other)
+            values = look.model.problem.coordinates.values(look.q)
+            point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
+            found = refined_look(model, point, journal, windows, steps)
+            if found.cost < look.cost:
+                look, term = found, other
+        if families.periods(term) == here:
+            stride //= 2
+    tell(f"{look.model.name}: {look.left:.3g} of the noise left with {families.periods(term)} periods in a turn")
+    return look
 
 
 def refined_look(
@@ -141,14 +200,19 @@ def refined_look(
     windows: Windows = NO_WINDOWS,
     steps: int = SEARCH.robust_steps,
 ) -> FirstLook:
-    """Return a model refined over the first moments, or over other windows, from a point of it."""
+    """Return a model refined over the first moments, or over other windows, from a point of it.
+
+    Over the first half of them before the whole: there fewer switches between sticking and sliding have gone wrong.
+    """
+    windows = windows or first_windows(model.problem)
+    halves = {name: (first, first + (stop - first) // 2) for name, (first, stop) in windows.items()}
 
     def work() -> dict[str, object]:
-        found = refine(model.problem, Candidate(q, 0.0), steps, windows, priors=True)
+        begun = refine(model.problem, Candidate(q, 0.0), steps // 2, halves, priors=True)
+        found = refine(model.problem, begun, steps, windows, priors=True)
         return {"q": found.q, "cost": found.cost}
 
     found = journal.step("first look", [identity(model.problem), q, windows, steps], work)
-    windows = windows or first_windows(model.problem)
     samples = sum((windows[t.name][1] - windows[t.name][0]) * len(t.channels) for t in model.problem.targets)
     return FirstLook(model, found["q"], found["cost"], samples)
 
@@ -197,10 +261,14 @@ def look_past_stall(
     tell, journal
         As of `look_at_first_moments`.
     """
-    looks, (base, at) = [], reached["furthest"]
+    base, at = reached["furthest"]
+    looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps)
+    term = next((name for name in base.effects if name in families.unlisted), None)
+    if term is not None:
+        here = refined_look(base, at, journal, windows, STAGES.second_steps)
+        looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
-    singles = [families.with_effect(base, name) for name in families.likeliest(base, at, windows)[: STAGES.singles]]
-    for model in [*singles, *wide, *map(families.by_law, families.laws())]:
+    for model in [*wide, *map(families.by_law, families.laws())]:
         base, q = reached["" if model.added.is_law else "furthest"]
         look = refined_look(model, model.point_of(base, q), journal, windows, STAGES.second_steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")

@@ -138,7 +138,7 @@ def _look(climb: Climb) -> Climb:
 def _grow_small(climb: Climb) -> Climb:
     """Grow the effects that the first moments need."""
     looks = [look for look in climb.looks if not look.model.added.is_law]
-    best = min(looks, key=lambda look: look.cost)
+    best = min(looks, key=lambda look: look.criterion)
     small = pruned_look(climb.families, best, _teller(climb, "first moments"), climb.watch.journal)
     escapes = STAGES.small_escapes if small.model.effects else STAGES.first_escapes
     return climb.at(_grow(climb, small.model, small.q, escapes=escapes))

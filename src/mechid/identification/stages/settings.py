@@ -68,6 +68,8 @@ class StageSettings:
     scan_step: float = 1.03
     """Factor from one number of periods to the next that is looked at: over the few degrees of the first moments a
     neighbour explains nearly as much."""
+    period_stride: float = 0.02
+    """Share of the number of periods in a turn by which its neighbours are first looked at."""
     past_stall: float = 1.5
     """Times the horizon up to which effects are compared where a growth has stalled."""
     past_stall_s: float = 0.1
