@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from scipy.special import chdtrc
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import appendix_text
-from mechid.identification.effects.effect import AddedTerms
+from mechid.identification.effects.disturbance import lacking_tables
+from mechid.identification.effects.effect import AddedTerms, lay_out
 from mechid.identification.effects.pruning import linearise
 from mechid.identification.effects.scores import by_own_residuals
 from mechid.identification.grading import DIAGNOSE
@@ -24,7 +25,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import words_of
+from mechid.plant.superset import with_tables, words_of
 
 
 def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
@@ -68,10 +69,9 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
     added = state.added
     if added is None or not added.new:
         return ()
-    by_name = added.names_by_term
-    falls = _falls(state, written, added, by_name)
+    by_name = {name: added.parameters_of(name) for name in added.names}
+    falls, total = _falls(state, written, added)
     words = words_of(written)
-    total = max(falls.pop(""), 1e-300)
     if not all(map(math.isfinite, falls.values())):
         return ()  # a point that cannot be simulated explains nothing
     return tuple(
@@ -97,24 +97,38 @@ def _own(fit: Fit, name: str) -> OwnValue:
     return OwnValue(value=p.value, std_error=p.std_error, unit=p.unit)
 
 
-def _falls(
-    state: SearchState, written: Mechanism, added: AddedTerms, by_name: Mapping[str, Sequence[str]]
-) -> dict[str, float]:
-    """Return by how much the cost falls with each added term or law; with all of them under an empty name."""
-    if not added.is_law:
-        at = linearise(state.problem, state.q, state.windows, by_name)
-        if at is None:
-            return dict.fromkeys((*by_name, ""), math.nan)
-        found = at.rises()
-        return {name: max(found.get(name, 0.0), 0.0) for name in (*by_name, "")}
+def _falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[dict[str, float], float]:
+    """Return by how much the cost falls with each added term or law, and with all of them."""
+    by_term = added.names_by_term
+    found, total = dict[str, float](), 0.0
+    if by_term:
+        at = linearise(state.problem, state.q, state.windows, by_term)
+        rises = at.rises() if at else dict.fromkeys((*by_term, ""), math.nan)
+        found = {name: max(rises.get(name, 0.0), 0.0) for name in by_term}
+        total = max(rises[""], 0.0)
+    if added.law:
+        found[added.law] = _fall_by_law(state, written, added)
+        total += found[added.law]
+    return found, max(total, 1e-300)
+
+
+def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> float:
+    """Return by how much the cost falls with a law in place of the one that the user chose, all else fitted anew."""
     weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
     cost = weighted.total_norm(state.q, state.windows) ** 2
-    plain = AddedTerms(written.with_free(tuple(p.name for p in weighted.space.mechanism.free))).problem(weighted)
-    q = plain.coordinates.point(weighted.coordinates.values(state.q))
+    moved = {p.name for p in weighted.space.mechanism.free}
+    without_law = lay_out(AddedTerms(written), added.terms, _tables(written, state)).mechanism
+    free = tuple(p.name for p in without_law.free if p.name in moved)
+    plain = AddedTerms(without_law.with_free(free)).problem(weighted)
+    q = plain.coordinates.clip(plain.coordinates.point(weighted.coordinates.values(state.q)))
     if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
         q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
-    fall = max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
-    return {**dict.fromkeys(by_name, fall), "": fall}
+    return max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
+
+
+def _tables(written: Mechanism, state: SearchState) -> frozenset[str]:
+    """Return the tables that a mechanism lacks for what the records were found to have."""
+    return lacking_tables(written, [found.disturbance for found in state.found])
 
 
 def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
@@ -132,7 +146,8 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
         At the end of the search.
     """
     own = {p.name: fit.mechanism.value(p.name) for p in campaign.mechanism.free}
-    problem = AddedTerms(campaign.mechanism.with_values(own).with_free(())).problem(state.problem)
+    written = with_tables(campaign.mechanism, _tables(campaign.mechanism, state))
+    problem = AddedTerms(written.with_values(own).with_free(())).problem(state.problem)
     values = {name: p.value for name, p in fit.parameters.items()}
     records = [r for r in campaign.records if r.name in fit.records]
     found = {r.name: _predicted(r, fit.records[r.name], problem, values, state) for r in records}
@@ -165,9 +180,11 @@ def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | Non
     if state.added is None or fit.as_written is None:
         return None
     terms = fit.added_terms
-    names = [f"{one.words} ({one.name})" for one in terms[: STAGES.most_named]] or list(state.added.terms)
+    if not state.added.names:
+        return None
+    names = [f"{one.words} ({one.name})" for one in terms[: STAGES.most_named]] or list(state.added.names)
     more = f" and {len(terms) - STAGES.most_named} more" if len(terms) > STAGES.most_named else ""
-    what, them = ("effects", "them") if len(state.added.terms) > 1 else ("an effect", "it")
+    what, them = ("effects", "them") if len(state.added.names) > 1 else ("an effect", "it")
     ratios = fit.as_written.residual_over_noise
     worst = max(state.windows, key=lambda name: ratios[name])
     left, alone = fit.records[worst].residual_over_noise, ratios[worst]

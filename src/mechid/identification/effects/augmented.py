@@ -9,11 +9,10 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Disturbance
-from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, substitute_law
+from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null
 from mechid.identification.effects.pruning import groups_of, needed_groups
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
-from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, Superset
+from mechid.plant.superset import Superset
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,25 +28,27 @@ class AugmentedModel:
         Its terms, or its law.
     disturbances : tuple of Disturbance
     superset : Superset or None
-        All terms that its mechanism may have; None of a law, and where there are none.
+        All terms that its mechanism may have; None where there are none.
+    base : AddedTerms
+        What it is without its terms: the mechanism as written, or with a law.
     """
 
     name: str
     problem: Problem
     added: AddedTerms
-    disturbances: tuple[Disturbance, ...] = ()
-    superset: Superset | None = None
+    disturbances: tuple[Disturbance, ...]
+    superset: Superset | None
+    base: AddedTerms
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Names of its terms, its law and its disturbances."""
-        return (*self.added.terms, *(one.name for one in self.disturbances))
+        return (*self.added.names, *(one.name for one in self.disturbances))
 
     @property
     def names_by_effect(self) -> dict[str, tuple[str, ...]]:
         """Dotted names of the parameters of each term and disturbance; a law cannot be left out and has none here."""
-        terms = {} if self.added.is_law else self.added.names_by_term
-        return terms | {one.name: tuple(p.name for p in one.parameters) for one in self.disturbances}
+        return self.added.names_by_term | {one.name: tuple(p.name for p in one.parameters) for one in self.disturbances}
 
     def point_of(self, other: AugmentedModel, q: FloatArray) -> FloatArray:
         """Return a point of another model in this one, (n,): what is new begins at its null value."""
@@ -56,9 +57,8 @@ class AugmentedModel:
     def keeping(self, plain: Problem, names: Collection[str], name: str) -> AugmentedModel:
         """Return the model with some of its effects alone, under another name."""
         some = [one for one in self.disturbances if one.name in names]
-        if self.added.is_law or self.superset is None:
-            return replace(self, name=name, problem=self.added.problem(plain, some), disturbances=tuple(some))
-        return augment(plain, self.superset, [term for term in self.added.terms if term in names], some, name)
+        terms = [term for term in self.added.terms if term in names]
+        return augment(plain, self.base, self.superset, terms, some, name)
 
     def needed(self, q: FloatArray, windows: Windows) -> dict[str, float] | None:
         """Return the effects without which the cost rises by more than k ln N, each with that rise.
@@ -105,16 +105,28 @@ class AugmentedModel:
 
 
 def augment(
-    plain: Problem, superset: Superset | None, terms: Sequence[str], disturbances: Sequence[Disturbance], name: str
+    plain: Problem,
+    base: AddedTerms,
+    superset: Superset | None,
+    terms: Sequence[str],
+    disturbances: Sequence[Disturbance],
+    name: str,
 ) -> AugmentedModel:
-    """Return a problem with some terms of a superset and some disturbances free beside the mechanism as written."""
-    added = add_terms(superset, terms) if superset else AddedTerms(plain.space.mechanism)
-    return AugmentedModel(name, added.problem(plain, disturbances), added, tuple(disturbances), superset)
+    """Return a problem with some terms of a superset and some disturbances free beside a mechanism.
 
-
-def augment_by_law(
-    plain: Problem, written: Mechanism, law: Law, disturbances: Sequence[Disturbance] = ()
-) -> AugmentedModel:
-    """Return a problem with a law in place of the mechanism's own one."""
-    added = substitute_law(written, law)
-    return AugmentedModel(law.name, added.problem(plain, disturbances), added, tuple(disturbances))
+    Parameters
+    ----------
+    plain : Problem
+        The records, of the mechanism as written.
+    base : AddedTerms
+        That mechanism, or the one with a law in place of its own.
+    superset : Superset or None
+        All terms that may stand beside it; None of none.
+    terms : sequence of str
+        Those that are free, by name.
+    disturbances : sequence of Disturbance
+    name : str
+        What the model is called.
+    """
+    added = add_terms(superset, terms, base) if superset else base
+    return AugmentedModel(name, added.problem(plain, disturbances), added, tuple(disturbances), superset, base)

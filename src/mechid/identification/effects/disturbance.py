@@ -16,6 +16,7 @@ from mechid.command import MeasuredCommand
 from mechid.identification.output_error.problem import Problem, transfer_coordinates
 from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
+from mechid.plant.mechanism import Mechanism
 
 SAME_LINE_HZ = 1e-6
 """Frequencies that differ by no more are one line: rounding."""
@@ -152,6 +153,12 @@ def _kept(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Para
         Parameter(name=p.name, value=lost[p.name].value, declaration=p.declaration) if p.name in lost else p
         for p in kept
     )
+
+
+def lacking_tables(mechanism: Mechanism, some: Iterable[Disturbance]) -> frozenset[str]:
+    """Return the tables that a mechanism lacks and in which values of single records replace its own: of a gain."""
+    replaced = {p.replaces for one in some for p in one.parameters if p.replaces}
+    return frozenset(name.rpartition(".")[0] for name in replaced - mechanism.parameters.keys())
 
 
 def disturbed_campaign(campaign: Campaign, some: Sequence[Disturbance]) -> Campaign:

@@ -12,7 +12,10 @@ from mechid.identification.effects.disturbance import Disturbance, with_disturba
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, Superset
+from mechid.plant.superset import Law, Superset, superset_of, unlisted_extensions, with_tables
+
+MOST_PERIODS = 400
+"""Periods in a turn up to which a detent is looked for: two to a full step of 1.8 deg."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +25,14 @@ class AddedTerms:
     Attributes
     ----------
     mechanism : Mechanism
-        With the terms free, or with the law.
+        With the terms free, and with the law.
     widths : mapping of str to float
-        Standard deviations of their small priors, by dotted name; those of a law that has no null have none.
+        Standard deviations of the terms' small priors, by dotted name; those of a law, which has no null, have none.
     new : mapping of str to str
-        Dotted names of the free parameters that the mechanism as written does not have, each with the name of its term.
-    is_law : bool
-        Whether it is a law in place of another one; a law has no null value.
+        Dotted names of the free parameters that the mechanism as written does not have, each with the name of its term
+        or law.
+    law : str
+        Name of the law among them that stands in place of another one; empty where none does. It has no null value.
     aliases : mapping of str to tuple of str
         Names of the terms that explain as much in place of an added one, by the name of that one.
     """
@@ -36,18 +40,27 @@ class AddedTerms:
     mechanism: Mechanism
     widths: Mapping[str, float] = field(default_factory=dict)
     new: Mapping[str, str] = field(default_factory=dict)
-    is_law: bool = False
+    law: str = ""
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
-    def terms(self) -> tuple[str, ...]:
-        """Names of the terms, as diagnosis calls them."""
+    def names(self) -> tuple[str, ...]:
+        """Names of its terms and its law, as diagnosis calls them."""
         return tuple(dict.fromkeys(self.new.values()))
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Names of its terms, which have a null value."""
+        return tuple(name for name in self.names if name != self.law)
 
     @property
     def names_by_term(self) -> dict[str, tuple[str, ...]]:
         """Dotted names of the free parameters of each term."""
-        return {term: tuple(name for name, of in self.new.items() if of == term) for term in self.terms}
+        return {term: self.parameters_of(term) for term in self.terms}
+
+    def parameters_of(self, name: str) -> tuple[str, ...]:
+        """Return the dotted names of the free parameters of a term or a law."""
+        return tuple(parameter for parameter, of in self.new.items() if of == name)
 
     def problem(self, plain: Problem, disturbances: Sequence[Disturbance] = ()) -> Problem:
         """Return the problem of the same records with the terms free, and with some disturbances of the records."""
@@ -55,17 +68,40 @@ class AddedTerms:
         return with_disturbances(wider, disturbances)
 
 
-def add_terms(superset: Superset, names: Collection[str]) -> AddedTerms:
-    """Return a mechanism with some terms of its superset free."""
+def add_terms(superset: Superset, names: Collection[str], base: AddedTerms | None = None) -> AddedTerms:
+    """Return a mechanism with some terms of its superset free; `base` is what it has without them, a law."""
+    before = base or AddedTerms(superset.mechanism)
     new = {name: term for name, term in superset.term_of.items() if term in names}
     widths = {name: width for term in superset.terms if term.name in names for name, width in term.widths.items()}
-    return AddedTerms(superset.freeing(names), widths, new)
+    return AddedTerms(superset.freeing(names), widths, {**before.new, **new}, before.law)
 
 
 def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:
     """Return a mechanism with a law in place of its own one."""
     new = {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters}
-    return AddedTerms(law.mechanism, new=new, is_law=True)
+    return AddedTerms(law.mechanism, new=new, law=law.name)
+
+
+def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = ()) -> AddedTerms:
+    """Return a mechanism with some terms and no place for others, as a file would declare them, without small priors.
+
+    Parameters
+    ----------
+    base : AddedTerms
+        The mechanism without terms: as written, or with a law.
+    names : collection of str
+        Of terms.
+    tables : collection of str
+        Optional tables that it has in any case, with their defaults.
+    """
+    mechanism = with_tables(base.mechanism, tables)
+    base = replace(base, mechanism=mechanism)
+    if not names:
+        return base
+    unlisted = unlisted_extensions(mechanism, range(1, MOST_PERIODS + 1))
+    further = [unlisted[name] for name in sorted(unlisted.keys() & set(names))]
+    superset = superset_of(mechanism, only=names, further=further)
+    return replace(add_terms(superset, names, base), widths={}) if superset else base
 
 
 def distance_from_null(problem: Problem, q: FloatArray) -> FloatArray:

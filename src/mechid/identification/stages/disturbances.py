@@ -14,8 +14,8 @@ import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import Disturbance, Found, with_disturbances, without
-from mechid.identification.effects.effect import substitute_law
+from mechid.identification.effects.disturbance import Disturbance, Found, lacking_tables, with_disturbances, without
+from mechid.identification.effects.effect import lay_out, substitute_law
 from mechid.identification.effects.scores import Score, bayesian_penalty, count_effective_samples, scores
 from mechid.identification.effects.selection import add_likeliest, better_law, drop_unneeded, gain
 from mechid.identification.effects.settings import DURING_FIT, EffectRules
@@ -117,7 +117,9 @@ class SearchedModel:
 
     def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
         """Return it with a law in place of the disturbance that imitates it, fitted."""
-        alone, added = self._lacking(law.imitated_by), substitute_law(plain, law)
+        alone, terms = self._lacking(law.imitated_by), self.state.added.terms if self.state.added else ()
+        own = [found.disturbance for found in alone.found]
+        added = lay_out(substitute_law(plain, law), terms, lacking_tables(plain, own))
         problem = added.problem(alone.problem)
         begun = replace(alone.of(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
         return self._fitted(begun, f"{law.name} in place of {law.imitated_by}", (*self.names, *sorted(added.new)))
@@ -189,7 +191,7 @@ def without_imitations(watch: Watch, state: SearchState, campaign: Campaign, nam
     What a filter does beyond its delay would go into the mechanism's values, and nothing in the records' own parts
     would show it, since all records have the same.
     """
-    if state.added is not None or not campaign.options.terms:
+    if (state.added is not None and state.added.law) or not campaign.options.terms:
         return state
     model = SearchedModel(watch, state, names, released=True)
     imitated = (law for law in rivals_of(campaign.mechanism) if law.imitated_by in model.effects)

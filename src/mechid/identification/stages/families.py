@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.effects.augmented import AugmentedModel, augment, augment_by_law
+from mechid.identification.effects.augmented import AugmentedModel, augment
 from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.effects.disturbance import Disturbance, lacking_tables
+from mechid.identification.effects.effect import MOST_PERIODS, AddedTerms, lay_out, substitute_law
 from mechid.identification.effects.pruning import falls, groups_of
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
+from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import robust_triangle
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.block import Extension
@@ -64,10 +66,13 @@ class Families:
     plain : Problem
         Of the mechanism as written.
     campaign : Campaign
+    law : Law or None
+        That stands in place of the mechanism's own one in all models.
     """
 
     plain: Problem
     campaign: Campaign
+    law: Law | None = None
 
     @property
     def allows_terms(self) -> bool:
@@ -75,9 +80,15 @@ class Families:
         return self.campaign.options.terms
 
     @cached_property
-    def written(self) -> AugmentedModel:
-        """The mechanism as written, nothing beside it."""
-        return augment(self.plain, None, (), (), "as written")
+    def base(self) -> AddedTerms:
+        """The mechanism as written, or with the law."""
+        mechanism = self.plain.space.mechanism
+        return substitute_law(mechanism, self.law) if self.law else AddedTerms(mechanism)
+
+    @cached_property
+    def bare(self) -> AugmentedModel:
+        """The model with nothing beside."""
+        return augment(self.plain, self.base, None, (), (), self.law.name if self.law else "as written")
 
     @cached_property
     def superset(self) -> Superset | None:
@@ -87,7 +98,7 @@ class Families:
     @cached_property
     def unlisted(self) -> Mapping[str, Extension]:
         """Terms of any other whole number of periods in a turn of the rotor, by name."""
-        return unlisted_extensions(self.plain.space.mechanism, range(1, STAGES.most_periods + 1))
+        return unlisted_extensions(self.base.mechanism, range(1, MOST_PERIODS + 1))
 
     def periods(self, name: str) -> int:
         """Return the number of periods in a turn of an unlisted term."""
@@ -103,17 +114,17 @@ class Families:
 
     def _superset(self, names: Iterable[str]) -> Superset | None:
         """Return the superset with some of the unlisted terms too: the same plant whichever they are."""
-        layout = self.plain.space.mechanism.plant.layout
+        layout = self.base.mechanism.plant.layout
         if layout is None:
             return None
         chosen = [*names, *(name for name in self.unlisted if name not in names)][: STAGES.unlisted_at_once]
         further = [self.unlisted[name] for name in chosen] if self.allows_terms else []
         tables = (GAIN_TABLE,) if layout.flying is None else ()
-        return superset_of(self.plain.space.mechanism, grown_only=True, further=further, tables=tables)
+        return superset_of(self.base.mechanism, grown_only=True, further=further, tables=tables)
 
     @cached_property
     def _of_records(self) -> tuple[Disturbance, ...]:
-        bare = augment(self.plain, self.superset, (), (), "").problem
+        bare = augment(self.plain, self.base, self.superset, (), (), "").problem
         return tuple(one for one in possible(bare, self.campaign) if one.name in OF_RECORDS or one.lines_hz)
 
     def model(
@@ -153,26 +164,42 @@ class Families:
     def _with(
         self, base: AugmentedModel | None, terms: Sequence[str], own: Sequence[Disturbance], name: str
     ) -> AugmentedModel:
-        before = base or self.written
+        before = base or self.bare
         names = dict.fromkeys((*before.added.terms, *terms))
         there = {one.name for one in before.disturbances}
         disturbances = (*before.disturbances, *(one for one in own if one.name not in there))
         return augment(
-            self.plain, self._superset([n for n in names if n in self.unlisted]), [*names], disturbances, name
+            self.plain,
+            self.base,
+            self._superset([n for n in names if n in self.unlisted]),
+            [*names],
+            disturbances,
+            name,
         )
 
     def laws(self) -> Iterator[Law]:
         """Yield the laws that may stand in place of the mechanism's."""
         if self.allows_terms:
-            yield from rivals_of(self.campaign.mechanism, grown_only=True)
+            yield from rivals_of(self.plain.space.mechanism, grown_only=True)
 
-    def by_law(self, law: Law) -> AugmentedModel:
-        """Return the model with a law in place of the mechanism's own one."""
-        return augment_by_law(self.plain, self.campaign.mechanism, law)
+    def with_law(self, law: Law) -> Families:
+        """Return the families with a law in place of the mechanism's own one."""
+        return replace(self, law=law)
+
+    def by_law(self, law: Law, base: AugmentedModel | None = None) -> AugmentedModel:
+        """Return the model with a law in place of the mechanism's own one, and with the effects of another model."""
+        other = self.with_law(law)
+        if base is None or not base.effects:
+            return other.bare
+        tables = lacking_tables(other.base.mechanism, base.disturbances)
+        added = lay_out(other.base, base.added.terms, tables)
+        problem = added.problem(self.plain, base.disturbances)
+        return AugmentedModel(f"{base.name}, {law.name}", problem, added, base.disturbances, None, other.base)
 
     def likeliest(self, base: AugmentedModel, q: FloatArray, windows: Windows) -> list[str]:
         """Return the single effects that would explain most of some windows beside a model, the likeliest first.
 
+        Of long windows the first moments alone, as many numbers of periods are gone through.
         By the derivatives at a point: with each effect all that the model has is free to make room. Of terms with
         neighbouring numbers of periods, which short windows do not tell apart, the best one is returned.
 
@@ -183,6 +210,7 @@ class Families:
             A point of it.
         windows : mapping of record to (first, stop)
         """
+        windows = self._at_most_long(windows)
         found = self._scores(base, q, windows, self.model(EVERYTHING, base), None)
         numbers = self._scanned(base)
         for first in range(0, len(numbers), STAGES.unlisted_at_once):
@@ -190,6 +218,14 @@ class Families:
             found |= self._scores(base, q, windows, self._with(base, some, (), "scanned"), some)
         best = [name for name in found if not self._is_beside_better(name, numbers, found)]
         return sorted((name for name in best if found[name] > 0.0), key=lambda name: -found[name])
+
+    def _at_most_long(self, windows: Windows) -> Windows:
+        """Return windows of so many seconds at most: the shortest as they are, of the others the first moments."""
+        kept, left_s = {}, STAGES.scan_s
+        for target in sorted(self.plain.targets, key=lambda t: windows[t.name][1]):
+            left_s -= windows[target.name][1] / target.base.sample_rate_hz
+            kept[target.name] = windows[target.name] if left_s > 0.0 else first_window(target)
+        return kept
 
     def _scanned(self, base: AugmentedModel) -> list[tuple[int, str]]:
         """Return the numbers of periods at which unlisted terms are looked for, with their names, in steps."""

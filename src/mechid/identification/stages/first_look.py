@@ -111,14 +111,14 @@ def look_at_first_moments(
 
     def laws_tried(points: Sequence[FloatArray]) -> bool:
         delays = looks.get(RECORDS.name)
-        plain = refined_look(families.written, first, journal)
+        plain = refined_look(families.bare, first, journal)
         delayed = delays is not None and delays.cost < STAGES.delays_help * plain.cost
         some = sorted(families.laws(), key=lambda law: not (law.imitated_by and delayed))
         models = map(families.by_law, some)
         return any(refined(model, _law_starts(model, plain_points(model, points))) for model in models)
 
     def singles_tried() -> bool:
-        singles = look_at_singles(families, families.written, first, first_windows(families.plain), tell, journal)
+        singles = look_at_singles(families, families.bare, first, first_windows(families.plain), tell, journal)
         looks.update({look.model.name: look for look in singles})
         return any(look.explains for look in singles)
 
@@ -225,11 +225,8 @@ def first_windows(problem: Problem) -> Windows:
 def pruned_look(
     families: Families, look: FirstLook, tell: Callable[[str], None], journal: Journal, windows: Windows = NO_WINDOWS
 ) -> FirstLook:
-    """Return a look without the effects that are not needed there, refined again.
-
-    The look itself where it leaves too much of them to tell, or has a law alone.
-    """
-    if look.left >= STAGES.prunable or look.model.added.is_law:
+    """Return a look without the effects that are not needed there, refined again; itself where it leaves too much."""
+    if look.left >= STAGES.prunable or not look.model.names_by_effect:
         return look
     needed = look.model.needed(look.q, windows or first_windows(families.plain))
     if needed is None:
@@ -243,34 +240,37 @@ def pruned_look(
 
 def look_past_stall(
     families: Families,
-    reached: Mapping[str, tuple[AugmentedModel, FloatArray]],
+    base: AugmentedModel,
+    at: FloatArray,
     windows: Windows,
     tell: Callable[[str], None],
     journal: Journal,
 ) -> list[FirstLook]:
     """Return what each family leaves of windows that reach a little past where a growth has stalled, the best first.
 
-    Each begins where a growth of fewer effects has ended; the best is the one of the least Bayesian criterion.
+    Each begins where the growth has ended; the best is the one of the least Bayesian criterion.
 
     Parameters
     ----------
     families : Families
-    reached : mapping of str to (AugmentedModel, (n,))
-        Where growths have ended: that of the mechanism as written under "", from which laws begin, and the furthest.
+        With the law of the model.
+    base : AugmentedModel
+        The model that was grown.
+    at : (n,)
+        Where its growth has ended.
     windows : mapping of record to (first, stop)
     tell, journal
         As of `look_at_first_moments`.
     """
-    base, at = reached["furthest"]
     looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps)
     term = next((name for name in base.effects if name in families.unlisted), None)
     if term is not None:
         here = refined_look(base, at, journal, windows, STAGES.second_steps)
         looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
-    for model in [*wide, *map(families.by_law, families.laws())]:
-        base, q = reached["" if model.added.is_law else "furthest"]
-        look = refined_look(model, model.point_of(base, q), journal, windows, STAGES.second_steps)
+    laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
+    for model in [*wide, *laws]:
+        look = refined_look(model, model.point_of(base, at), journal, windows, STAGES.second_steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
         looks.append(look)
     return sorted(looks, key=lambda look: look.criterion)
@@ -283,7 +283,7 @@ def effect_words(needed: Mapping[str, float]) -> str:
 
 def _from_nearest(model: AugmentedModel, looks: Iterable[FirstLook]) -> list[FloatArray]:
     """Return the point of the look that explains most among those whose effects the model has."""
-    inside = [look for look in looks if not look.model.added.is_law and set(look.model.effects) <= set(model.effects)]
+    inside = [look for look in looks if not look.model.added.law and set(look.model.effects) <= set(model.effects)]
     nearest = min(inside, key=lambda look: look.cost, default=None)
     return [model.point_of(nearest.model, nearest.q)] if nearest else []
 

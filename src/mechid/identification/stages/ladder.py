@@ -13,7 +13,6 @@ from functools import cached_property
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.effects.effect import AddedTerms
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
@@ -129,7 +128,7 @@ def _look(climb: Climb) -> Climb:
     tell = _teller(climb, "first moments")
     looks = look_at_first_moments(climb.families, starts, tell, climb.watch.journal)
     climb = replace(climb, looks=tuple(looks))
-    if looks and looks[-1].model.added.is_law:
+    if looks and looks[-1].model.added.law:
         law = looks[-1]
         climb = climb.at(_grow(climb, law.model, law.q, escapes=STAGES.law_escapes))
     return climb
@@ -137,7 +136,7 @@ def _look(climb: Climb) -> Climb:
 
 def _grow_small(climb: Climb) -> Climb:
     """Grow the effects that the first moments need."""
-    looks = [look for look in climb.looks if not look.model.added.is_law]
+    looks = [look for look in climb.looks if not look.model.added.law]
     best = min(looks, key=lambda look: look.criterion)
     small = pruned_look(climb.families, best, _teller(climb, "first moments"), climb.watch.journal)
     escapes = STAGES.small_escapes if small.model.effects else STAGES.first_escapes
@@ -146,7 +145,8 @@ def _grow_small(climb: Climb) -> Climb:
 
 def _look_again(climb: Climb) -> Climb:
     """Free one family at a time where the furthest growth has stalled, over windows that reach a little past it."""
-    furthest, plain = _furthest(climb), _plain(climb)
+    furthest = _furthest(climb)
+    families = _families(climb, furthest)
     least = {t.name: round(STAGES.past_stall_s * t.base.sample_rate_hz) for t in climb.state.problem.targets}
     windows = {
         t.name: (0, min(t.samples, max(round(STAGES.past_stall * n), n + least[t.name])))
@@ -154,11 +154,10 @@ def _look_again(climb: Climb) -> Climb:
         for n in [furthest.growth.horizons[t.name]]
     }
     tell = _teller(climb, "past the stall")
-    reached = {"": (plain.model, plain.q), "furthest": (furthest.model, furthest.q)}
     journal = climb.watch.journal
-    looks = look_past_stall(climb.families, reached, windows, tell, journal)
+    looks = look_past_stall(families, furthest.model, furthest.q, windows, tell, journal)
     for look in looks[: STAGES.second_looks]:
-        small = pruned_look(climb.families, look, tell, journal, windows)
+        small = pruned_look(families, look, tell, journal, windows)
         climb = climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
         if climb.complete:
             break
@@ -169,7 +168,8 @@ def _free(family: Family) -> Callable[[Climb], Climb]:
     """Return the rung that frees a family where the furthest growth has stalled, and grows what is needed there."""
 
     def attempt(climb: Climb) -> Climb:
-        _, small = freed(climb.watch, climb.families, _furthest(climb), family)
+        furthest = _furthest(climb)
+        _, small = freed(climb.watch, _families(climb, furthest), furthest, family)
         return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
 
     return attempt
@@ -177,7 +177,8 @@ def _free(family: Family) -> Callable[[Climb], Climb]:
 
 def _grow_wide(climb: Climb) -> Climb:
     """Grow with all effects free, from where the furthest growth has stalled."""
-    wide, _ = freed(climb.watch, climb.families, _furthest(climb), EVERYTHING)
+    furthest = _furthest(climb)
+    wide, _ = freed(climb.watch, _families(climb, furthest), furthest, EVERYTHING)
     return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
 
 
@@ -185,16 +186,19 @@ def _plain(climb: Climb) -> Reached:
     """Return the growth of the mechanism as written."""
     written = climb.state.problem
     none = Growth(climb.best.q, {t.name: first_samples(t) for t in written.targets}, False, 0)
-    model = AugmentedModel("as written", written, AddedTerms(written.space.mechanism))
-    return Reached(model, climb.growth or none)
+    return Reached(climb.families.bare, climb.growth or none)
 
 
 def _furthest(climb: Climb) -> Reached:
-    """Return the furthest growth whose model can take further effects."""
+    """Return the furthest growth."""
     plain, reached = _plain(climb), climb.reached
-    if reached is None or reached.model.added.is_law:
-        return plain
-    return max((plain, reached), key=lambda one: one.share)
+    return plain if reached is None else max((plain, reached), key=lambda one: one.share)
+
+
+def _families(climb: Climb, reached: Reached) -> Families:
+    """Return the families with the law of a growth."""
+    law = reached.model.added.law
+    return next((climb.families.with_law(one) for one in climb.families.laws() if one.name == law), climb.families)
 
 
 def _grow(climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int) -> Reached:
@@ -211,7 +215,7 @@ def _can_free(climb: Climb) -> bool:
 
 FIRST_MOMENTS = (
     Rung("effects named by the first moments", lambda climb: climb.may_add, _look),
-    Rung("those needed there, grown", lambda climb: any(not l.model.added.is_law for l in climb.looks), _grow_small),
+    Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
     Rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),

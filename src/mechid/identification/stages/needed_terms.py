@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.effect import AddedTerms, add_terms
+from mechid.identification.effects.effect import AddedTerms, lay_out
 from mechid.identification.effects.pruning import Linearisation, linearise
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
@@ -21,7 +21,6 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.horizons import unfollowed_records
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
-from mechid.plant.superset import superset_of, unlisted_extensions
 
 Follows = Callable[[Problem, FloatArray], bool]
 
@@ -56,7 +55,7 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     follows : callable or None
         Further condition that a fit with fewer terms has to meet.
     """
-    if state.added is None or state.added.is_law:
+    if state.added is None or not state.added.terms:
         return state
     q = solve(
         state.problem, state.q, state.problem.whole(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
@@ -121,15 +120,9 @@ def _laid_out(
     state: SearchState, wide: AddedTerms, fit: TermSelection, plain: Problem, aliases: Mapping[str, tuple[str, ...]]
 ) -> SearchState:
     """Return a state of the mechanism with the terms of a fit, without small priors, laid out without the others."""
-    mechanism = plain.space.mechanism
-    further = [
-        one
-        for name, one in unlisted_extensions(mechanism, range(1, STAGES.most_periods + 1)).items()
-        if name in fit.names
-    ]
-    superset = superset_of(mechanism, only=fit.names, further=further)
-    assert superset is not None, "terms that were free come from the mechanism's own superset"
-    added = replace(add_terms(superset, fit.names), widths={}, aliases=aliases)
+    law = {name: of for name, of in wide.new.items() if of == wide.law}
+    base = AddedTerms(plain.space.mechanism, new=law, law=wide.law)
+    added = replace(lay_out(base, fit.names), aliases=aliases)
     problem = added.problem(plain)
     values = _renamed(fit.problem.coordinates.values(fit.q), wide, added)
     return replace(state.of(problem), added=added).at(problem.coordinates.point(values))

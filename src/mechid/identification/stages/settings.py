@@ -61,10 +61,10 @@ class StageSettings:
     """Drawn starts from which families are tried where the best one does not do."""
     singles: int = 6
     """Single effects, those likeliest by their derivatives, that are refined by themselves."""
-    most_periods: int = 400
-    """Periods in a turn up to which a detent is looked for: two to a full step of 1.8 deg."""
     unlisted_at_once: int = 4
     """Terms of any number of periods that one plant has places for."""
+    scan_s: float = 1.5
+    """Time of all windows together in which numbers of periods are gone through."""
     scan_step: float = 1.03
     """Factor from one number of periods to the next that is looked at: over the few degrees of the first moments a
     neighbour explains nearly as much."""

@@ -6,16 +6,16 @@ and freed again where that stalls; what is kept in the end is what the records n
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.effects.augmented import AugmentedModel, augment_by_law
-from mechid.identification.effects.disturbance import Disturbance, Found, without
-from mechid.identification.effects.effect import AddedTerms, distance_from_null
+from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.effects.disturbance import Disturbance, Found, lacking_tables, without
+from mechid.identification.effects.effect import AddedTerms, distance_from_null, lay_out
 from mechid.identification.effects.pruning import groups_of, linearise, needed_groups
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import is_significant
@@ -33,8 +33,7 @@ from mechid.identification.stages.needed_terms import drop_unneeded_terms
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import explains_most, with_levels_of
-from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import rivals_of, with_tables
+from mechid.plant.superset import rivals_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +99,6 @@ def freed(watch: Watch, families: Families, reached: Reached, family: Family) ->
     return at, Reached(less, replace(reached.growth, q=moved))
 
 
-def mechanism_with_tables_of(mechanism: Mechanism, disturbances: Sequence[Disturbance]) -> Mechanism:
-    """Return a mechanism that has the tables in which values of single records replace its own: a gain needs one."""
-    replaced = {p.replaces for one in disturbances for p in one.parameters if p.replaces}
-    return with_tables(mechanism, {name.rpartition(".")[0] for name in replaced - mechanism.parameters.keys()})
-
-
 def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the state that follows all records, with the effects that are needed and no other.
 
@@ -115,15 +108,16 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     found, problem, q = needed_disturbances(reached)
     whole = {t.name: t.samples for t in problem.targets}
     own = [one.disturbance for one in found]
-    written = AddedTerms(mechanism_with_tables_of(state.problem.space.mechanism, own))
-    plain = written.problem(state.problem, own)
+    base = lay_out(reached.model.base, (), lacking_tables(reached.model.base.mechanism, own))
+    plain = base.problem(state.problem, own)
     alone = _fit_without_terms(reached.model, problem, q, plain)
     at = replace(state, found=(*state.found, *found))
-    if written.mechanism is not state.problem.space.mechanism:
-        at = replace(at, added=written)
+    if base.mechanism is not state.problem.space.mechanism:
+        at = replace(at, added=base)
     follows = not unfollowed_records(plain, alone)
     if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
-        growth = grow_model(watch, AugmentedModel("as written", plain, written), alone, seed).growth
+        model = AugmentedModel("without terms", plain, base, tuple(own), None, base)
+        growth = grow_model(watch, model, alone, seed).growth
         if not growth.complete:
             return None
         follows, alone = True, growth.q
@@ -136,7 +130,7 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
 
 def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, plain: Problem) -> FloatArray:
     """Return the fit without a model's terms from its optimum: the others first move as the derivatives there say."""
-    terms = {} if model.added.is_law else model.added.names_by_term
+    terms = model.added.names_by_term
     at = linearise(problem, q, problem.whole(), terms) if terms else None
     starts = [q] if at is None else [at.keeping(())[1], q]
     for start in starts:
@@ -212,7 +206,8 @@ def accept_at_raised_noise(
     found, problem, q = needed_disturbances(fitted)
     own = tuple(one.disturbance for one in found)
     state = replace(raised.of(problem), found=(*raised.found, *found), added=fitted.model.added)
-    plain = AddedTerms(mechanism_with_tables_of(raised.problem.space.mechanism, own)).problem(raised.problem, own)
+    written = AddedTerms(raised.problem.space.mechanism)
+    plain = lay_out(written, (), lacking_tables(written.mechanism, own)).problem(raised.problem, own)
     state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)
     return watch.note(state), replace(fitted.growth, q=state.q)
 
@@ -258,7 +253,7 @@ def _law_starts(
 ) -> Iterator[tuple[AugmentedModel, Candidate]]:
     """Yield each law that may stand in place of one chosen, with its best start."""
     for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
-        model = augment_by_law(state.problem, campaign.mechanism, law)
+        model = Families(state.problem, campaign, law).bare
         watch.tell("other laws", law.name)
         best = best_start(model.problem, seed, watch.journal)
         if best is not None:
