@@ -26,7 +26,7 @@ from incomplete.benches import make_bench
 from incomplete.effects import EFFECTS, NOTHING, effects_of
 from incomplete.names import false_names, names_of, unnamed
 from incomplete.summary import errors_of, rms
-from incomplete_benches import ESTIMATES, append, effect_named, read, seeds_from
+from incomplete_benches import ESTIMATES, append, read, seeds_from
 from mechid.campaign import Campaign, load_campaign
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from mechid.identification.identify import identify
@@ -91,6 +91,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
     return parser.parse_args()
+
+
+def effect_named(text: str) -> str:
+    """Return a bench's effect as an option names it."""
+    effects_of(text)
+    return text
 
 
 def _asked(arguments: argparse.Namespace) -> Iterator[tuple[str, int]]:

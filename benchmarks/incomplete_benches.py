@@ -19,10 +19,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from incomplete.benches import drawn, make_bench
+from incomplete.benches import TRUTH_NAME, drawn, make_bench
 from incomplete.complete import KINDS, Complete
 from incomplete.effects import EFFECTS, NOTHING, effects_of
 from incomplete.fits import fitted, half
+from incomplete.hardware import HARDWARE, PAIRS
+from incomplete.sizes import SIZES, Sizes
 from incomplete.summary import catalogue_table, complete_table, incomplete_table, told
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import TRUTH
@@ -41,6 +43,9 @@ def main() -> None:
     arguments = _arguments()
     out = arguments.out
     out.mkdir(parents=True, exist_ok=True)
+    if arguments.make_only:
+        make(arguments.sizes, arguments.effects, range(*arguments.seeds), out, catalogue=arguments.catalogue)
+        return
     if not arguments.summary and not arguments.complete:
         parts = ["whole", *(["first", "second"] if arguments.halves else []), *(["reference"] * arguments.reference)]
         parts = [CATALOGUE] if arguments.catalogue else parts
@@ -63,11 +68,14 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--effects",
         nargs="+",
-        type=effect_named,
-        default=list(EFFECTS),
+        default=[],
         metavar="NAME",
-        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +",
+        help=f"{NOTHING}, or of {', '.join(EFFECTS)}, of hardware {', '.join(HARDWARE)}; several at once joined by +; "
+        "all without it",
     )
+    parser.add_argument("--pairs", action="store_true", help="the pairs of effects in the hardware table")
+    parser.add_argument("--sizes", choices=SIZES, default="small", help="family of benches, small by default")
+    parser.add_argument("--make-only", action="store_true", help="only write the benches, a folder each")
     parser.add_argument("--seeds", type=seeds_from, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
     parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
@@ -75,13 +83,15 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--complete", type=int, default=0, metavar="N", help="fit N complete campaigns of each noise")
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
-    return parser.parse_args()
-
-
-def effect_named(text: str) -> str:
-    """Return a bench's effect as an option names it."""
-    effects_of(text)
-    return text
+    arguments = parser.parse_args()
+    arguments.sizes = SIZES[arguments.sizes]
+    arguments.effects = [*arguments.effects, *PAIRS * arguments.pairs] or list(arguments.sizes.effects)
+    try:
+        for name in arguments.effects:
+            effects_of(name, arguments.sizes.effects)
+    except ValueError as wrong:
+        parser.error(str(wrong))
+    return arguments
 
 
 def seeds_from(text: str) -> tuple[int, int]:
@@ -105,6 +115,16 @@ def append(path: Path, line: dict, said: Callable[[dict], str] = told) -> None:
     with path.open("a") as file:
         file.write("\n" * bool(unfinished) + json.dumps(line) + "\n")
     print(said(line), flush=True)
+
+
+def make(sizes: Sizes, effects: list[str], seeds: range, out: Path, *, catalogue: bool) -> None:
+    """Write each bench that is not whole yet into a folder of its effect and seed."""
+    for seed in seeds:
+        for effect in effects:
+            folder = out / f"{effect}_{seed}"
+            if not (folder / TRUTH_NAME).exists():
+                make_bench(effect, seed, folder, sizes=sizes, catalogue=catalogue)
+                print(folder, flush=True)
 
 
 def benches(path: Path, effects: list[str], seeds: range, parts: list[str]) -> None:

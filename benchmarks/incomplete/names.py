@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from incomplete.effects import Size, effects_of
+from incomplete.effects import NOTHING, Size
 
 PLAIN = {
     "imbalance": "stepper.imbalance",
@@ -14,9 +14,11 @@ PLAIN = {
     "charge_amplifier": "charge_amplifier",
     "anti_alias": "anti_alias",
     "supply_apart": "record.voltage",
+    "gain_apart": "record.gain",
+    "gain_common": "record.gain",
+    "trigger": "record.delay",
     "clock": "clock",
     "cross_axis_mode": "housing.second_mode",
-    "friction_over_angle": "friction.position:output",
     "inductance_over_angle": "stepper.saliency",
 }
 NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")
@@ -32,15 +34,17 @@ def name_of(effect: str, size: Size) -> str:
             return f"stepper.torque_harmonic:{size['harmonic_order']:g}"
         case "kinematic_error":
             return f"gear.kinematic_error:{size['kinematic_order']:g}"
+        case "friction_over_angle":
+            return "friction.position" if size.get("angle_of_rotor") else "friction.position:output"
         case "mains_hum":
             return f"mains:{size['mains_hz']:g}Hz"
         case other:
-            return "" if other in NAMELESS else PLAIN[other]
+            return "" if other in (NOTHING, *NAMELESS) else PLAIN[other]
 
 
 def names_of(effect: str, size: Size) -> list[str]:
     """Return the names of a bench's effects, those without a name left out."""
-    return [name for one in effects_of(effect) if (name := name_of(one, size))]
+    return [name for one in effect.split("+") if (name := name_of(one, size))]
 
 
 def false_names(names: Iterable[str], entries: Sequence[tuple[str, ...]]) -> list[str]:
