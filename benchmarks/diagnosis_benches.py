@@ -24,7 +24,7 @@ import numpy as np
 
 from incomplete.benches import make_bench
 from incomplete.effects import EFFECTS, NOTHING, effects_of
-from incomplete.names import false_names, names_of, unnamed
+from incomplete.names import entries_of, false_names, is_exact, names_of
 from incomplete.summary import errors_of, rms
 from incomplete_benches import ESTIMATES, append, read, seeds_from
 from mechid.campaign import Campaign, load_campaign
@@ -173,17 +173,6 @@ def _completed(fit: Fit, found: Diagnosis, truth: Any) -> dict[str, Any]:
     }
     took = {"wall_s": time.perf_counter() - began, "cpu_s": time.process_time() - began_cpu}
     return {"grade": str(fit.grade), "reasons": [one.to_dict() for one in fit.reasons], **took, "parameters": own}
-
-
-def entries_of(line: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return each entry's name with its aliases."""
-    return [(one["name"], *one["aliases"]) for one in line["missing"]]
-
-
-def is_exact(line: dict[str, Any]) -> bool:
-    """Tell whether just the effects that are missing were named."""
-    right = names_of(line["effect"], line["size"])
-    return not false_names(right, entries_of(line)) and not unnamed(right, entries_of(line))
 
 
 def is_near(done: dict[str, Any]) -> bool:

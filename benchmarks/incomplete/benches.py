@@ -33,6 +33,8 @@ from recovery.mechanisms import drawn as family_values
 
 START_SHARE, START_DEG = 0.01, 1.0
 """How far from the truth the mechanism file starts, at most: a share of the value, of an angle."""
+TOUCH, WINDOW = 1e-6, 50
+"""Relative change of the stiffness, a tenth of the least error that a fit states of it, and samples of a window."""
 TRUTH_NAME = "truth.json"
 HEADER = "SYNTHETIC bench: its records have an effect that this file lacks; which, and the truth, is in truth.json."
 
@@ -87,7 +89,7 @@ def make_bench(
     named = f'mechanism = "{MECHANISM_NAME}"'
     text = campaign_text(drafts, HEADER).replace(named, f'{named}\nclock_reference = "driver"')  # a recorder is off
     write_whole(folder / FILE_NAME, text)
-    simulator, simulate = sizes.simulator(seed)
+    simulate = sizes.simulator(seed)
     generators = np.random.default_rng((*streams, 2)).spawn(len(runs))
     records = {}
     for (name, one), rng in zip(runs.items(), generators, strict=True):
@@ -105,10 +107,11 @@ def make_bench(
     if sizes.tells_more:
         told |= {
             "sizes": sizes.name,
-            "simulator": simulator,
+            "simulator": simulate.__module__.rpartition(".")[2],
             "names": names_of(effect, size) if with_effect else [],
             "records": {name: dict(one.own) for name, one in records.items()},
             "effect_over_noise": _effect_over_noise(mechanism, size, runs, records),
+            "predictable_s": _predictable_s(mechanism, size, runs, records),
         }
     write_whole(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
     return Bench(folder, effect, seed, truth, size, runs)
@@ -132,6 +135,24 @@ def _effect_over_noise(
         nominal = {**own, "supply": 1.0, "gain": 1.0, "delay_s": 0.0}
         change = noiseless(mechanism, size, one, own) - noiseless(mechanism, {}, one, nominal)
         out[name] = round(float(np.sqrt(np.mean(change**2)) / NOISE_NM), 3)
+    return out
+
+
+def _predictable_s(
+    mechanism: Mechanism, size: Size, runs: Mapping[str, Run], records: Mapping[str, TrueRecord]
+) -> dict[str, float | None]:
+    """Return by record when a stiffness that is off by `TOUCH` changes the torque by more than its noise; None: never.
+
+    From there on a record of a gear with backlash is chaotic: no model follows it, not even the true one.
+    """
+    stiffness = "gear.stiffness"
+    touched = mechanism.with_values({stiffness: (1.0 + TOUCH) * mechanism.value(stiffness)})
+    out: dict[str, float | None] = {}
+    for name, one in runs.items():
+        change = noiseless(touched, size, one, records[name].own) - noiseless(mechanism, size, one, records[name].own)
+        windows = change[: change.size // WINDOW * WINDOW].reshape(-1, WINDOW)
+        lost = np.flatnonzero(np.sqrt(np.mean(windows**2, axis=1)) > NOISE_NM)
+        out[name] = float(lost[0] * WINDOW / RATE_HZ) if lost.size else None
     return out
 
 

@@ -1,6 +1,7 @@
 """What `mechid diagnose` has to call each effect of a bench, and whether it did."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from incomplete.effects import NOTHING, Size
 
@@ -24,6 +25,16 @@ PLAIN = {
 NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")
 """What no block holds, or what is noise: nothing is to be named for it."""
 
+EQUIVALENT = {
+    "record.clock": ("clock",),
+    "friction.position": ("friction.position:output",),
+    "friction.position:output": ("friction.position",),
+    "stepper.phase_offset": ("stepper.detent:7.2deg",),
+    "stepper.detent:7.2deg": ("stepper.phase_offset",),
+}
+"""Further names of the same thing: one clock read record by record; friction over either side of a gear; an offset of
+the phases and the detent of one electrical period, which at the currents of one supply are one torque."""
+
 
 def name_of(effect: str, size: Size) -> str:
     """Return the name of one effect of a size; empty where it has none."""
@@ -45,6 +56,22 @@ def name_of(effect: str, size: Size) -> str:
 def names_of(effect: str, size: Size) -> list[str]:
     """Return the names of a bench's effects, those without a name left out."""
     return [name for one in effect.split("+") if (name := name_of(one, size))]
+
+
+def entries_of(line: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """Return each entry's name with its aliases, of a fit's or a diagnosis's line."""
+    return [(one["name"], *one["aliases"]) for one in line["missing"]]
+
+
+def is_exact(line: Mapping[str, Any]) -> bool:
+    """Tell whether just the effects that are missing were named."""
+    right = names_of(line["effect"], line["size"])
+    return not false_names(right, entries_of(line)) and not unnamed(right, entries_of(line))
+
+
+def with_equivalents(entries: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Return entries with the names that stand for the same thing in every record, beside their aliases."""
+    return [(*entry, *(other for name in entry for other in EQUIVALENT.get(name, ()))) for entry in entries]
 
 
 def false_names(names: Iterable[str], entries: Sequence[tuple[str, ...]]) -> list[str]:
