@@ -64,7 +64,7 @@ def _friction_over_angle(rng: np.random.Generator) -> Size:
     turn = 2.0 * math.pi
     return {
         "angle_share": rng.uniform(0.1, 0.3),
-        "angle_period": turn / float(rng.integers(1, 5) if of_rotor else rng.integers(60, 201)),
+        "angle_period": turn / float(rng.integers(1, 5) if of_rotor else rng.integers(24, 65)),
         "angle_phase": phase(rng),
         "angle_of_rotor": float(of_rotor),
     }
@@ -150,9 +150,9 @@ HARDWARE: Mapping[str, Effect] = {
         reason="efficiency of a planetary gear or harmonic drive: 80 to 95 %",
     ),
     "friction_over_angle": Effect(
-        "dry friction that varies by 10 to 30 %, 1 to 4 times a turn of the rotor or 60 to 200 times one of the output",
+        "dry friction that varies by 10 to 30 %, 1 to 4 times a turn of the rotor or 24 to 64 times one of the output",
         _friction_over_angle,
-        reason="runout of the motor's bearings; teeth of the last gear stage",
+        reason="runout of the motor's bearings; balls of the output bearing",
     ),
     "anti_alias": Effect(
         "Butterworth low-pass of order 2 or 4, 1.2 to 2.5 kHz",
