@@ -35,8 +35,8 @@ def search_bench(effect: str, seed: int, sizes: Sizes, workers: int, keep: Path)
         text = estimate.read_text() if estimate.exists() else ""
     bench = {key: truth[key] for key in ("effect", "seed", "size", "simulator", "in_library", "predictable_s")}
     if not text:
-        nothing = {"outcome": "none", "grade": "failed", "path": None, "followed": {}, "missing": [], "parameters": {}}
-        return {**bench, **ran, **nothing}
+        nothing = {"followed": {}, "horizon_s": {}, "missing": [], "parameters": {}}
+        return {**bench, **ran, "outcome": "none", "grade": "failed", "path": None, **nothing}
     keep.parent.mkdir(parents=True, exist_ok=True)
     keep.write_text(text)
     return {**bench, **ran, **line_of(json.loads(text), truth["parameters"])}
@@ -50,6 +50,7 @@ def line_of(estimate: dict[str, Any], truth: dict[str, float]) -> dict[str, Any]
         "grade": estimate["grade"],
         "path": estimate["outcome"].get("path"),
         "followed": {name: _followed(one) for name, one in estimate["records"].items()},
+        "horizon_s": {name: one["horizon_s"] for name, one in estimate["records"].items()},
         "missing": [{key: one[key] for key in MISSING} for one in estimate["missing"]],
         "parameters": {
             name: {"truth": true, **{key: found[name][key] for key in PARAMETER}} for name, true in truth.items()
