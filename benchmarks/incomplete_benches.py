@@ -98,7 +98,8 @@ def _arguments() -> argparse.Namespace:
     if arguments.sizes != "small" and not (arguments.catalogue or arguments.summary):
         parser.error(f"benches of {arguments.sizes} sizes are searched for from the catalogue: add --catalogue")
     arguments.sizes = SIZES[arguments.sizes]
-    arguments.effects = [*arguments.effects, *PAIRS * arguments.pairs] or list(arguments.sizes.effects)
+    asked = dict.fromkeys([*arguments.effects, *PAIRS * arguments.pairs])
+    arguments.effects = list(asked or arguments.sizes.effects)
     try:
         for name in arguments.effects:
             effects_of(name, arguments.sizes.effects)

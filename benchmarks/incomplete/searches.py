@@ -11,6 +11,7 @@ from typing import Any
 
 from incomplete.benches import TRUTH_NAME, make_bench
 from incomplete.sizes import Sizes
+from incomplete.summary import errors_of
 from mechid.identification.result.fit import ESTIMATE_NAME
 
 MOST_CPU_S = 1200
@@ -43,9 +44,12 @@ def search_bench(effect: str, seed: int, sizes: Sizes, workers: int, keep: Path)
 
 
 def line_of(estimate: dict[str, Any], truth: dict[str, float]) -> dict[str, Any]:
-    """Return what is kept of an estimate.json: outcome, grade, shares followed, names, parameters beside the truth."""
+    """Return what is kept of an estimate.json: outcome, grade, shares followed, names, parameters beside the truth.
+
+    `z` is the error of each parameter in its stated standard errors; those without one are left out.
+    """
     found = estimate["parameters"]
-    return {
+    line = {
         "outcome": estimate["outcome"]["code"],
         "grade": estimate["grade"],
         "path": estimate["outcome"].get("path"),
@@ -56,6 +60,7 @@ def line_of(estimate: dict[str, Any], truth: dict[str, float]) -> dict[str, Any]
             name: {"truth": true, **{key: found[name][key] for key in PARAMETER}} for name, true in truth.items()
         },
     }
+    return {**line, "z": dict(errors_of(line))}
 
 
 def _followed(record: dict[str, Any]) -> float:

@@ -229,6 +229,7 @@ def test_a_line_tells_what_is_named_and_followed():
     both = [("stepper.imbalance",), ("stepper.phase_offset",)]
     assert is_named(searched("phase_offset+imbalance", 0, missing=both))
     assert not is_named(searched("phase_offset+imbalance", 0, missing=both[:1]))
+    assert searched("clock", 0, z=-2.5)["z"] == {"gear.stiffness": pytest.approx(-2.5)}
     assert is_followed(searched("clock", 0))
     assert not is_followed(searched("clock", 0, followed=99.0))
     assert not is_followed(searched("clock", 0, grade="C"))
