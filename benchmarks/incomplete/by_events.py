@@ -18,7 +18,7 @@ from incomplete.plant import Values
 RTOL, ATOL = 1e-7, 1e-10
 """Tolerances of a step, SI units; twist and its rate are states, so that the angle's own size costs no torque."""
 LONGEST_S, LOOKS = 4e-4, 5
-"""Longest step, and instants within each at which events are looked for: no shorter stick or slip is missed."""
+"""Longest step, and instants within each at which events are looked for: a stick or slip between two is missed."""
 HALVINGS = 60
 PSI_A, PSI_B, ALPHA, OMEGA, TWIST, TWIST_RATE, Z, Z_RATE, SLOW, FILTER = range(10)
 """States: flux linkages, rotor, twist at the output, housing, charge amplifier's loss; from FILTER on a low-pass."""
@@ -52,7 +52,7 @@ class Modes:
 
 @njit(cache=True)
 def _drive_train(v, x, flank):
-    """Return (motor torque, gear torque at the output, rotor turns to output turns, its slope over the angle)."""
+    """Return motor torque, gear torque at the output, and the output's angle per angle of the rotor with its slope."""
     electrical = v.half_poles * x[ALPHA]
     current_a, current_b = x[PSI_A] / (v.L * (1.0 + v.r_L)), x[PSI_B] / (v.L * (1.0 - v.r_L))
     torque = v.k_m * (1.0 + v.r_k) * current_a * _flux_slope(v, electrical)
@@ -90,7 +90,7 @@ def _unevenness(v, x):
 
 @njit(cache=True)
 def _accelerations(v, x, modes):
-    """Return (rotor's acceleration, output's acceleration, that of the twist)."""
+    """Return the accelerations of rotor, output and twist, rad/s2."""
     rotor, output, flank = modes
     torque, gear, slope, bend = _drive_train(v, x, flank)
     of_rotor = 0.0

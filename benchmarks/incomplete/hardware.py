@@ -15,7 +15,6 @@ from incomplete.recording import Run, full_steps, resonance_hz
 from mechid.plant.mechanism import Mechanism
 
 SUPPLY_V = 5.7
-GEAR_RATIO = 50.0
 """Of the mechanism that all benches draw from."""
 OWN_ORDERS = (100, 200)
 """Detents of 3.6 and 1.8 deg, which the mechanism file has."""

@@ -76,7 +76,7 @@ def search_table(lines: Lines) -> str:
         rows += [_row(words, own)] if own else []
     rows += ["", *_against_asked(_groups(lines))]
     chaotic = [line for line in lines if not is_predictable(line)]
-    kinds = ", ".join(dict.fromkeys(line["effect"] for line in chaotic))
+    kinds = ", ".join(dict.fromkeys(line["effect"] for line in chaotic)) or "none"
     rows.append(
         f"not predictable to their ends by the true model itself: {len(chaotic)} of {len(lines)} ({kinds}); "
         f"followed for {PREDICTABLE:.0%} of what is: {sum(map(reaches_chaos, chaotic))}"
