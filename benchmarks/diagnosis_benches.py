@@ -24,9 +24,9 @@ import numpy as np
 
 from incomplete.benches import make_bench
 from incomplete.effects import EFFECTS, NOTHING, effects_of
-from incomplete.names import false_names, names_of, unnamed
+from incomplete.names import entries_of, false_names, is_exact, names_of
 from incomplete.summary import errors_of, rms
-from incomplete_benches import ESTIMATES, append, effect_named, read, seeds_from
+from incomplete_benches import ESTIMATES, append, read, seeds_from
 from mechid.campaign import Campaign, load_campaign
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from mechid.identification.identify import identify
@@ -91,6 +91,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
     return parser.parse_args()
+
+
+def effect_named(text: str) -> str:
+    """Return a bench's effect as an option names it."""
+    effects_of(text)
+    return text
 
 
 def _asked(arguments: argparse.Namespace) -> Iterator[tuple[str, int]]:
@@ -167,17 +173,6 @@ def _completed(fit: Fit, found: Diagnosis, truth: Any) -> dict[str, Any]:
     }
     took = {"wall_s": time.perf_counter() - began, "cpu_s": time.process_time() - began_cpu}
     return {"grade": str(fit.grade), "reasons": [one.to_dict() for one in fit.reasons], **took, "parameters": own}
-
-
-def entries_of(line: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return each entry's name with its aliases."""
-    return [(one["name"], *one["aliases"]) for one in line["missing"]]
-
-
-def is_exact(line: dict[str, Any]) -> bool:
-    """Tell whether just the effects that are missing were named."""
-    right = names_of(line["effect"], line["size"])
-    return not false_names(right, entries_of(line)) and not unnamed(right, entries_of(line))
 
 
 def is_near(done: dict[str, Any]) -> bool:

@@ -2,12 +2,15 @@
 
 Each bench is made by a simulator of its own, from a mechanism and a size of the effect that are drawn; its mechanism
 file lacks the effect. The fit starts within 1 % of the truth and goes without a search; with `--catalogue` it is
-searched for from the catalogue, as a user's is. One line of JSON is appended for each fit; what is in the folder
-already is not repeated, so a run may be stopped, taken up again, and done in pieces. A changed method wants a new
-folder.
+searched for from the catalogue, as a user's is. With `--sizes hardware` the sizes are those that hardware has, and the
+command `mechid identify` makes the search, whose whole CPU time counts. One line of JSON is appended for each fit; what
+is in the folder already is not repeated, so a run may be stopped, taken up again, and done in pieces. A changed method
+wants a new folder.
 
     python benchmarks/incomplete_benches.py [--effects NAME ...] [--seeds 0:5] [--halves] [--reference] [--out FOLDER]
     python benchmarks/incomplete_benches.py --catalogue [--effects NAME ...] [--seeds 0:10] [--out FOLDER]
+    python benchmarks/incomplete_benches.py --sizes hardware --catalogue [--effects NAME ...] [--pairs] [--seeds 0:6]
+    python benchmarks/incomplete_benches.py --sizes hardware --catalogue --make-only --out FOLDER   # benches as files
     python benchmarks/incomplete_benches.py --complete 20 [--out FOLDER]       # of each of five kinds of noise
     python benchmarks/incomplete_benches.py --summary [--out FOLDER]           # of what is there, nothing is fitted
 """
@@ -19,17 +22,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from incomplete.benches import drawn, make_bench
+from incomplete.benches import TRUTH_NAME, drawn, make_bench
 from incomplete.complete import KINDS, Complete
 from incomplete.effects import EFFECTS, NOTHING, effects_of
 from incomplete.fits import fitted, half
+from incomplete.hardware import HARDWARE, PAIRS
+from incomplete.search_summary import said_of, search_table
+from incomplete.searches import search_bench
+from incomplete.sizes import SIZES, SMALL, Sizes
 from incomplete.summary import catalogue_table, complete_table, incomplete_table, told
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import TRUTH
 from recovery.mechanisms import FAMILIES
 
 OUT = Path("build/incomplete")
-BENCHES, COMPLETE = "fits.jsonl", "complete.jsonl"
+BENCHES, COMPLETE, SEARCHES = "fits.jsonl", "complete.jsonl", "searches.jsonl"
 ESTIMATES = "estimates"
 """Folder of the estimate.json of each search from the catalogue, for `diagnosis_benches.py`."""
 CATALOGUE = "catalogue"
@@ -41,6 +48,14 @@ def main() -> None:
     arguments = _arguments()
     out = arguments.out
     out.mkdir(parents=True, exist_ok=True)
+    if arguments.make_only:
+        make(arguments.sizes, arguments.effects, range(*arguments.seeds), out, catalogue=arguments.catalogue)
+        return
+    if arguments.sizes is not SMALL:
+        if not arguments.summary:
+            searches(out / SEARCHES, arguments, range(*arguments.seeds))
+        print(search_table(list(read(out / SEARCHES))))
+        return
     if not arguments.summary and not arguments.complete:
         parts = ["whole", *(["first", "second"] if arguments.halves else []), *(["reference"] * arguments.reference)]
         parts = [CATALOGUE] if arguments.catalogue else parts
@@ -63,11 +78,15 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--effects",
         nargs="+",
-        type=effect_named,
-        default=list(EFFECTS),
+        default=[],
         metavar="NAME",
-        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +",
+        help=f"{NOTHING}, or of {', '.join(EFFECTS)}, of hardware {', '.join(HARDWARE)}; several at once joined by +; "
+        "all without it",
     )
+    parser.add_argument("--pairs", action="store_true", help="the pairs of effects in the hardware table")
+    parser.add_argument("--sizes", choices=SIZES, default="small", help="family of benches, small by default")
+    parser.add_argument("--workers", type=int, default=1, help="threads of a search of benches of hardware sizes")
+    parser.add_argument("--make-only", action="store_true", help="only write the benches, a folder each")
     parser.add_argument("--seeds", type=seeds_from, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
     parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
@@ -75,13 +94,18 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--complete", type=int, default=0, metavar="N", help="fit N complete campaigns of each noise")
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
-    return parser.parse_args()
-
-
-def effect_named(text: str) -> str:
-    """Return a bench's effect as an option names it."""
-    effects_of(text)
-    return text
+    arguments = parser.parse_args()
+    if arguments.sizes != "small" and not (arguments.catalogue or arguments.summary):
+        parser.error(f"benches of {arguments.sizes} sizes are searched for from the catalogue: add --catalogue")
+    arguments.sizes = SIZES[arguments.sizes]
+    asked = dict.fromkeys([*arguments.effects, *PAIRS * arguments.pairs])
+    arguments.effects = list(asked or arguments.sizes.effects)
+    try:
+        for name in arguments.effects:
+            effects_of(name, arguments.sizes.effects)
+    except ValueError as wrong:
+        parser.error(str(wrong))
+    return arguments
 
 
 def seeds_from(text: str) -> tuple[int, int]:
@@ -105,6 +129,26 @@ def append(path: Path, line: dict, said: Callable[[dict], str] = told) -> None:
     with path.open("a") as file:
         file.write("\n" * bool(unfinished) + json.dumps(line) + "\n")
     print(said(line), flush=True)
+
+
+def make(sizes: Sizes, effects: list[str], seeds: range, out: Path, *, catalogue: bool) -> None:
+    """Write each bench that is not whole yet into a folder of its effect and seed."""
+    for seed in seeds:
+        for effect in effects:
+            folder = out / f"{effect}_{seed}"
+            if not (folder / TRUTH_NAME).exists():
+                make_bench(effect, seed, folder, sizes=sizes, catalogue=catalogue)
+                print(folder, flush=True)
+
+
+def searches(path: Path, arguments: argparse.Namespace, seeds: range) -> None:
+    """Search for the benches that the file does not hold, each by the command and from the catalogue."""
+    done = {(line["effect"], line["seed"]) for line in read(path)}
+    for seed in seeds:
+        for effect in arguments.effects:
+            if (effect, seed) not in done:
+                keep = path.parent / f"{ESTIMATES}-{arguments.sizes.name}" / f"{effect}-{seed}.json"
+                append(path, search_bench(effect, seed, arguments.sizes, arguments.workers, keep), said_of)
 
 
 def benches(path: Path, effects: list[str], seeds: range, parts: list[str]) -> None:

@@ -1,8 +1,9 @@
 """What `mechid diagnose` has to call each effect of a bench, and whether it did."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-from incomplete.effects import Size, effects_of
+from incomplete.effects import NOTHING, Size
 
 PLAIN = {
     "imbalance": "stepper.imbalance",
@@ -14,13 +15,25 @@ PLAIN = {
     "charge_amplifier": "charge_amplifier",
     "anti_alias": "anti_alias",
     "supply_apart": "record.voltage",
+    "gain_apart": "record.gain",
+    "gain_common": "record.gain",
+    "trigger": "record.delay",
     "clock": "clock",
     "cross_axis_mode": "housing.second_mode",
-    "friction_over_angle": "friction.position:output",
     "inductance_over_angle": "stepper.saliency",
 }
 NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")
 """What no block holds, or what is noise: nothing is to be named for it."""
+
+EQUIVALENT = {
+    "record.clock": ("clock",),
+    "friction.position": ("friction.position:output",),
+    "friction.position:output": ("friction.position",),
+    "stepper.phase_offset": ("stepper.detent:7.2deg",),
+    "stepper.detent:7.2deg": ("stepper.phase_offset",),
+}
+"""Further names of the same thing: one clock read record by record; friction over either side of a gear; an offset of
+the phases and the detent of one electrical period, which at the currents of one supply are one torque."""
 
 
 def name_of(effect: str, size: Size) -> str:
@@ -32,15 +45,33 @@ def name_of(effect: str, size: Size) -> str:
             return f"stepper.torque_harmonic:{size['harmonic_order']:g}"
         case "kinematic_error":
             return f"gear.kinematic_error:{size['kinematic_order']:g}"
+        case "friction_over_angle":
+            return "friction.position" if size.get("angle_of_rotor") else "friction.position:output"
         case "mains_hum":
             return f"mains:{size['mains_hz']:g}Hz"
         case other:
-            return "" if other in NAMELESS else PLAIN[other]
+            return "" if other in (NOTHING, *NAMELESS) else PLAIN[other]
 
 
 def names_of(effect: str, size: Size) -> list[str]:
     """Return the names of a bench's effects, those without a name left out."""
-    return [name for one in effects_of(effect) if (name := name_of(one, size))]
+    return [name for one in effect.split("+") if (name := name_of(one, size))]
+
+
+def entries_of(line: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """Return each entry's name with its aliases, of a fit's or a diagnosis's line."""
+    return [(one["name"], *one["aliases"]) for one in line["missing"]]
+
+
+def is_exact(line: Mapping[str, Any]) -> bool:
+    """Tell whether just the effects that are missing were named."""
+    right = names_of(line["effect"], line["size"])
+    return not false_names(right, entries_of(line)) and not unnamed(right, entries_of(line))
+
+
+def with_equivalents(entries: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Return entries with the names that stand for the same thing in every record, beside their aliases."""
+    return [(*entry, *(other for name in entry for other in EQUIVALENT.get(name, ()))) for entry in entries]
 
 
 def false_names(names: Iterable[str], entries: Sequence[tuple[str, ...]]) -> list[str]:

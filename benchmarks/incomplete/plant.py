@@ -67,7 +67,8 @@ class Values(NamedTuple):
     backlash: float = 0.0
     hysteresis_stiffness: float = 0.0
     hysteresis_torque: float = 1.0
-    # friction: at the output; Stribeck's speed; share of the transmitted torque; over the output's angle
+    # friction: at the output; Stribeck's speed; share of the transmitted torque; over an angle, of
+    # the output, or of the rotor where that is 1
     output_coulomb: float = 0.0
     output_stiction: float = 0.0
     stribeck_rate: float = 0.0
@@ -75,6 +76,7 @@ class Values(NamedTuple):
     angle_share: float = 0.0
     angle_period: float = 1.0
     angle_phase: float = 0.0
+    angle_of_rotor: float = 0.0
     # coils: loss of torque constant at U/R; resistance that rises in time; inductance over the angle; chopper in V
     saturation: float = 0.0
     warming: float = 0.0
@@ -145,8 +147,9 @@ def _gear(v, s, flank):
 
 @njit(cache=True)
 def _uneven(v, s):
-    """Return the factor of dry friction over the output's angle."""
-    return 1.0 + v.angle_share * np.sin(2.0 * np.pi * s[ALPHA_GEAR] / v.angle_period + v.angle_phase)
+    """Return the factor of dry friction over the angle of the output or of the rotor."""
+    angle = s[ALPHA] if v.angle_of_rotor == 1.0 else s[ALPHA_GEAR]
+    return 1.0 + v.angle_share * np.sin(2.0 * np.pi * angle / v.angle_period + v.angle_phase)
 
 
 @njit(cache=True)
