@@ -11,6 +11,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, Excitation, Timing
+from mechid.errors import FitError
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
@@ -177,8 +178,8 @@ class Run:
             simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
         )
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
-        self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
+        self._begin(*self._start())
 
     def _grid(self, module: ModuleType, step_s: float) -> FloatArray:
         """Return the grid as the kernel's `run` takes it: times in command time, s."""
@@ -206,11 +207,18 @@ class Run:
         )
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
-        """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
-        simulator = self.simulator
-        if simulator.command.start != "equilibrium":
+        """Return a start other than the commanded one, and its derivatives; empty for the commanded.
+
+        A search tries values with which nothing rests near the start angle: such a run fails, and its samples are lost.
+        """
+        simulator, command = self.simulator, self.simulator.command
+        if command.start != "equilibrium":
             return np.zeros(0), np.zeros(0)
-        x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
+        try:
+            x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, command.start_angle_rad)
+        except FitError:
+            self.outcome = SimulationOutcome.NO_EQUILIBRIUM
+            return np.zeros(0), np.zeros(0)
         return x, np.ascontiguousarray(x_p).ravel()
 
     def blocks(self, stop: int | None = None) -> Iterator[Block]:
@@ -235,8 +243,9 @@ class Run:
     @property
     def resting(self) -> int:
         """Samples before command time 0, where the mechanism rests and measures nothing."""
-        before = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
-        return min(before, self.base.samples)
+        if self.start_s >= 0.0 or self.outcome is SimulationOutcome.NO_EQUILIBRIUM:
+            return 0
+        return min(int(np.ceil(-self.start_s / self.interval_s - 1e-9)), self.base.samples)
 
     def _rest(self, count: int) -> None:
         """Write the first rows of a block at rest: angles, positions and currents of the start may be other than 0."""
