@@ -13,6 +13,7 @@ from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.misfit import Model, Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.rest import hum_from_rest
 from mechid.identification.search.settings import SEARCH
 from mechid.kernel.start import off_rest
 from mechid.simulation.simulator import Run, Simulator, TimeBase
@@ -30,7 +31,7 @@ def first_window(target: Target) -> Window:
     rate, first = target.base.sample_rate_hz, target.burn_in
     moves = motion_begins(target, SEARCH.longest_rest_s)
     if not _is_late(target, moves):
-        step = _first_step(target)
+        step = commanded_first_step(target)
         moves = step if _is_late(target, step) and _is_quiet_before(target, step) else first
     if moves > first:
         first = moves - round(SEARCH.lead_s * rate)
@@ -43,8 +44,8 @@ def _is_late(target: Target, moves: int) -> bool:
     return SEARCH.first_window_s - SEARCH.floor_s < rest_s <= SEARCH.longest_rest_s and moves < target.samples
 
 
-def _first_step(target: Target) -> int:
-    """Return the sample at which the command makes its first step; all samples where it makes none."""
+def commanded_first_step(target: Target) -> int:
+    """Return the sample at which the command makes its first step with the file's delay; all samples where none."""
     steps = target.excitation.times
     if not steps.size:
         return target.samples
@@ -72,6 +73,13 @@ def motion_begins(target: Target, within_s: float = math.inf) -> int:
     stop = target.samples if math.isinf(within_s) else min(target.samples, target.burn_in + round(within_s * rate) + 1)
     moves = min(first_motion(channel, (target.burn_in, stop), least, window) for channel in target.channels)
     return moves if moves < stop else target.samples
+
+
+def rest_of(target: Target) -> Window:
+    """Return the samples behind the burn-in that are at rest, without those that a late first window keeps."""
+    moves = motion_begins(target, SEARCH.longest_rest_s)
+    lead = round(SEARCH.lead_s * target.base.sample_rate_hz)
+    return target.burn_in, max(moves - lead, target.burn_in) if moves < target.samples else target.burn_in
 
 
 def first_motion(channel: TargetChannel, within: Window, least: int, block: int) -> int:
@@ -105,11 +113,12 @@ def first_residuals(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window | None = None
 ) -> FloatArray:
     """Return the same at several points, one at least, over the first window or another: a row each."""
-    window = window or first_window(target)
+    window, rest = window or first_window(target), rest_of(target)
     rooms = misfit_series_of(model, target, points, window)
     each = []
     for channel, series in zip(target.channels, zip(*rooms, strict=True), strict=True):
         rows = np.stack([room[:] for room in series])
+        rows += hum_from_rest(channel, rest, window)
         rows /= channel.sigma
         if channel.linear:
             rows -= np.median(rows, axis=1, keepdims=True)

@@ -58,6 +58,8 @@ class SearchSettings:
 
     # Bounds of time and memory, and of rounding.
 
+    hum_periods: float = 5.0
+    """Periods of the slowest line of hum that a rest must have to show it: 0.1 s tell the amplitude to 0.05 sigma."""
     longest_rest_s: float = 2.0
     """Rest up to which the window follows the motion. All of it is simulated at each of the 2048 starts: 2 s at 10 kHz
     take 3 s of CPU a record."""
