@@ -3,9 +3,9 @@
     bench = make_bench(3, folder)
     campaign = load_campaign(folder)
 
-Equal seeds give equal files. They say what a careful engineer knows: the gear, modes of the load as a finite element
-model has them, the filter, about when the trigger comes, the mains, whose clock is right, the range of a record that
-was clipped.
+Equal seeds give equal files. The records are made by `lab.plant`, which has nothing of mechid. The files say what a
+careful engineer knows: the gear, modes of the load as a finite element model has them, the filter, about when the
+trigger comes, the mains, whose clock is right, the range of a record that was clipped.
 """
 
 import json
@@ -17,12 +17,14 @@ from typing import Any
 
 import numpy as np
 
+from incomplete.stepping import edges
 from lab.measurement import COLUMNS, MAINS_HZ, POINT_M, measured, recorded
-from lab.mechanisms import drawn_mechanism, ratio_of
-from mechid.campaign import Campaign, load_campaign
+from lab.mechanisms import drawn_mechanism, modes_of, ratio_of
+from lab.plant import Values, values_of
+from lab.plant import run as simulate
+from mechid.campaign import Campaign
 from mechid.campaign.campaign_file import FILE_NAME, TRUTH_NAME
 from mechid.campaign.mechanism_text import write_mechanism
-from mechid.campaign.prediction import simulate
 from mechid.campaign.templates import MECHANISM_NAME
 from mechid.campaign.toml_file import toml_text
 from mechid.plant.mechanism import Mechanism
@@ -114,18 +116,15 @@ def make_bench(seed: int, folder: Path, *, sweep_s: float = SWEEP_S) -> Bench:
     clipped = str(rng.choice(MAY_CLIP))
     folder.mkdir(parents=True, exist_ok=True)
     write_mechanism(mechanism, folder / MECHANISM_NAME, HEADER)
-    write_whole(folder / FILE_NAME, _campaign_text(runs, {}, clock_declared=True))
-    campaign = with_truth(load_campaign(folder, read_records=False, need_files=False), truth, own)
-    ranges = {}
+    values, ranges = values_of(true.value, modes_of(true)), {}
     for (name, run), noise in zip(runs.items(), rng.spawn(len(runs)), strict=True):
-        trajectory = simulate(campaign, name, sample_rate_hz=RATE_HZ, duration_s=TRIGGER_S + run.seconds)
-        time = np.asarray(trajectory.time)
-        values = (np.asarray(trajectory.values[quantity]) for quantity in ("torque", "rotor_rate"))
-        rows, own_ranges = recorded(measured(*values, time, ratio_of(mechanism), noise), clipped=name == clipped)
+        torque, rate = simulated(values, run, own[f"record.{name}.time_offset_s"], own["campaign.clock_ppm"])
+        time = np.arange(torque.size) / RATE_HZ
+        table = measured(torque, rate, time, ratio_of(mechanism), noise)
+        rows, own_ranges = recorded(table, clipped=name == clipped)
         if name == clipped:
             ranges[name] = own_ranges["Mz"]
-        rows = np.column_stack([time, rows])
-        header = ",".join(("time_s", *COLUMNS))
+        rows, header = np.column_stack([time, rows]), ",".join(("time_s", *COLUMNS))
         np.savetxt(folder / f"{name}.csv", rows, fmt="%.8g", delimiter=",", header=header, comments="")
     write_whole(folder / FILE_NAME, _campaign_text(runs, ranges, clock_declared=seed % 2 == 0))
     told = {"synthetic": True, "seed": seed, "clipped": clipped, "parameters": truth, "own": own}
@@ -133,10 +132,13 @@ def make_bench(seed: int, folder: Path, *, sweep_s: float = SWEEP_S) -> Bench:
     return Bench(folder, seed, truth, own, clipped)
 
 
-def with_truth(campaign: Campaign, truth: Mapping[str, float], own: Mapping[str, float]) -> Campaign:
-    """Return a campaign whose mechanism and records have their true values."""
-    records = tuple(record.holding(own) for record in campaign.records)
-    return replace(campaign, mechanism=campaign.mechanism.with_values(truth), records=records)
+def simulated(values: Values, run: Run, delay_s: float, clock_ppm: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return torque, N m, and rotor rate, rad/s, of a test run, (N,) each, whose command starts `delay_s` late."""
+    times, voltages = edges(run.command, 1.01 * (run.seconds + TRIGGER_S))
+    instants = (times + delay_s) / (1.0 + 1e-6 * clock_ppm)
+    samples = round((TRIGGER_S + run.seconds) * RATE_HZ) + 1
+    found = simulate(values, instants, voltages, math.radians(run.command["start_angle_deg"]), RATE_HZ, samples)
+    return found["torque"], found["rotor_rate"]
 
 
 def near_truth(bench: Bench, campaign: Campaign, share: float) -> dict[str, float]:

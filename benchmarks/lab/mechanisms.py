@@ -34,6 +34,11 @@ def ratio_of(mechanism: Mechanism) -> float:
     return mechanism.value("gear.ratio") / PAPER_RATIO
 
 
+def modes_of(mechanism: Mechanism) -> int:
+    """Return how many flexible modes the load has."""
+    return sum(name.startswith("load.mode.") and name.endswith(".frequency") for name in mechanism.parameters)
+
+
 def drawn_mechanism(seed: int) -> tuple[Mechanism, dict[str, float]]:
     """Return the mechanism as its file declares it, and the true values of what is free, in the file's units.
 

@@ -3,19 +3,24 @@
 import json
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import lab_benches
-from lab.benches import SCATTER_S, TRIGGER_S, make_bench, near_truth
+from lab.benches import SCATTER_S, TRIGGER_S, make_bench, near_truth, runs_of, simulated
 from lab.measurement import BITS, COLUMNS, HUM, MAINS_HZ
-from lab.mechanisms import drawn_mechanism, ratio_of
+from lab.mechanisms import drawn_mechanism, modes_of, ratio_of
+from lab.plant import values_of
 from mechid.campaign import load_campaign
+from mechid.command import Command, Timing
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.search.first_moments import first_window
-from recovery.campaigns import NOISE_NM
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from recovery.campaigns import NOISE_NM, RATE_HZ
+from runs import rms
 
 SEED, SWEEP_S = 0, 1.0
 
@@ -27,6 +32,23 @@ def made(tmp_path_factory):
     campaign = load_campaign(bench.folder)
     problem = replace(make_problem(campaign, 1), substeps=2)
     return bench, campaign, problem, problem.coordinates.point({**bench.truth, **bench.own})
+
+
+@pytest.mark.parametrize("name", ["full_res", "half_res", "micro_res", "sweep"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_simulator_is_the_kernel(seed, name):
+    """Truth: the kernel, which shares no code with it; one mode of the load, and two."""
+    mechanism, truth = drawn_mechanism(seed)
+    mechanism = mechanism.with_values(truth)
+    mechanism = replace(mechanism, plant=mechanism.plant.measuring(("torque", "rotor_rate")))
+    run = replace(runs_of(mechanism)[name], seconds=1.0)
+    delay_s, clock_ppm = 0.51, 40.0
+    own = simulated(values_of(mechanism.value, modes_of(mechanism)), run, delay_s, clock_ppm)
+    base = TimeBase(RATE_HZ, own[0].size)
+    simulator = Simulator(mechanism.plant, Command.from_table(dict(run.command), "command", Path()), base)
+    found = simulate_run(simulator.run(mechanism.kernel_values(), timing=Timing(delay_s, clock_ppm), substeps=8))
+    for y, quantity in zip(own, ("torque", "rotor_rate"), strict=True):
+        assert rms(y - found.values[quantity]) < 1e-5 * rms(y), quantity
 
 
 def left(problem, target, q, k):
