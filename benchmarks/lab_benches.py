@@ -12,6 +12,7 @@ wants a new folder.
 
 import argparse
 import math
+import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ from typing import Any
 from incomplete_benches import append, read, seeds_from
 from lab.benches import Bench, make_bench, near_truth
 from mechid.campaign import load_campaign
+from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import identify, identify_from
 from mechid.identification.result.fit import Fit
 
@@ -69,11 +71,17 @@ def fitted(seed: int, start: str, workers: int) -> dict[str, Any]:
         campaign = load_campaign(bench.folder)
     began, began_cpu = time.perf_counter(), time.process_time()
     if start == "near":
-        fit = identify_from(campaign, near_truth(bench, campaign, NEAR_SHARE), workers=workers)
+        near = near_truth(bench, campaign, NEAR_SHARE)
+        fit = identify_from(campaign, near, workers=workers, listener=_show)
     else:
-        fit = identify(campaign, workers=workers)
+        fit = identify(campaign, workers=workers, listener=_show)
     wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
     return {"seed": seed, "start": start, "cpu_s": cpu, "wall_s": wall, **judged(fit, bench)}
+
+
+def _show(progress: Progress) -> None:
+    """Say on stderr where a fit stands."""
+    print(f"  {progress.elapsed_s:.0f} s: {progress.stage}, {progress.line}", file=sys.stderr, flush=True)
 
 
 def judged(fit: Fit, bench: Bench) -> dict[str, Any]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mechid.identification.identify import make_problem
-from mechid.identification.search.first_moments import first_residual, first_window, rest_of
+from mechid.identification.search.first_moments import first_residual, first_window
 from mechid.identification.search.multistart import robust_triangle
-from mechid.identification.search.rest import hum_from_rest
+from mechid.identification.search.rest import hum_from_rest, rest_of
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, measured, record, truth
 
 HUM_NM, HUM_HZ = 2.0 * NOISE_NM, 50.02

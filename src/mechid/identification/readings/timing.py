@@ -15,7 +15,7 @@ from mechid.identification.readings.finding import DeclaredRecords, Finding, mis
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import RecordSpectrum
 from mechid.identification.readings.trial import as_declared, compare_readings
-from mechid.identification.search.first_moments import motion_begins
+from mechid.identification.search.rest import motion_begins
 from mechid.identification.search.settings import SEARCH
 from mechid.records.settings import STEP_RATE
 

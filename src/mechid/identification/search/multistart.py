@@ -26,18 +26,17 @@ from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.alignment import align_all_first_motions, align_first_motion
+from mechid.identification.search.alignment import align_all_first_motions, align_first_motion, realign
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import (
     first_residuals,
     first_samples,
     first_window,
-    rest_of,
     robust_cost,
     robust_costs,
     run_up,
 )
-from mechid.identification.search.rest import hum_from_rest
+from mechid.identification.search.rest import hum_from_rest, rest_of
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import descend
 from mechid.kernel.batch.source import SETS
@@ -217,10 +216,19 @@ def _refined(
     """Return candidates refined, in order of cost; those that cannot be simulated are dropped."""
 
     def work() -> list[dict[str, object]]:
-        return [dict(vars(c)) for c in mapped(partial(refine, problem, steps=steps), starts, workers)]
+        return [dict(vars(c)) for c in mapped(partial(_refine_aligned, problem, steps), starts, workers)]
 
     inputs = [identity(problem), [[c.q, c.cost] for c in starts], steps]
     return list(_ranked([Candidate(**c) for c in journal.step("starts refined", inputs, work)]))
+
+
+def _refine_aligned(problem: Problem, steps: int, candidate: Candidate) -> Candidate:
+    """Return a candidate refined, and refined again where the delay of a record turns out to be quite another."""
+    found = refine(problem, candidate, steps)
+    again = realign(problem, found.q)
+    if np.array_equal(again, found.q):
+        return found
+    return min(found, refine(problem, Candidate(again, math.inf), steps), key=lambda one: one.cost)
 
 
 def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candidate]:
