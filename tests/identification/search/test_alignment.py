@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.identification.identify import make_problem
-from mechid.identification.search.alignment import align_all_first_motions, align_first_motion
+from mechid.identification.search.alignment import align_all_first_motions, align_first_motion, realign
 from mechid.identification.search.first_moments import first_residual, robust_cost
 from synthetic import COMMANDS, RATE_HZ, campaign, displaced, measured, record, truth
 
@@ -85,3 +85,27 @@ def test_a_record_that_never_moves_is_left_alone(scattered):
     still = replace(target, channels=(leading,))
     (q,) = align_first_motion(scattered, still, [scattered.start])
     np.testing.assert_array_equal(q, scattered.start)
+
+
+@pytest.mark.parametrize("off_s", [-0.05, -0.017, 0.03, 0.06])
+def test_a_delay_that_is_far_off_is_found_anew(scattered, off_s):
+    """Truth: the instant at which the command begins; derivatives lead on from half a millisecond."""
+    q = align_all_first_motions(scattered, scattered.start)
+    place = scattered.coordinates.names.index("record.micro_92.time_offset_s")
+    moved = q.copy()
+    moved[place] += off_s
+    moved[place] = np.clip(moved[place], WIDE["min"], WIDE["max"])
+    found = realign(scattered, moved)
+    assert found[place] == pytest.approx(STARTS_S["micro_92"], abs=1e-3)
+    np.testing.assert_array_equal(np.delete(found, place), np.delete(moved, place))
+
+
+def test_a_delay_that_is_right_stays_to_the_bit(scattered):
+    q = align_all_first_motions(scattered, scattered.start)
+    np.testing.assert_array_equal(realign(scattered, q), q)
+
+
+@pytest.mark.parametrize("offset", [NARROW, None])
+def test_a_known_trigger_is_not_sought_anew(offset):
+    problem = made(truth(), offset, {"full_46": 0.0})
+    np.testing.assert_array_equal(realign(problem, problem.start), problem.start)
