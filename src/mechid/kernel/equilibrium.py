@@ -25,13 +25,20 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
     FitError
         If there is no equilibrium within reach.
     """
-    found = _solved(plant, p.astype(np.float64).tobytes(), inputs.astype(np.float64).tobytes(), theta_0)
+    found = find_equilibrium(plant, p, inputs, theta_0)
     if found is None:
         raise FitError(
             f'no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = "commanded"'
         )
-    x, x_p = found
-    return x.copy(), x_p.copy()
+    return found
+
+
+def find_equilibrium(
+    plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return what `equilibrium` does; None where there is none within reach."""
+    found = _solved(plant, p.astype(np.float64).tobytes(), inputs.astype(np.float64).tobytes(), theta_0)
+    return found and (found[0].copy(), found[1].copy())
 
 
 @lru_cache(

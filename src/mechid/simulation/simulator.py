@@ -11,9 +11,8 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, Excitation, Timing
-from mechid.errors import FitError
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
-from mechid.kernel.equilibrium import equilibrium
+from mechid.kernel.equilibrium import find_equilibrium
 from mechid.plant.plant import Plant
 from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
@@ -207,19 +206,13 @@ class Run:
         )
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
-        """Return a start other than the commanded one, and its derivatives; empty for the commanded.
-
-        A search tries values with which nothing rests near the start angle: such a run fails, and its samples are lost.
-        """
+        """Return a start other than the commanded one, and its derivatives; empty for that, and where none is found."""
         simulator, command = self.simulator, self.simulator.command
         if command.start != "equilibrium":
             return np.zeros(0), np.zeros(0)
-        try:
-            x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, command.start_angle_rad)
-        except FitError:
-            self.outcome = SimulationOutcome.NO_EQUILIBRIUM
-            return np.zeros(0), np.zeros(0)
-        return x, np.ascontiguousarray(x_p).ravel()
+        at = find_equilibrium(simulator.plant, self.p, simulator.excitation.initial, command.start_angle_rad)
+        self.outcome = self.outcome if at else SimulationOutcome.NO_EQUILIBRIUM
+        return (at[0], np.ascontiguousarray(at[1]).ravel()) if at else (np.zeros(0), np.zeros(0))
 
     def blocks(self, stop: int | None = None) -> Iterator[Block]:
         """Yield the record, or its samples before `stop`, block by block; after a failure the samples are NaN.
