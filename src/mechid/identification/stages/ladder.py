@@ -57,6 +57,8 @@ class Climb:
         What a raised noise level comes to.
     tried : tuple of str
         Names of the rungs so far.
+    spent : int
+        Rounds of all growths with effects free, each times its coordinates.
     """
 
     watch: Watch
@@ -71,6 +73,7 @@ class Climb:
     found: Iterator[Candidate] = field(default_factory=lambda: iter(()))
     raised: tuple[SearchState, Growth] | None = None
     tried: tuple[str, ...] = ()
+    spent: int = 0
 
     @property
     def at_raised(self) -> tuple[SearchState, Growth]:
@@ -102,11 +105,12 @@ class Climb:
     def at(self, reached: Reached) -> Climb:
         """Return the climb with a further growth; where it follows all records, with what of it they need."""
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
+        spent = self.spent + reached.growth.rounds * reached.problem.size
         if reached.growth.complete:
             settled = settle(self.watch, self.state, reached, self.seed)
             if settled is not None:
-                return replace(self, state=settled[0], growth=settled[1], reached=best)
-        return replace(self, reached=best)
+                return replace(self, state=settled[0], growth=settled[1], reached=best, spent=spent)
+        return replace(self, reached=best, spent=spent)
 
 
 @dataclass(frozen=True)
@@ -227,7 +231,7 @@ def _teller(climb: Climb, stage: str) -> Callable[[str], None]:
 
 
 def _can_free(climb: Climb) -> bool:
-    return climb.may_add and (climb.growth is not None or climb.reached is not None)
+    return climb.may_add and climb.spent < STAGES.most_work
 
 
 def _keep_furthest(climb: Climb) -> Climb:
@@ -247,7 +251,7 @@ def _came_much_further(climb: Climb) -> bool:
 
 
 EFFECTS = (
-    Rung("effects named by the first moments", lambda climb: climb.may_add, _look),
+    Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
