@@ -23,10 +23,10 @@ PHASES = {"A": 1, "B": -1}
 ANGLES = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
 """Their electrical angles."""
 HARMONIC = "stepper.torque_harmonic"
-HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th"}
-"""The same of the torque constant."""
-GROWN_HARMONIC = 5
-"""The highest of these that growth frees."""
+HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th", 2: "2nd", 4: "4th"}
+"""The same of the torque constant; even ones come of rotor halves that differ."""
+USUAL_HARMONICS = (3, 5)
+"""Those of these that growth frees first."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
     "voltage": ("k_m*U/R", "k_m*k_v/R"),
     "current": ("k_m*I_peak", None),
@@ -241,7 +241,7 @@ def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
             order=order,
             structure={"order": Integer(order)},
             widths={"amplitude": Float(0.03)},
-            grown=order <= GROWN_HARMONIC,
+            rarer=order not in USUAL_HARMONICS,
         )
         for order, ordinal in HARMONIC_ORDERS.items()
         if order not in harmonics

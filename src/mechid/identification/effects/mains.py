@@ -92,7 +92,10 @@ def grid_at_rest(problem: Problem, rests: Mapping[str, Window]) -> float | None:
 
 
 def _fall_by_hum(target: Target, rest: Window, grid_hz: float) -> float:
-    """Return by how much the sum of squares of a rest falls with hum, in variances of the noise."""
+    """Return by how much the sum of squares of a rest falls with hum, in variances of the noise.
+
+    Nothing where more than noise is left beside the hum: the mechanism is then not at rest, as after switching on.
+    """
     channel, size = target.leading, rest[1] - rest[0]
     if size < PRIORS.hum_samples or size * grid_hz < PRIORS.hum_periods * target.base.sample_rate_hz:
         return 0.0
@@ -100,7 +103,8 @@ def _fall_by_hum(target: Target, rest: Window, grid_hz: float) -> float:
     turns = [hz / target.base.sample_rate_hz for hz in _within([grid_hz * k for k in USUAL], target)]
     lines = (fit_line(resting, 1, rejected), fit_line(resting, 1, rejected, turns))
     left = [float(np.sum((np.asarray(resting) - line.at(0, size)) ** 2)) for line in lines]
-    return (left[0] - left[1]) / channel.sigma**2
+    is_rest = left[1] < PRIORS.rest_noise * size * channel.sigma**2
+    return (left[0] - left[1]) / channel.sigma**2 if is_rest else 0.0
 
 
 def read_anew(problem: Problem, q: FloatArray, declared_hz: float) -> Problem:

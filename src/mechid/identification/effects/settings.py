@@ -114,8 +114,8 @@ class DisturbancePriors:
 
     clock_ppm: float = 300.0
     """Of two ordinary clocks: quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000."""
-    delay_s: float = 1e-4
-    """How late a record's command may be: a sample at 10 kHz. A choice."""
+    delay_s: float = 3e-4
+    """How late a record's command may be: that of a trigger anywhere within a bus cycle of 1 ms."""
     shares: Mapping[Role, float] = field(
         default_factory=lambda: {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04, Role.TRANSDUCER_GAIN: 0.03}
     )
@@ -126,6 +126,8 @@ class DisturbancePriors:
     hum_at_rest: float = 100.0
     """Chi-square of hum in the rests of all records together from which it is there: by chance, with 6 degrees of
     freedom a record, once in 1e9 of six records."""
+    rest_noise: float = 1.5
+    """Variance of what is left of a rest beside hum, over that of the noise, up to which it is a rest."""
     hum_periods: float = 2.0
     """Periods of the grid that a rest holds at least. A choice."""
     hum_samples: int = 64

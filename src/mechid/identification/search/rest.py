@@ -59,16 +59,18 @@ def commanded_first_step(target: Target) -> int:
 
 
 def commanded_rest_of(target: Target) -> Window:
-    """Return the samples behind the burn-in before the command's first step; none of a record that begins in motion.
+    """Return samples of the last half before the command's first step; none of a record that begins in motion.
 
-    Hum hides from `rest_of` where the motion begins; a delay that is free hides it here.
+    Hum hides from `rest_of` where the motion begins; a delay that is free hides it here. In the first half a mechanism
+    may still swing, as it was switched on.
     """
     first = target.burn_in
     if target.begins_in_motion or target.time_offset.is_free:
         return first, first
     step = commanded_first_step(target)
     lead = round(SEARCH.lead_s * target.base.sample_rate_hz)
-    return first, max(step - lead, first) if step < target.samples else first
+    stop = max(step - lead, first) if step < target.samples else first
+    return (first + stop) // 2, stop
 
 
 @lru_cache(maxsize=64)  # thousands of starts are judged in one window, and the fit costs as much as a simulation

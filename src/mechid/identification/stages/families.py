@@ -9,10 +9,12 @@ from functools import cached_property
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
+from mechid.campaign.identify_options import MAINS
 from mechid.identification.effects.augmented import AugmentedModel, augment
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, lacking_tables
 from mechid.identification.effects.effect import MOST_PERIODS, AddedTerms, lay_out, substitute_law
+from mechid.identification.effects.mains import NO_RESTS, mains
 from mechid.identification.effects.pruning import falls, groups_of
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem, Windows
@@ -23,6 +25,7 @@ from mechid.identification.search.rest import commanded_rest_of
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.block import Extension
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, unlisted_extensions
+from mechid.signal.settings import HUM
 
 GAIN_TABLE = "transducer"
 """The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
@@ -151,6 +154,16 @@ class Families:
         listed = self.superset.terms if self.superset and family.terms and self.allows_terms else ()
         names = [t.name for t in listed if t.name not in self.unlisted and (family.rarer or not t.rarer)]
         return self._with(base, names, own, family.name)
+
+    def with_hum(self) -> list[AugmentedModel]:
+        """Return the model with nothing beside but mains hum, for each grid; none where hum is seen or excluded."""
+        allowed = self.campaign.options.disturbances
+        if any(one.lines_hz for one in self._of_records) or not (allowed == "auto" or MAINS in allowed):
+            return []
+        if any(t.leading.turns for t in self.plain.targets):
+            return []
+        hums = [mains(self.plain, None, hz, NO_RESTS) for hz in HUM.mains_hz]
+        return [augment(self.plain, self.base, None, (), (hum,), hum.name) for hum in hums if hum]
 
     def with_effect(self, base: AugmentedModel, name: str) -> AugmentedModel:
         """Return a model with one more effect, a term or a disturbance, by its name."""

@@ -155,6 +155,19 @@ def _look(climb: Climb) -> Climb:
     return climb
 
 
+def _grow_with_hum(climb: Climb) -> Climb:
+    """Grow the mechanism as written with mains hum projected out: the first moments do not tell hum from motion."""
+    for model in climb.families.with_hum():
+        climb = climb.at(_grow(climb, model, climb.best.q, escapes=STAGES.small_escapes))
+        if climb.complete:
+            break
+    return climb
+
+
+def _is_unexplained(climb: Climb) -> bool:
+    return climb.may_add and not climb.is_explained and not any(look.explains for look in climb.looks)
+
+
 def _grow_small(climb: Climb) -> Climb:
     """Grow the effects that the first moments need."""
     looks = [look for look in climb.looks if not look.model.added.law]
@@ -252,6 +265,7 @@ def _came_much_further(climb: Climb) -> bool:
 
 EFFECTS = (
     Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
+    Rung("mains hum", _is_unexplained, _grow_with_hum),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
