@@ -40,7 +40,7 @@ def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
     state : SearchState
         At the end of the search.
     """
-    if state.added is None:
+    if state.added is None or not state.added.names:  # a table alone, for gains of records, is no effect
         return fit
     terms = missing_terms(fit, campaign.mechanism, state)
     return replace(
