@@ -29,10 +29,11 @@ from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.stages.disturbances import fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
-from mechid.identification.stages.growth import horizon_warnings, searched, warm_start
+from mechid.identification.stages.growth import searched, warm_start
 from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.start_growth import horizon_warnings
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes

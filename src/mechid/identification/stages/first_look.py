@@ -281,6 +281,20 @@ def effect_words(needed: Mapping[str, float]) -> str:
     return ", ".join(f"{name} ({rise:.0f})" if rise else name for name, rise in needed.items()) or "none"
 
 
+def look_at_whole_records(
+    families: Families, q: FloatArray, tell: Callable[[str], None], journal: Journal
+) -> list[FirstLook]:
+    """Return what the likeliest single effects, and each law, leave of whole records from an optimum without them."""
+    base, whole = families.bare, families.plain.whole()
+    looks = look_at_singles(families, base, q, whole, tell, journal, STAGES.whole_steps)
+    for law in families.laws():
+        model = families.by_law(law)
+        look = refined_look(model, model.point_of(base, q), journal, whole, STAGES.whole_steps)
+        tell(f"{law.name}: {look.left:.4g} of the noise left")
+        looks.append(look)
+    return looks
+
+
 def _from_nearest(model: AugmentedModel, looks: Iterable[FirstLook]) -> list[FloatArray]:
     """Return the point of the look that explains most among those whose effects the model has."""
     inside = [look for look in looks if not look.model.added.law and set(look.model.effects) <= set(model.effects)]

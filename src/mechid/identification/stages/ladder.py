@@ -6,23 +6,36 @@ those tried are kept, so that a report can say how the search arrived (`outcome.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
-from mechid.identification.stages.first_look import FirstLook, look_at_first_moments, look_past_stall, pruned_look
+from mechid.identification.stages.first_look import (
+    FirstLook,
+    look_at_first_moments,
+    look_at_whole_records,
+    look_past_stall,
+    pruned_look,
+    refined_look,
+)
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.term_growth import Reached, freed, grow_model, settle
-from mechid.identification.stages.watch import Watch
+from mechid.identification.stages.term_growth import Reached, freed, grow_model, settle, state_so_far
+from mechid.identification.stages.watch import Watch, residual_to_noise
+from mechid.identification.uncertainty.settings import NOISE
+
+WHOLE_RECORDS = "effect that whole records ask for"
+"""What adds an effect where the mechanism as written has followed all records."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +59,10 @@ class Climb:
         What families of effects leave of the first moments, the best one last.
     reached : Reached or None
         The furthest growth with effects free.
+    found : iterator of Candidate
+        Further refined starts.
+    raised : (SearchState, Growth) or None
+        What a raised noise level comes to.
     tried : tuple of str
         Names of the rungs so far.
     """
@@ -59,7 +76,15 @@ class Climb:
     growth: Growth | None = None
     looks: tuple[FirstLook, ...] = ()
     reached: Reached | None = None
-    tried: tuple[str, ...] = field(default=())
+    found: Iterator[Candidate] = field(default_factory=lambda: iter(()))
+    raised: tuple[SearchState, Growth] | None = None
+    tried: tuple[str, ...] = ()
+
+    @property
+    def at_raised(self) -> tuple[SearchState, Growth]:
+        """State and growth at a raised noise level; as they are where none was raised."""
+        assert self.growth is not None
+        return self.raised or (self.state, self.growth)
 
     @cached_property
     def families(self) -> Families:
@@ -213,7 +238,48 @@ def _can_free(climb: Climb) -> bool:
     return climb.may_add and (climb.growth is not None or climb.reached is not None)
 
 
-FIRST_MOMENTS = (
+def ask_whole_records(climb: Climb) -> Climb:
+    """Add the effect that explains most of what is beyond noise in records that are followed to their ends.
+
+    Nothing is added where the residual is within its noise, or where no single effect explains that share of it which
+    one has to explain during a fit.
+    """
+    watch, problem = climb.watch, climb.state.problem
+    if not (climb.complete and climb.may_add) or climb.state.added or climb.state.found or climb.growth is None:
+        return climb
+    q, whole = climb.growth.q, problem.whole()
+    q = solve(problem, q, whole, steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance).q
+    if max(residual_to_noise(problem, q, watch.noise.floors).values()) <= NOISE.misfit:
+        return climb
+    tell = _teller(climb, "whole records")
+    looks = look_at_whole_records(climb.families, q, tell, watch.journal)
+    here = refined_look(climb.families.bare, q, watch.journal, whole, STAGES.whole_steps)
+    best = min(looks, key=lambda look: look.criterion, default=here)
+    misfit = here.cost - here.samples
+    if here.criterion - best.criterion < max(DURING_FIT.share * misfit, DURING_FIT.least_chi_square):
+        return climb
+    growth = Growth(best.q, {name: stop for name, (_, stop) in whole.items()}, True, 0)
+    found = climb.at(Reached(best.model, growth))
+    return found if found.state is climb.state else replace(found, tried=(*climb.tried, WHOLE_RECORDS))
+
+
+def _keep_furthest(climb: Climb) -> Climb:
+    """Keep the growth that has come furthest, with its effects, where no rung has come to the ends of all records."""
+    reached = climb.reached
+    assert climb.growth is not None
+    assert reached is not None
+    state = climb.watch.note(state_so_far(climb.state, reached))
+    return replace(climb, state=state, growth=replace(reached.growth, q=state.q))
+
+
+def _came_much_further(climb: Climb) -> bool:
+    reached, growth = climb.reached, climb.growth
+    if reached is None or growth is None:
+        return False
+    return reached.share > STAGES.much_further * growth.reached(climb.state.problem)
+
+
+EFFECTS = (
     Rung("effects named by the first moments", lambda climb: climb.may_add, _look),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
@@ -223,3 +289,5 @@ FIRST_MOMENTS = (
     Rung("grown with all effects", _can_free, _grow_wide),
 )
 """Rungs that add effects which the mechanism or its records may have."""
+FURTHEST = Rung("the furthest that was reached", _came_much_further, _keep_furthest)
+"""The last rung, which keeps what the others have come to."""

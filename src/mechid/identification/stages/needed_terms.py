@@ -9,6 +9,7 @@ does, and only those that follow all records: a set of terms that leaves a recor
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -126,6 +127,14 @@ def _laid_out(
     problem = added.problem(plain)
     values = _renamed(fit.problem.coordinates.values(fit.q), wide, added)
     return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
+
+
+def laid_out(state: SearchState, plain: Problem) -> SearchState:
+    """Return a state with the same added terms and no place for others, its values as they are."""
+    if state.added is None or not state.added.terms:
+        return state
+    fit = TermSelection(frozenset(state.added.terms), state.problem, state.q, math.nan)
+    return _laid_out(state, state.added, fit, plain, {})
 
 
 def _renamed(values: Mapping[str, float], wide: AddedTerms, compact: AddedTerms) -> dict[str, float]:

@@ -78,6 +78,8 @@ class StageSettings:
     """Robust steps of that comparison: they begin where the growth has ended."""
     second_looks: int = 2
     """Families that are grown after it at most."""
+    whole_steps: int = 6
+    """Robust steps of a look at whole records: they begin at an optimum without the effect."""
     freed_steps: int = 5
     """Steps with more effects free, at the horizons reached, before those not needed are dropped."""
 
@@ -94,10 +96,6 @@ class StageSettings:
     their ends."""
     term_escapes: int = 3
     """Escapes of a growth with extra terms: one that stalls more often lacks something that none of them holds."""
-    narrower: float = 20.0
-    """Factor by which the small prior of a term is narrower once it is not needed inside the gates."""
-    alternatives: int = 3
-    """Alternative laws that do not explain the first moments and are grown all the same: those with the best starts."""
     joint_steps: int = 30
     """Steps of a joint fit that shows which terms are needed, and only has to come near its optimum."""
     confirmations: int = 2

@@ -6,7 +6,7 @@ and freed again where that stalls; what is kept in the end is what the records n
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,19 +21,16 @@ from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import is_significant
 from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
-from mechid.identification.readings.agreement import explains
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.horizons import unfollowed_records
-from mechid.identification.search.multistart import Candidate, best_start
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families, Family
 from mechid.identification.stages.first_look import effect_words
-from mechid.identification.stages.needed_terms import drop_unneeded_terms
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, laid_out
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise_levels import explains_most, with_levels_of
-from mechid.plant.superset import rivals_of
+from mechid.identification.uncertainty.noise_levels import explains_most
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +111,7 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     at = replace(state, found=(*state.found, *found))
     if base.mechanism is not state.problem.space.mechanism:
         at = replace(at, added=base)
-    follows = not unfollowed_records(plain, alone)
+    follows = not unfollowed_records(plain, alone) and not _needs_terms(reached.model, problem, q)
     if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
         model = AugmentedModel("without terms", plain, base, tuple(own), None, base)
         growth = grow_model(watch, model, alone, seed).growth
@@ -126,6 +123,21 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
     at = drop_unneeded_terms(replace(at.of(problem), added=reached.model.added).at(q, whole), plain)
     return watch.note(at), Growth(at.q, whole, True, rounds)
+
+
+def state_so_far(state: SearchState, reached: Reached) -> SearchState:
+    """Return the state of a growth that has not come to the ends of all records, with its effects."""
+    model, windows = reached.model, reached.windows
+    rises = model.needed(reached.q, windows) or {}
+    total = max(sum(rises.values()), 1e-300)
+    found = tuple(Found(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances)
+    base = lay_out(model.base, (), lacking_tables(model.base.mechanism, model.disturbances))
+    at = replace(state.of(reached.problem), added=model.added, found=(*state.found, *found))
+    at = laid_out(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
+    if model.added.terms or base.mechanism is state.problem.space.mechanism:
+        return at if model.added.names else replace(at, added=None)
+    plain = base.problem(state.problem, model.disturbances)
+    return replace(at.of(plain), added=base).at(plain.coordinates.point(reached.problem.coordinates.values(reached.q)))
 
 
 def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, plain: Problem) -> FloatArray:
@@ -183,14 +195,6 @@ def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> Re
     return Reached(model, Growth(solution.q, whole, not unfollowed_records(model.problem, solution.q), 0))
 
 
-def grow_from_fitted(watch: Watch, state: SearchState, fitted: Reached, seed: int) -> tuple[SearchState, Growth] | None:
-    """Return the growth with all terms from where they have been fitted at a raised level; None where it stalls."""
-    reached = grow_model(
-        watch, replace(fitted.model, problem=with_levels_of(fitted.problem, state.problem)), fitted.q, seed
-    )
-    return settle(watch, state, reached, seed) if reached.growth.complete else None
-
-
 def accept_at_raised_noise(
     watch: Watch, raised: SearchState, growth: Growth, fitted: Reached | None
 ) -> tuple[SearchState, Growth] | None:
@@ -200,7 +204,7 @@ def accept_at_raised_noise(
     """
     if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.q):
         return None
-    if not _needs_terms(fitted):
+    if not _needs_terms(fitted.model, fitted.problem, fitted.q):
         alone = watch.note(raised.at(growth.q, growth.horizons))
         return (alone, growth) if explains_most(raised.problem, growth.q) else None
     found, problem, q = needed_disturbances(fitted)
@@ -212,49 +216,9 @@ def accept_at_raised_noise(
     return watch.note(state), replace(fitted.growth, q=state.q)
 
 
-def _needs_terms(fitted: Reached) -> bool:
+def _needs_terms(model: AugmentedModel, problem: Problem, q: FloatArray) -> bool:
     """Tell whether any term is needed, each channel at its own residual's level: a raised level hides that."""
-    problem = fitted.problem
-    all_terms = linearise(problem, fitted.q, problem.whole(), fitted.model.added.names_by_term)
+    if not model.added.terms:
+        return False
+    all_terms = linearise(problem, q, problem.whole(), model.added.names_by_term)
     return all_terms is None or bool(all_terms.needed)
-
-
-def grow_other_laws(
-    watch: Watch, state: SearchState, campaign: Campaign, seed: int
-) -> tuple[SearchState, Growth] | None:
-    """Return the growth of the first alternative law that follows all records; None where none does.
-
-    Each has a multi-start of its own: with another law of friction the best start is another one. One that explains the
-    first moments is grown at once, the others by what they leave of them.
-    """
-    left: list[tuple[AugmentedModel, Candidate]] = []
-    for model, best in _law_starts(watch, state, campaign, seed):
-        if explains(model.problem, best):
-            found = _grow_law(watch, state, model, best, seed)
-            if found is not None:
-                return found
-        else:
-            left.append((model, best))
-    nearest = sorted(left, key=lambda each: each[1].cost)[: STAGES.alternatives]
-    grown = (_grow_law(watch, state, model, best, seed) for model, best in nearest)
-    return next((found for found in grown if found is not None), None)
-
-
-def _grow_law(
-    watch: Watch, state: SearchState, model: AugmentedModel, best: Candidate, seed: int
-) -> tuple[SearchState, Growth] | None:
-    watch.tell("other laws", f"{model.name} from its best start")
-    reached = grow_model(watch, model, best.q, seed)
-    return settle(watch, state, reached, seed) if reached.growth.complete else None
-
-
-def _law_starts(
-    watch: Watch, state: SearchState, campaign: Campaign, seed: int
-) -> Iterator[tuple[AugmentedModel, Candidate]]:
-    """Yield each law that may stand in place of one chosen, with its best start."""
-    for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
-        model = Families(state.problem, campaign, law).bare
-        watch.tell("other laws", law.name)
-        best = best_start(model.problem, seed, watch.journal)
-        if best is not None:
-            yield model, best

@@ -1,0 +1,157 @@
+"""Growth of the mechanism as written from the starts of a multi-start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.identification.computation.journal import digest
+from mechid.identification.computation.parallel import is_lent
+from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.gates import Growth, grow_horizons
+from mechid.identification.search.multistart import Candidate, candidates, multistart
+from mechid.identification.stages.departure import departure
+from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.visibility import apart_at_s, chaos_words
+
+
+def refined_starts(
+    watch: Watch, state: SearchState, seed: int, drawn: list[FloatArray] | None = None
+) -> Iterator[Candidate]:
+    """Yield refined candidates, the best of all starts first; `drawn` takes the starts as they were before."""
+    whole, journal = state.problem, watch.journal
+    problem = whole.anchored
+
+    def on_progress(done: int, total: int) -> None:
+        watch.tell("multi-start", f"{done} of {total} starts")
+
+    starts = multistart(problem, seed, problem.workers, on_progress, journal)
+    if drawn is not None:
+        drawn += [whole.point_from(problem, each.q, whole.start) for each in starts]
+    for number, found in enumerate(candidates(problem, starts, problem.workers, journal), 1):
+        candidate = replace(found, q=whole.point_from(problem, found.q))
+        if number == 1:
+            watch.note(state.at(candidate.q))
+            watch.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
+        yield candidate
+
+
+def grow_starts(
+    watch: Watch,
+    state: SearchState,
+    found: Iterator[Candidate],
+    seed: int,
+    best: Growth | None = None,
+    escapes: float = math.inf,
+) -> Growth:
+    """Grow from one candidate after another until one follows all records; else return the furthest."""
+    if best and best.complete:
+        return best
+    problem, begun = state.problem, 2 if best else 1
+    numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
+    while some := list(islice(numbered, STAGES.together if is_lent() else 1)):
+        for growth in _growths(watch, state, some, seed, best, escapes):
+            if best is None or growth.reached(problem) > best.reached(problem):
+                best = growth
+            if best.complete:
+                return best
+    assert best is not None
+    return best
+
+
+def grow_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: int) -> Growth:
+    """Fit the records that are followed to their ends by themselves, and grow all from there.
+
+    What stops early pulls the values away from where the others have them, and often follows at once from there.
+    """
+    problem = state.problem
+    names = [t.name for t in problem.targets if growth.horizons[t.name] == t.samples]
+    if not names:
+        return growth
+    watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
+    rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
+    begun = grow_horizons(own, own.point_from(problem, growth.q), rng, escapes=0, journal=watch.journal)
+    on_progress = partial(note_growth, watch, state, 1, growth)
+    q = problem.point_from(own, begun.q)
+    whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
+    return whole if whole.complete else growth
+
+
+def _growths(
+    watch: Watch,
+    state: SearchState,
+    some: Sequence[tuple[int, Candidate]],
+    seed: int,
+    best: Growth | None,
+    escapes: float,
+) -> Iterator[Growth]:
+    """Yield the growth from each of some candidates, by number, in their order; several are grown at once elsewhere."""
+    on_progress = [partial(note_growth, watch, state, number, best) for number, _ in some]
+    problem, journal = state.problem, watch.journal
+    if len(some) == 1:
+        ((number, candidate),) = some
+        rng = np.random.default_rng((seed, number))
+        yield grow_horizons(
+            problem, candidate.q, rng, on_progress[0], escapes=escapes, leaps=STAGES.plain_leaps, journal=journal
+        )
+        return
+    own = digest(identity(problem))
+    tasks = [(own, seed, number, candidate.q) for number, candidate in some]
+    found = journal.mapped("candidate grown", partial(_grown_alone, problem, escapes), tasks, 1)
+    for tell, one in zip(on_progress, found, strict=True):
+        growth = Growth(**one)
+        tell(growth.q, growth.horizons)
+        yield growth
+
+
+def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
+    """Return the growth from a candidate, by the seed and its number, as a journal can hold it."""
+    _, seed, number, q = task
+    return dict(vars(grow_horizons(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
+
+
+def note_growth(
+    watch: Watch, state: SearchState, number: int, best: Growth | None, q: FloatArray, gates: Mapping[str, int]
+) -> None:
+    """Keep a point that follows the records further than all before, and tell of it."""
+    here = sum(gates.values())
+    if best is None or here > sum(best.horizons.values()):
+        watch.note(state.at(q, gates))
+    share = 100.0 * here / sum(t.samples for t in state.problem.targets)
+    watch.tell("gated growth", f"start {number}: {share:.1f} % of all samples followed")
+
+
+def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
+    """Name the records that are not followed to their ends, what happens there, and whether any model could go on."""
+    targets = {t.name: t for t in problem.targets}
+    return [
+        f"record {name}: {words}{_chaos(problem, targets[name], growth)}"
+        for name, words in left_early(problem, growth).items()
+    ]
+
+
+def _chaos(problem: Problem, target: Target, growth: Growth) -> str:
+    """Say of a record that is not followed to its end that its motion is chaotic there, where it is."""
+    apart_s = apart_at_s(problem, target, growth.q)
+    return "" if apart_s is None else f"; its motion is chaotic there: {chaos_words(apart_s)}"
+
+
+def left_early(problem: Problem, growth: Growth) -> dict[str, str]:
+    """Return how far the records are followed that are not followed to their ends, and what happens there."""
+    return {
+        t.name: f"the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+        f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
+        for t in problem.targets
+        if (n := growth.horizons[t.name]) < t.samples
+    }
