@@ -82,9 +82,7 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
     tables = frozenset(name for name in OPTIONAL if is_table(entry := _at(table, name)) and "value" not in entry)
     orders = {name: tuple(_orders(table, TABLES[name], place)) for name in LISTS}
     orders |= {
-        name: (_order(_at(table, name), place.key(name), TABLES[name]),)
-        for name in tables
-        if TABLES[name].told_by
+        name: (_order(_at(table, name), place.key(name), TABLES[name]),) for name in tables if TABLES[name].told_by
     }
     layout = Layout(
         assembly=_assembly(table, place),
