@@ -1,4 +1,4 @@
-"""Leaps over windows of misfit, and retreats before them. Truth: the mechanism that made the records, spoilt samples."""
+"""Leaps over windows of misfit, and retreats before them. Truth: the mechanism of the records, and spoilt samples."""
 
 from dataclasses import replace
 
