@@ -9,6 +9,8 @@ from hand_typed import motor_torque
 from kernel_state import places
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.command import Command, RateProfile, Timing
+from mechid.errors import FitError
+from mechid.kernel.equilibrium import equilibrium
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import SimulationOutcome
 from paper import RECORDS, constant, indices, mechanism
@@ -78,6 +80,17 @@ def test_started_at_its_equilibrium_nothing_moves_before_the_first_step(static):
         quotient = (up - down) / (2 * h[index])
         J = run.jacobian["torque"][:, column]
         assert np.linalg.norm(J - quotient) <= 1e-4 * np.linalg.norm(quotient), name
+
+
+def test_a_run_without_equilibrium_is_lost_from_its_first_sample():
+    """Truth: a detent of nearly half the holding torque, near whose flank Newton's method goes back and forth."""
+    changes = {"stepper.detent.0.amplitude": 0.1, "stepper.detent.0.phase_deg": 50.0, "stepper.detent.1.amplitude": 0.0}
+    m, command = mechanism(changes=changes), replace(constant(20.0), start="equilibrium")
+    with pytest.raises(FitError, match="no mechanical equilibrium"):
+        equilibrium(m.plant, m.kernel_values(), np.array([-1.0, 1.0]) / np.sqrt(2.0), np.pi / 4.0)
+    run = Simulator(m.plant, command, base(0.01)).run(m.kernel_values(), timing=Timing(5e-3))
+    assert np.isnan(simulate_run(run).torque).all()
+    assert run.outcome is SimulationOutcome.NO_EQUILIBRIUM
 
 
 @pytest.mark.parametrize("drive", ["voltage", "current"])

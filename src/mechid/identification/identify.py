@@ -27,7 +27,8 @@ from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import grow_horizons
-from mechid.identification.stages.disturbances import fit_with_disturbances, without_imitations
+from mechid.identification.search.rest import rest_of
+from mechid.identification.stages.disturbances import asks_for_more, fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import searched, warm_start
 from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
@@ -35,6 +36,7 @@ from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import horizon_warnings
 from mechid.identification.stages.watch import Watch
+from mechid.identification.stages.whole_records import with_effect_asked_for
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
@@ -158,7 +160,10 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     if campaign.options.priors == "none":
         priors = {}
     problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
-    hum = mains(problem, declared_hz=campaign.options.mains) if campaign.options.mains else None
+    if not campaign.options.mains:
+        return problem
+    rests = {t.name: rest_of(t) for t in targets}
+    hum = mains(problem, declared_hz=campaign.options.mains, rests=rests)
     return with_disturbances(problem, [hum]) if hum else problem
 
 
@@ -185,7 +190,16 @@ def _follow_plan(
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
+    before = state
     state = fit_with_disturbances(watch, state, campaign, names)
+    if growth.complete and not (before.added or before.found) and (state.found or asks_for_more(watch, state)):
+        found = tuple(one.disturbance.name for one in state.found)
+        wider, is_most = with_effect_asked_for(watch, before, campaign, found, seed)
+        if wider is not before:
+            names = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
+            wider = joint_fit(watch, wider, "joint fit", names, tolerance=STAGES.rough_tolerance)
+            wider = fit_with_disturbances(watch, wider, campaign, names)
+            state = wider if is_most or not asks_for_more(watch, wider) else state
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)

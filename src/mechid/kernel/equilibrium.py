@@ -25,6 +25,28 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
     FitError
         If there is no equilibrium within reach.
     """
+    found = find_equilibrium(plant, p, inputs, theta_0)
+    if found is None:
+        raise FitError(
+            f'no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = "commanded"'
+        )
+    return found
+
+
+def find_equilibrium(
+    plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return what `equilibrium` does; None where there is none within reach."""
+    found = _solved(plant, p.astype(np.float64).tobytes(), inputs.astype(np.float64).tobytes(), theta_0)
+    return found and (found[0].copy(), found[1].copy())
+
+
+@lru_cache(
+    maxsize=64
+)  # all records of a campaign start from the same few angles, and Newton costs more than their rest
+def _solved(plant: Plant, values: bytes, held: bytes, theta_0: float) -> tuple[FloatArray, FloatArray] | None:
+    """Return what `equilibrium` does at parameters and inputs given as their bytes; None where there is none."""
+    p, inputs = np.frombuffer(values), np.frombuffer(held)
     start, rates, to_states, to_parameters = _functions(plant)
     moved = _moved(plant)
     x = np.asarray(start(*p, *inputs, theta_0), dtype=np.float64)
@@ -41,11 +63,10 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
             x_p = np.zeros((x.size, p.size))
             x_p[moved] = np.linalg.lstsq(slopes[:, moved], -f_p, rcond=None)[0]
             return x, x_p
-    raise FitError(
-        f'no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = "commanded"'
-    )
+    return None
 
 
+@lru_cache(maxsize=16)
 def _moved(plant: Plant) -> list[int]:
     """Return the places of the states that an equilibrium determines."""
     remembered = {s for block in plant.blocks if block.switch for s in block.rates}

@@ -12,7 +12,7 @@ import numpy as np
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
-from mechid.kernel.equilibrium import equilibrium
+from mechid.kernel.equilibrium import find_equilibrium
 from mechid.plant.plant import Plant
 from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
@@ -177,8 +177,8 @@ class Run:
             simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
         )
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
-        self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
+        self._begin(*self._start())
 
     def _grid(self, module: ModuleType, step_s: float) -> FloatArray:
         """Return the grid as the kernel's `run` takes it: times in command time, s."""
@@ -206,12 +206,13 @@ class Run:
         )
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
-        """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
-        simulator = self.simulator
-        if simulator.command.start != "equilibrium":
+        """Return a start other than the commanded one, and its derivatives; empty for that, and where none is found."""
+        simulator, command = self.simulator, self.simulator.command
+        if command.start != "equilibrium":
             return np.zeros(0), np.zeros(0)
-        x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
-        return x, np.ascontiguousarray(x_p).ravel()
+        at = find_equilibrium(simulator.plant, self.p, simulator.excitation.initial, command.start_angle_rad)
+        self.outcome = self.outcome if at else SimulationOutcome.NO_EQUILIBRIUM
+        return (at[0], np.ascontiguousarray(at[1]).ravel()) if at else (np.zeros(0), np.zeros(0))
 
     def blocks(self, stop: int | None = None) -> Iterator[Block]:
         """Yield the record, or its samples before `stop`, block by block; after a failure the samples are NaN.
@@ -235,8 +236,9 @@ class Run:
     @property
     def resting(self) -> int:
         """Samples before command time 0, where the mechanism rests and measures nothing."""
-        before = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
-        return min(before, self.base.samples)
+        if self.start_s >= 0.0 or self.outcome is SimulationOutcome.NO_EQUILIBRIUM:
+            return 0
+        return min(int(np.ceil(-self.start_s / self.interval_s - 1e-9)), self.base.samples)
 
     def _rest(self, count: int) -> None:
         """Write the first rows of a block at rest: angles, positions and currents of the start may be other than 0."""

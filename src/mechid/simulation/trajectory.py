@@ -27,6 +27,7 @@ class SimulationOutcome(Enum):
     COMPLETE = "The record was simulated to its end."
     DIVERGED = "The mechanism diverged; samples from that instant on are lost."
     CHATTER = "More than 64 stick/slip switches fell into one step; samples from that instant on are lost."
+    NO_EQUILIBRIUM = 'No mechanical equilibrium near the start angle; use start = "commanded". All samples are lost.'
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from layouts import changed
-from mechid.campaign import mechanism_from_table
+from mechid.campaign import Match, mechanism_from_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import Reading, problem_as_read
 from mechid.identification.readings.detectors import declaration_warnings
 from mechid.identification.readings.file_values import find_wrong_counts, other_counts, wrong_values
 from mechid.identification.readings.finding import DeclaredRecords
 from mechid.identification.result.grade import Cause, Grade
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from recovery.campaigns import campaign as recovery_campaign
 from recovery.mechanisms import FAMILIES, paper_table
-from synthetic import COMMANDS, bench, bounded, campaign, displaced, measured, record, truth
+from synthetic import COMMANDS, RATE_HZ, bench, bounded, campaign, displaced, measured, record, truth
 
 NAMES = ("full_23", "full_46", "micro_46")
 
@@ -166,3 +167,29 @@ def test_a_value_that_is_wrong_by_less_than_catalogues_are_is_not_named():
     """Truth: 1.5 times the load's inertia; catalogues err by up to 2.5, so it is left to the fit and its grade."""
     fit = identify(made_with(file_with({"load.inertia": 1.5 * 0.010534})), workers=1)
     assert Cause.VALUE_CONTRADICTED not in {reason.cause for reason in fit.reasons}
+
+
+def test_other_poles_are_named_where_a_tachometer_is_measured_too():
+    """Truth: 100 poles, told by torque and rotor rate alike."""
+    true = truth()
+    true = replace(true, plant=true.plant.measuring(("torque", "rotor_rate")))
+    records = []
+    for k, name in enumerate(NAMES):
+        base = TimeBase(RATE_HZ, 5001)
+        run = simulate_run(Simulator(true.plant, COMMANDS[name], base).run(true.kernel_values(), substeps=4))
+        rng = np.random.default_rng((8, k))
+        made = record(name, run.values["torque"] + 2e-3 * rng.standard_normal(base.samples), COMMANDS[name])
+        tacho = replace(
+            made.data.channels[0],
+            quantity="rotor_rate",
+            unit="rad/s",
+            column="tacho",
+            data=run.values["rotor_rate"] + 0.05 * rng.standard_normal(base.samples),
+        )
+        both = replace(made.data, channels=(*made.data.channels, tacho))
+        rate = Match(quantity="rotor_rate", offset=False, drift=False)
+        records.append(replace(made, data=both, matches=(*made.matches, rate)))
+    wrong = mechanism_from_table(changed(paper_table(), {"stepper": {"poles": 50}}), "catalogue")
+    wrong = replace(wrong, plant=wrong.plant.measuring(("torque", "rotor_rate")))
+    (found,) = other_counts(declared(campaign(wrong, *records)))
+    assert found.found["stepper.poles"] == 100

@@ -9,6 +9,7 @@ import pytest
 from mechid.command import RateProfile
 from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.timing import find_lost_rows, find_sweep_rate
+from mechid.parameter import Status
 from recovery.campaigns import campaign, record_of
 from recovery.mechanisms import FAMILIES
 from wrong.bench import RUNS, measured_torque
@@ -73,6 +74,15 @@ def test_a_sweep_of_other_rates_is_told_by_how_much(factor):
 
 def test_nothing_is_said_of_the_sweep_as_it_was_run():
     assert find_sweep_rate(target("sweep")) is None
+
+
+def test_a_late_trigger_within_its_bounds_is_no_other_rate():
+    """Truth: the sweep as it was run, its command 60 ms later than the file's start of the trigger."""
+    late_s = 0.06
+    wrong = target("sweep", np.concatenate([np.zeros(round(1e4 * late_s)), measured_torque("sweep")]))
+    assert find_sweep_rate(wrong) is not None
+    free = replace(wrong.time_offset, status=Status.FREE, min=-0.08, max=0.08)
+    assert find_sweep_rate(wrong.with_time_offset(free)) is None
 
 
 def test_a_sweep_that_shows_noise_alone_says_nothing():

@@ -10,6 +10,7 @@ from mechid.identification.identify import make_problem
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.multistart import candidates, capped_costs, multistart
 from mechid.identification.search.settings import SEARCH
+from synthetic import COMMANDS, campaign, measured, record, truth
 
 
 @pytest.fixture(scope="module")
@@ -37,3 +38,17 @@ def test_starts_that_explain_better_come_first(tmp_path):
     costs = [start.cost for start in multistart(problem, 0, 1)]
     assert np.all(np.diff(costs) > -1e-3)
     assert costs[0] < capped_costs(problem, [problem.start], targets=problem.targets)[0]
+
+
+def test_a_start_that_cannot_rest_is_dropped_and_costs_no_other():
+    """Truth: each start by itself; a detent of nearly half the holding torque leaves nothing that rests near by."""
+    command = replace(COMMANDS["full_46"], start="equilibrium")
+    y = measured(truth(), command, np.random.default_rng(1), seconds=0.2)
+    problem = make_problem(campaign(truth(), record("full_46", y, command)), 1)
+    values = problem.coordinates.values(problem.start)
+    lost = {"stepper.detent.0.amplitude": 0.1, "stepper.detent.0.phase_deg": 50.0, "stepper.detent.1.amplitude": 0.0}
+    points = [problem.start] * 4 + [problem.coordinates.point({**values, **lost})] + [problem.start] * 3
+    costs = capped_costs(problem, points, targets=problem.targets)
+    assert costs[4] == np.inf
+    alone = capped_costs(problem, [problem.start], targets=problem.targets)[0]
+    assert np.delete(costs, 4) == pytest.approx(alone, rel=1e-9)

@@ -4,29 +4,36 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
 from mechid.identification.effects.settings import PRIORS
-from mechid.identification.output_error.misfit import misfit_series
+from mechid.identification.output_error.misfit import Window, misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.signal.grid import Hummed, drifting_lines, evident_grid
 from mechid.signal.lines import prominence
 from mechid.signal.mains import MainsLine, mains_lines
-from mechid.signal.series import is_finite
+from mechid.signal.series import is_finite, stretch_of
 from mechid.signal.settings import HUM
 
 USUAL = (1, 2, 3)
 """Multiples of a grid that is declared, whether they stand out or not."""
+NO_RESTS: Mapping[str, Window] = MappingProxyType({})
 WORDS = "mains hum is in the records"
 
 
-def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | None = None) -> Disturbance | None:
+def mains(
+    problem: Problem,
+    q: FloatArray | None = None,
+    declared_hz: float | None = None,
+    rests: Mapping[str, Window] = NO_RESTS,
+) -> Disturbance | None:
     """Return mains hum as the longest record shows it: in what the model leaves at a point, or before any model.
 
     A record whose rate varies shows best whether it is there: steps at 50 a second are lines of 50 Hz too, so that at a
@@ -41,6 +48,8 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
         Where the model is to be taken from the record.
     declared_hz : float or None
         Its frequency where it is known to be there, with its usual multiples at least; 50 or 60 are the nominal ones.
+    rests : mapping of str to (int, int)
+        Samples of records, by name, in which no motion hides hum: they tell its frequency too.
     """
     longest = max(problem.targets, key=lambda t: (_varies(t), t.base.duration_s))
     series = longest.leading.measured if q is None else misfit_series(problem.model, longest, q, _whole(longest))[0]
@@ -55,9 +64,10 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
     own = [one for one in seen if one.mains_hz == grid]
     multiples = sorted({one.multiple for one in own} | set(USUAL if declared_hz else ()))
     hummed = [_hummed(problem, target, q) for target in problem.targets]
-    told = evident_grid(hummed, declared_hz or grid)
+    resting = [_resting(target, rests[target.name]) for target in problem.targets if target.name in rests]
+    told = evident_grid([*hummed, *resting], declared_hz or grid)
     hz = _frequency(own) if own and declared_hz in (None, grid) else declared_hz or grid
-    each = told.own_hz if told else (hz,) * len(hummed)
+    each = told.own_hz[: len(hummed)] if told else (hz,) * len(hummed)
     lines = {}
     for target, one, own_hz in zip(problem.targets, hummed, each, strict=True):
         inside = _within([own_hz * multiple for multiple in multiples], target)
@@ -105,6 +115,11 @@ def _hummed(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
         return varies or rate == 0.0 or abs(math.remainder(hz, 0.25 * rate)) > reach
 
     return Hummed(series if is_finite(series) else np.zeros(0), target.base.sample_rate_hz, is_clear)
+
+
+def _resting(target: Target, rest: Window) -> Hummed:
+    """Return a stretch of rest of a target, in which hum is looked for."""
+    return Hummed(stretch_of(target.leading.measured, *rest), target.base.sample_rate_hz)
 
 
 def _nominal(hz: float) -> float:

@@ -178,7 +178,8 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
         begun = model.plain_runs(group[0][0], [q for _, q in group], window[1])
-        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if len(begun) >= PROBLEM.fewest_in_batch else begun
+        alike = len(begun) >= PROBLEM.fewest_in_batch and all(r.outcome is SimulationOutcome.COMPLETE for r in begun)
+        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if alike else begun
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 

@@ -15,7 +15,7 @@ from mechid.identification.readings.finding import DeclaredRecords, Finding, mis
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import RecordSpectrum
 from mechid.identification.readings.trial import as_declared, compare_readings
-from mechid.identification.search.first_moments import motion_begins
+from mechid.identification.search.rest import motion_begins
 from mechid.identification.search.settings import SEARCH
 from mechid.records.settings import STEP_RATE
 
@@ -200,7 +200,8 @@ def find_sweep_rate(target: Target) -> Finding | None:
     if np.any(rates < 0.0) and np.any(rates > 0.0):
         return None
     steps, y = _over_steps(target)
-    clear = [found for order in RULES.sweep_orders if (found := _clear_line(steps, y, order))]
+    unknown = _unknown_steps(target)
+    clear = [found for order in RULES.sweep_orders if (found := _clear_line(steps, y, order, unknown))]
     if not clear:
         return None
     ratio = max(clear)[1]
@@ -230,15 +231,26 @@ def _over_steps(target: Target) -> tuple[float, FloatArray]:
     return last, np.divide(own, level, out=np.zeros_like(own), where=level > 0.0)
 
 
-def _clear_line(steps: float, y: FloatArray, order: float) -> tuple[float, float] | None:
+def _unknown_steps(target: Target) -> tuple[float, float]:
+    """Return by how many full steps a record may be behind its command, and ahead, by a trigger that is free."""
+    delay, fastest = target.time_offset, float(np.max(np.abs(target.command.rate.rates)))
+    if not delay.is_free:
+        return 0.0, 0.0
+    return fastest * (delay.max - delay.value), fastest * (delay.value - delay.min)
+
+
+def _clear_line(
+    steps: float, y: FloatArray, order: float, unknown: tuple[float, float] = (0.0, 0.0)
+) -> tuple[float, float] | None:
     """Return the clearness of a line at another rate, and that rate over the declared one; None where it is right."""
-    turns = order * steps
+    turns, lag, lead = order * steps, *(order * one for one in unknown)
     if turns < (RULES.sweep_lag_turns + RULES.sweep_lead_turns) / RULES.sweep_reach:
         return None
     power = np.abs(np.fft.rfft(y, 4 * y.size)) ** 2
     ratio = np.fft.rfftfreq(4 * y.size, 1.0 / RULES.points_a_step) / order
     near = np.abs(ratio - 1.0) < RULES.sweep_reach
-    right = near & (ratio > 1.0 - RULES.sweep_lag_turns / turns) & (ratio < 1.0 + RULES.sweep_lead_turns / turns)
+    least, most = 1.0 - (RULES.sweep_lag_turns + lag) / turns, 1.0 + (RULES.sweep_lead_turns + lead) / turns
+    right = near & (ratio > least) & (ratio < most)
     at = int(np.argmax(np.where(near, power, 0.0)))
     clearness = float(power[at] / np.median(power[near]))
     if right[at] or clearness < RULES.sweep_clear or power[at] < RULES.sweep_nearer * float(power[right].max()):

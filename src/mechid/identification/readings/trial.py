@@ -23,6 +23,7 @@ from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
+from mechid.identification.search.alignment import align_all_first_motions
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import first_window, robust_cost
 from mechid.identification.search.multistart import Candidate, capped_costs, first_energy, refine
@@ -134,14 +135,17 @@ def search_start(
     part = replace(problem, targets=tuple(targets), workers=1)
     tail = part.coordinates.of_records(part.start)
     drawn = points or [np.concatenate([row, tail]) for row in sample_box(part.space, RULES.trial_points, 0)]
+    align = not points  # given ones come from a trial, whose records are in step already
     costs: list[float] = []
     for first in range(0, len(drawn), SETS):
         cap = sorted(costs)[RULES.trial_starts - 1] if len(costs) >= RULES.trial_starts else math.inf
-        costs += capped_costs(part, drawn[first : first + SETS], targets=part.targets, cap=cap, windows=windows)
+        some = drawn[first : first + SETS]
+        costs += capped_costs(part, some, targets=part.targets, cap=cap, windows=windows, align=align)
     order = [i for i in np.argsort(costs, kind="stable")[: RULES.trial_starts] if math.isfinite(costs[i])]
     best, (still, samples) = Candidate(part.start, math.inf), _resting_cost(part.targets, windows)
     for i in order:
-        found = refine(part, Candidate(drawn[i], costs[i]), steps=RULES.trial_steps, windows=windows)
+        at = align_all_first_motions(part, drawn[i]) if align else drawn[i]
+        found = refine(part, Candidate(at, costs[i]), steps=RULES.trial_steps, windows=windows)
         best = min(best, found, key=lambda one: one.cost)
         if best.cost <= SEARCH.good_cost * samples:
             break

@@ -12,7 +12,8 @@ from mechid.arrays import FloatArray
 from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.misfit import Model, Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.output_error.target import Target
+from mechid.identification.search.rest import commanded_first_step, hum_from_rest, motion_begins, rest_of
 from mechid.identification.search.settings import SEARCH
 from mechid.kernel.start import off_rest
 from mechid.simulation.simulator import Run, Simulator, TimeBase
@@ -30,7 +31,7 @@ def first_window(target: Target) -> Window:
     rate, first = target.base.sample_rate_hz, target.burn_in
     moves = motion_begins(target, SEARCH.longest_rest_s)
     if not _is_late(target, moves):
-        step = _first_step(target)
+        step = commanded_first_step(target)
         moves = step if _is_late(target, step) and _is_quiet_before(target, step) else first
     if moves > first:
         first = moves - round(SEARCH.lead_s * rate)
@@ -43,15 +44,6 @@ def _is_late(target: Target, moves: int) -> bool:
     return SEARCH.first_window_s - SEARCH.floor_s < rest_s <= SEARCH.longest_rest_s and moves < target.samples
 
 
-def _first_step(target: Target) -> int:
-    """Return the sample at which the command makes its first step; all samples where it makes none."""
-    steps = target.excitation.times
-    if not steps.size:
-        return target.samples
-    after_s = float(steps[0]) + target.command.origin_s + target.time_offset.value - target.base.start_s
-    return min(max(math.ceil(after_s * target.base.sample_rate_hz), 0), target.samples)
-
-
 def _is_quiet_before(target: Target, step: int) -> bool:
     """Tell whether all channels move much less in the window behind the burn-in than in the one from a step on."""
     size = round(SEARCH.first_window_s * target.base.sample_rate_hz)
@@ -60,34 +52,6 @@ def _is_quiet_before(target: Target, step: int) -> bool:
         < SEARCH.quiet * np.var(c.measured[step : step + size])
         for c in target.channels
     )
-
-
-def motion_begins(target: Target, within_s: float = math.inf) -> int:
-    """Return the first sample behind the burn-in at which a channel leaves its rest; all samples where none does.
-
-    Samples that come later than `within_s` behind the burn-in are not read.
-    """
-    rate = target.base.sample_rate_hz
-    least, window = max(int(SEARCH.floor_s * rate), 8), max(round(SEARCH.first_window_s * rate), 8)
-    stop = target.samples if math.isinf(within_s) else min(target.samples, target.burn_in + round(within_s * rate) + 1)
-    moves = min(first_motion(channel, (target.burn_in, stop), least, window) for channel in target.channels)
-    return moves if moves < stop else target.samples
-
-
-def first_motion(channel: TargetChannel, within: Window, least: int, block: int) -> int:
-    """Return the first sample of a window at which a channel leaves the median of its first `least` samples.
-
-    The end of the window where it does not. The first `block` samples are read first, since most records move within
-    them, then twice as many each time.
-    """
-    start, stop = within
-    rest = float(np.median(channel.measured[start : min(start + least, stop)]))
-    while start < stop:
-        moving = np.abs(channel.measured[start : min(start + block, stop)] - rest) > SEARCH.moves * channel.sigma
-        if moving.any():
-            return start + int(np.argmax(moving))
-        start, block = start + block, min(2 * block, SEARCH.block)
-    return stop
 
 
 def first_samples(target: Target) -> int:
@@ -105,11 +69,12 @@ def first_residuals(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window | None = None
 ) -> FloatArray:
     """Return the same at several points, one at least, over the first window or another: a row each."""
-    window = window or first_window(target)
+    window, rest = window or first_window(target), rest_of(target)
     rooms = misfit_series_of(model, target, points, window)
     each = []
     for channel, series in zip(target.channels, zip(*rooms, strict=True), strict=True):
         rows = np.stack([room[:] for room in series])
+        rows += hum_from_rest(channel, rest, window)
         rows /= channel.sigma
         if channel.linear:
             rows -= np.median(rows, axis=1, keepdims=True)

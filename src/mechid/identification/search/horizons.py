@@ -16,7 +16,8 @@ from mechid.arrays import FloatArray
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.first_moments import Horizons, motion_begins
+from mechid.identification.search.first_moments import Horizons
+from mechid.identification.search.rest import motion_begins
 from mechid.identification.search.settings import SEARCH
 from mechid.signal.series import stretch_of
 from mechid.signal.stored import Room, room_for

@@ -26,6 +26,7 @@ from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle, absorb, combine_triangles, without_projected_rows
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.alignment import align_all_first_motions, align_first_motion, realign
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import (
     first_residuals,
@@ -35,6 +36,7 @@ from mechid.identification.search.first_moments import (
     robust_costs,
     run_up,
 )
+from mechid.identification.search.rest import hum_from_rest, rest_of
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import descend
 from mechid.kernel.batch.source import SETS
@@ -64,16 +66,19 @@ def capped_costs(
     targets: Sequence[Target],
     cap: float = math.inf,
     windows: Windows = NO_WINDOWS,
+    align: bool = False,
 ) -> list[float]:
     """Return the robust cost of `targets` at each point, or inf as soon as it is known to exceed `cap`.
 
-    It is that of their first windows, or of others by name.
+    It is that of their first windows, or of others by name. With `align` a target's delay is first set, for its own
+    cost alone, so that the model at each point moves when the target does.
     """
     total, model = np.zeros(len(points)), problem.model
     for target in targets:
         left = np.flatnonzero(np.isfinite(total)).tolist()
         if left:
             some, window = [points[k] for k in left], windows.get(target.name)
+            some = align_first_motion(problem, target, some) if align else some
             total[left] += robust_costs(first_residuals(model, target, some, window))
         total[total > cap] = math.inf
     return total.tolist()
@@ -100,6 +105,7 @@ def robust_triangle(problem: Problem, q: FloatArray, windows: Windows = NO_WINDO
 
 def _first_rows(problem: Problem, target: Target, q: FloatArray, window: Window) -> FloatArray:
     """Return residual and Jacobian of all channels over a window as rows, (1 + n, samples), in sigmas."""
+    rest = rest_of(target)
     whole = np.empty((1 + problem.size, len(target.channels) * (window[1] - window[0])))
     parts = np.split(whole, len(target.channels), axis=1)
     for piece in Misfit(problem.model, target, q, window, jacobian=True):
@@ -108,6 +114,7 @@ def _first_rows(problem: Problem, target: Target, q: FloatArray, window: Window)
             piece.residual(k, rows[0, here])
             piece.write_slopes(k, rows[1:, here])
     for channel, rows in zip(target.channels, parts, strict=True):
+        rows[0] += hum_from_rest(channel, rest, window)
         np.divide(rows, channel.sigma, out=rows)
         if channel.linear:
             rows[0] -= np.median(rows[0])
@@ -139,7 +146,12 @@ def multistart(
         progress(first + len(some), SEARCH.points)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
     best = islice(_ranked(drawn), SEARCH.starts)
-    return [replace(start, q=run_up(problem, start.q, tries=SEARCH.run_up_tries)) for start in best]
+    return [replace(start, q=_begun(problem, start.q)) for start in best]
+
+
+def _begun(problem: Problem, q: FloatArray) -> FloatArray:
+    """Return a sampled point whose records move when they did, and begin in the motion that they began in."""
+    return run_up(problem, align_all_first_motions(problem, q), tries=SEARCH.run_up_tries)
 
 
 def _of_all(cost: Callable[[Any], list[float]], tasks: Sequence[Any], workers: int) -> list[float]:
@@ -152,7 +164,7 @@ def _costs_run_up(problem: Problem, targets: Sequence[Target], task: tuple[Seque
     points, cap = task
     moving = [target for target in problem.targets if target.begins_in_motion]
     begun = [run_up(problem, q, targets=moving) for q in points] if moving else points
-    return capped_costs(problem, begun, targets=targets, cap=cap)
+    return capped_costs(problem, begun, targets=targets, cap=cap, align=True)
 
 
 def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:
@@ -204,10 +216,19 @@ def _refined(
     """Return candidates refined, in order of cost; those that cannot be simulated are dropped."""
 
     def work() -> list[dict[str, object]]:
-        return [dict(vars(c)) for c in mapped(partial(refine, problem, steps=steps), starts, workers)]
+        return [dict(vars(c)) for c in mapped(partial(_refine_aligned, problem, steps), starts, workers)]
 
     inputs = [identity(problem), [[c.q, c.cost] for c in starts], steps]
     return list(_ranked([Candidate(**c) for c in journal.step("starts refined", inputs, work)]))
+
+
+def _refine_aligned(problem: Problem, steps: int, candidate: Candidate) -> Candidate:
+    """Return a candidate refined, and refined again where the delay of a record turns out to be quite another."""
+    found = refine(problem, candidate, steps)
+    again = realign(problem, found.q)
+    if np.array_equal(again, found.q):
+        return found
+    return min(found, refine(problem, Candidate(again, math.inf), steps), key=lambda one: one.cost)
 
 
 def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candidate]:

@@ -86,6 +86,12 @@ class SearchSettings:
 
     # Bounds of time and memory, and of rounding.
 
+    hum_periods: float = 5.0
+    """Periods of the slowest line of hum that a rest must have to show it: 0.1 s tell the amplitude to 0.05 sigma."""
+    realigned_s: float = 0.25
+    """Part of a record by which its delay is found anew: some microsteps of the slowest sweep."""
+    realigned_share: float = 0.5
+    """Share of the cost at the present delay that another one may have at most. A choice."""
     longest_rest_s: float = 2.0
     """Rest up to which the window follows the motion. All of it is simulated at each of the 2048 starts: 2 s at 10 kHz
     take 3 s of CPU a record."""

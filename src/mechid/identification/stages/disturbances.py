@@ -150,7 +150,7 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     plain = fit_with_noise_released(watch, state, campaign.options, names)
     at = replace(with_noise_as_known(watch, state), q=plain.q)
     model = SearchedModel(watch, at, names)
-    if _asks(watch, plain):
+    if asks_for_more(watch, plain):
         watch.tell("disturbances", "disturbances of the records are looked for")
         model = _with_all_asked_for(replace(model, possible=possible(plain.problem, campaign, plain.q)))
     fitted = _released(model, state, plain, campaign)
@@ -210,7 +210,7 @@ def _stands_out(state: SearchState, one: Disturbance) -> bool:
     return float(off.max(initial=0.0)) > DURING_FIT.least_deviation
 
 
-def _asks(watch: Watch, state: SearchState) -> bool:
+def asks_for_more(watch: Watch, state: SearchState) -> bool:
     """Tell whether a residual is coloured, or larger than its noise allows."""
     return any(c.prefilter for t in state.problem.targets for c in t.channels) or not _follows(watch, state)
 

@@ -263,13 +263,17 @@ def look_past_stall(
         As of `look_at_first_moments`.
     """
     looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps)
+    if any(look.explains for look in looks):
+        return sorted(looks, key=lambda look: look.criterion)
     term = next((name for name in base.effects if name in families.unlisted), None)
     if term is not None:
         here = refined_look(base, at, journal, windows, STAGES.second_steps)
         looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
-    wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
     laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
-    for model in [*wide, *laws]:
+    wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
+    for model in [*laws, *wide]:
+        if model is wide[0] and any(look.explains for look in looks):
+            break
         look = refined_look(model, model.point_of(base, at), journal, windows, STAGES.second_steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
         looks.append(look)

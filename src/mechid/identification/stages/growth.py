@@ -12,7 +12,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.ladder import EFFECTS, FURTHEST, Climb, Rung, ask_whole_records, climb_ladder
+from mechid.identification.stages.ladder import EFFECTS, FURTHEST, Climb, Rung, climb_ladder
 from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_from_followed, grow_starts, refined_starts
@@ -36,7 +36,6 @@ def searched(
         return state, None
     climb = Climb(watch, campaign, seed, state, best, tuple(drawn), found=found)
     climb = climb_ladder(climb, LADDER if patient else (*AS_WRITTEN, *EFFECTS, FURTHEST))
-    climb = ask_whole_records(climb)
     assert climb.growth is not None, "the mechanism as written is always grown"
     state, growth = replace(climb.state, path=climb.tried), climb.growth
     state = state.at(growth.q, growth.horizons)

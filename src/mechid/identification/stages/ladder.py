@@ -13,29 +13,21 @@ from functools import cached_property
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
 from mechid.identification.stages.first_look import (
     FirstLook,
     look_at_first_moments,
-    look_at_whole_records,
     look_past_stall,
     pruned_look,
-    refined_look,
 )
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, freed, grow_model, settle, state_so_far
-from mechid.identification.stages.watch import Watch, residual_to_noise
-from mechid.identification.uncertainty.settings import NOISE
-
-WHOLE_RECORDS = "effect that whole records ask for"
-"""What adds an effect where the mechanism as written has followed all records."""
+from mechid.identification.stages.watch import Watch
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +57,8 @@ class Climb:
         What a raised noise level comes to.
     tried : tuple of str
         Names of the rungs so far.
+    spent : int
+        Rounds of all growths with effects free, each times its coordinates.
     """
 
     watch: Watch
@@ -79,6 +73,7 @@ class Climb:
     found: Iterator[Candidate] = field(default_factory=lambda: iter(()))
     raised: tuple[SearchState, Growth] | None = None
     tried: tuple[str, ...] = ()
+    spent: int = 0
 
     @property
     def at_raised(self) -> tuple[SearchState, Growth]:
@@ -110,11 +105,12 @@ class Climb:
     def at(self, reached: Reached) -> Climb:
         """Return the climb with a further growth; where it follows all records, with what of it they need."""
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
+        spent = self.spent + reached.growth.rounds * reached.problem.size
         if reached.growth.complete:
             settled = settle(self.watch, self.state, reached, self.seed)
             if settled is not None:
-                return replace(self, state=settled[0], growth=settled[1], reached=best)
-        return replace(self, reached=best)
+                return replace(self, state=settled[0], growth=settled[1], reached=best, spent=spent)
+        return replace(self, reached=best, spent=spent)
 
 
 @dataclass(frozen=True)
@@ -235,32 +231,7 @@ def _teller(climb: Climb, stage: str) -> Callable[[str], None]:
 
 
 def _can_free(climb: Climb) -> bool:
-    return climb.may_add and (climb.growth is not None or climb.reached is not None)
-
-
-def ask_whole_records(climb: Climb) -> Climb:
-    """Add the effect that explains most of what is beyond noise in records that are followed to their ends.
-
-    Nothing is added where the residual is within its noise, or where no single effect explains that share of it which
-    one has to explain during a fit.
-    """
-    watch, problem = climb.watch, climb.state.problem
-    if not (climb.complete and climb.may_add) or climb.state.added or climb.state.found or climb.growth is None:
-        return climb
-    q, whole = climb.growth.q, problem.whole()
-    q = solve(problem, q, whole, steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance).q
-    if max(residual_to_noise(problem, q, watch.noise.floors).values()) <= NOISE.misfit:
-        return climb
-    tell = _teller(climb, "whole records")
-    looks = look_at_whole_records(climb.families, q, tell, watch.journal)
-    here = refined_look(climb.families.bare, q, watch.journal, whole, STAGES.whole_steps)
-    best = min(looks, key=lambda look: look.criterion, default=here)
-    misfit = here.cost - here.samples
-    if here.criterion - best.criterion < max(DURING_FIT.share * misfit, DURING_FIT.least_chi_square):
-        return climb
-    growth = Growth(best.q, {name: stop for name, (_, stop) in whole.items()}, True, 0)
-    found = climb.at(Reached(best.model, growth))
-    return found if found.state is climb.state else replace(found, tried=(*climb.tried, WHOLE_RECORDS))
+    return climb.may_add and climb.spent < STAGES.most_work
 
 
 def _keep_furthest(climb: Climb) -> Climb:
@@ -280,7 +251,7 @@ def _came_much_further(climb: Climb) -> bool:
 
 
 EFFECTS = (
-    Rung("effects named by the first moments", lambda climb: climb.may_add, _look),
+    Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),

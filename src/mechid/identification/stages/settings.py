@@ -78,6 +78,9 @@ class StageSettings:
     """Robust steps of that comparison: they begin where the growth has ended."""
     second_looks: int = 2
     """Families that are grown after it at most."""
+    most_work: int = 6000
+    """Rounds of growth times coordinates from which no further effects are freed: a complete campaign takes some 10
+    rounds of 15 coordinates."""
     whole_steps: int = 6
     """Robust steps of a look at whole records: they begin at an optimum without the effect."""
     freed_steps: int = 5

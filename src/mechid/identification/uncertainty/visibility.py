@@ -17,7 +17,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.first_moments import motion_begins
+from mechid.identification.search.rest import motion_begins
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.parameter import Role
