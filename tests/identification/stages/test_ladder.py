@@ -109,7 +109,7 @@ def test_effects_are_added_only_where_the_campaign_lets_them(climb):
     """Truth: [identify] terms and disturbances."""
     for terms, disturbances, allowed in ((True, "none", True), (False, "auto", True), (False, "none", False)):
         options = IdentifyOptions(terms=terms, disturbances=disturbances)
-        one = replace(climb, campaign=replace(climb.campaign, options=options))
+        one = replace(climb, campaign=replace(climb.campaign, options=options), best=Candidate(climb.best.q, 1e6))
         assert one.may_add is allowed
         assert ladder.EFFECTS[0].applies(one) is allowed
 
