@@ -27,8 +27,9 @@ from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch, residual_to_noise
 from mechid.identification.uncertainty.model_error import deviations_from_null
 from mechid.identification.uncertainty.settings import NOISE
+from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, rivals_of
+from mechid.plant.superset import rivals_of
 
 
 @dataclass(frozen=True, eq=False)

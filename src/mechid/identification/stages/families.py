@@ -21,7 +21,8 @@ from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import robust_triangle
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.block import Extension
-from mechid.plant.superset import Law, Superset, rivals_of, superset_of, unlisted_extensions
+from mechid.plant.law import Law
+from mechid.plant.superset import Superset, rivals_of, superset_of, unlisted_extensions
 
 GAIN_TABLE = "transducer"
 """The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
