@@ -20,7 +20,8 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import conclude
-from mechid.identification.effects.effect import add_terms, lay_out, substitute_law
+from mechid.identification.diagnosis.start import initial_models
+from mechid.identification.effects.effect import AddedTerms, add_terms, lay_out, substitute_law
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.result.fit_file import read_fit
@@ -301,6 +302,29 @@ def test_the_file_left_behind_declares_a_law_and_a_term(with_both):
     assert [one["order"] for one in table["stepper"]["torque_harmonic"]] == [3]
     flying = flying_estimate(read_fit(with_both.folder), Flight())
     assert set(flying.names) == {*FREE, *HARMONIC}
+
+
+def test_a_term_that_no_list_has_is_said_in_words_and_diagnosed(tmp_path):
+    """Truth: a detent of 130 periods that made the record, which is none of the library's lists."""
+    name, amplitude = "stepper.detent:2.77deg", 0.004
+    detent = {"period_deg": 360.0 / 130, "amplitude": amplitude, "phase_deg": 30.0}
+    campaign, fit = concluded(
+        made_by(stepper={"detent": [*CATALOGUE["stepper"]["detent"], detent]}),
+        lambda mechanism: lay_out(AddedTerms(mechanism), [name]),
+        {"stepper.detent.2.amplitude": amplitude, "stepper.detent.2.phase_deg": 30.0},
+    )
+    (entry,) = fit.missing
+    assert (entry.name, entry.dof) == (name, 2)
+    assert entry.words == "detent torque with a period of 2.77 deg of the rotor"
+    found = left(campaign, fit, tmp_path)
+    assert f"# added by mechid: {entry.words}; " in (tmp_path / "mechanism.toml").read_text(encoding="utf-8")
+    _, whole = initial_models(replace(found.read, campaign=campaign))
+    assert whole.terms == (name,)
+    assert whole.over_noise == pytest.approx(1.0, abs=0.05)
+    assert (
+        flying_estimate(read_fit(tmp_path), Flight()).mechanism.value("stepper.detent.2.amplitude")
+        == (fit.values["stepper.detent.2.amplitude"])
+    )
 
 
 def test_how_the_search_arrived_is_kept_and_shown(made):

@@ -23,7 +23,7 @@ from mechid.identification.result.fit import MOVED, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import rivals_of, with_tables, words_of
+from mechid.plant.superset import extension_named, rivals_of, with_tables, words_of
 
 
 def initial_models(fit: Fit, *, workers: int = 1) -> tuple[Model, Model]:
@@ -53,7 +53,7 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     problem = make_problem(replace(campaign, mechanism=mechanism), workers)
     disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
-    known = {*words_of(mechanism), *(one.name for one in parametric)}
+    known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
     setting = Setting(problem, problem.whole(), parametric, _considered(campaign, known))
     return Model(setting, mechanism).at(fit.values)
 
@@ -89,7 +89,10 @@ def _with_effects_of_fit(plain: Model, fit: Fit) -> Model:
 
 def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
     """Return the model with the terms that a fit added, and of these and the disturbances those needed, fitted."""
-    model = replace(model, terms=tuple(found))
+    listed = {term.name for term in model.library.terms} if model.library else set[str]()
+    others = (extension_named(model.base, name) for name in found if name not in listed)
+    further = (*model.further, *(one for one in others if one))
+    model = replace(model, terms=tuple(found), further=further)
     library = model.library
     assert library is not None
     names = add_terms(library, found.keys()).names_by_term
