@@ -12,24 +12,31 @@ from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record
 from mechid.campaign.identify_options import DISTURBANCES, MAINS
 from mechid.command import MeasuredCommand
 from mechid.identification.effects.disturbance import Disturbance, with_own
-from mechid.identification.effects.mains import mains
+from mechid.identification.effects.mains import NO_RESTS, grid_at_rest, mains
 from mechid.identification.effects.settings import PRIORS
+from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Declaration, Parameter, Role, Status
 from mechid.plant.plant import Plant
 
 
-def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:
+def possible(
+    problem: Problem, campaign: Campaign, q: FloatArray | None = None, rests: Mapping[str, Window] = NO_RESTS
+) -> tuple[Disturbance, ...]:
     """Return the disturbances that records of a problem may have, none of which is declared or excluded.
 
-    Mains hum is one where the longest record shows it: in what the model at `q` leaves, or else before any model.
+    Mains hum is one where the longest record shows it: in what the model at `q` leaves, or else before any model; or
+    where records show it before they move, in `rests`, first and last-plus-one sample by name.
     """
     asked = campaign.options.disturbances
     allowed = DISTURBANCES if asked == "auto" else () if asked == "none" else asked
     stepped = tuple(t for t in problem.targets if not isinstance(t.command, MeasuredCommand))
     found = (one for name in allowed if name != MAINS for one in _MADE[name](problem, stepped))
     hum = mains(problem, q) if MAINS in allowed else None
+    if hum is None and rests and MAINS in allowed:
+        grid = grid_at_rest(problem, rests)
+        hum = mains(problem, q, grid, rests) if grid else None
     return tuple(one for one in (*found, hum) if one and one.records)
 
 

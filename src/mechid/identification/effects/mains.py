@@ -21,6 +21,7 @@ from mechid.signal.lines import prominence
 from mechid.signal.mains import MainsLine, mains_lines
 from mechid.signal.series import is_finite, stretch_of
 from mechid.signal.settings import HUM
+from mechid.signal.trend import fit_line
 
 USUAL = (1, 2, 3)
 """Multiples of a grid that is declared, whether they stand out or not."""
@@ -74,6 +75,32 @@ def mains(
         drift = drifting_lines if told and q is not None else _steady
         lines[target.name] = tuple(hz for line in inside for hz in drift(one, line))
     return Disturbance(f"{MAINS_PREFIX}{grid:g}Hz", WORDS, lines_hz=lines)
+
+
+def grid_at_rest(problem: Problem, rests: Mapping[str, Window]) -> float | None:
+    """Return the nominal frequency of the grid, Hz, whose hum records show before they move; None where they show none.
+
+    Parameters
+    ----------
+    problem : Problem
+    rests : mapping of str to (int, int)
+        Samples of records, by name, before their motion.
+    """
+    falls = {hz: sum(_fall_by_hum(t, rests.get(t.name, (0, 0)), hz) for t in problem.targets) for hz in HUM.mains_hz}
+    grid = max(falls, key=lambda hz: falls[hz])
+    return grid if falls[grid] > PRIORS.hum_at_rest else None
+
+
+def _fall_by_hum(target: Target, rest: Window, grid_hz: float) -> float:
+    """Return by how much the sum of squares of a rest falls with hum, in variances of the noise."""
+    channel, size = target.leading, rest[1] - rest[0]
+    if size < PRIORS.hum_samples or size * grid_hz < PRIORS.hum_periods * target.base.sample_rate_hz:
+        return 0.0
+    resting, rejected = stretch_of(channel.measured, *rest), channel.rejected_within(rest)
+    turns = [hz / target.base.sample_rate_hz for hz in _within([grid_hz * k for k in USUAL], target)]
+    lines = (fit_line(resting, 1, rejected), fit_line(resting, 1, rejected, turns))
+    left = [float(np.sum((np.asarray(resting) - line.at(0, size)) ** 2)) for line in lines]
+    return (left[0] - left[1]) / channel.sigma**2
 
 
 def read_anew(problem: Problem, q: FloatArray, declared_hz: float) -> Problem:

@@ -123,6 +123,11 @@ class DisturbancePriors:
     gains of a test stand 1 to 3 % apart. That of the supply is a choice."""
     reach: float = 5.0
     """Standard deviations to either bound. A choice."""
+    hum_at_rest: float = 100.0
+    """Chi-square of hum in the rests of all records together from which it is there: by chance, with 6 degrees of
+    freedom a record, once in 1e9 of six records."""
+    hum_periods: float = 2.0
+    """Periods of the grid that a rest holds at least. A choice."""
     hum_samples: int = 64
     """Samples from which lines of the mains are looked for. A choice."""
 

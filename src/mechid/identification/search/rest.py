@@ -58,6 +58,19 @@ def commanded_first_step(target: Target) -> int:
     return min(max(math.ceil(after_s * target.base.sample_rate_hz), 0), target.samples)
 
 
+def commanded_rest_of(target: Target) -> Window:
+    """Return the samples behind the burn-in before the command's first step; none of a record that begins in motion.
+
+    Hum hides from `rest_of` where the motion begins; a delay that is free hides it here.
+    """
+    first = target.burn_in
+    if target.begins_in_motion or target.time_offset.is_free:
+        return first, first
+    step = commanded_first_step(target)
+    lead = round(SEARCH.lead_s * target.base.sample_rate_hz)
+    return first, max(step - lead, first) if step < target.samples else first
+
+
 @lru_cache(maxsize=64)  # thousands of starts are judged in one window, and the fit costs as much as a simulation
 def hum_from_rest(channel: TargetChannel, rest: Window, window: Window) -> FloatArray:
     """Return a channel's hum over a window, (n,), in its SI unit: fitted to its rest together with offset and drift.

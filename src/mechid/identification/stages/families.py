@@ -19,6 +19,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import robust_triangle
+from mechid.identification.search.rest import commanded_rest_of
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.block import Extension
 from mechid.plant.law import Law
@@ -126,7 +127,10 @@ class Families:
     @cached_property
     def _of_records(self) -> tuple[Disturbance, ...]:
         bare = augment(self.plain, self.base, self.superset, (), (), "").problem
-        return tuple(one for one in possible(bare, self.campaign) if one.name in OF_RECORDS or one.lines_hz)
+        rests = {t.name: commanded_rest_of(t) for t in self.plain.targets}
+        return tuple(
+            one for one in possible(bare, self.campaign, rests=rests) if one.name in OF_RECORDS or one.lines_hz
+        )
 
     def model(
         self, family: Family, base: AugmentedModel | None = None, near: FloatArray | None = None
@@ -198,9 +202,10 @@ class Families:
         return AugmentedModel(f"{base.name}, {law.name}", problem, added, base.disturbances, None, other.base)
 
     def likeliest(self, base: AugmentedModel, q: FloatArray, windows: Windows) -> list[str]:
-        """Return the single effects that would explain most of some windows beside a model, the likeliest first.
+        """Return the single effects that would explain most of some windows beside a model.
 
-        Of long windows the first moments alone, as many numbers of periods are gone through.
+        First a few terms of any number of periods, of which long windows are judged by their first moments alone, then
+        a few other effects; the likeliest first.
         By the derivatives at a point: with each effect all that the model has is free to make room. Of terms with
         neighbouring numbers of periods, which short windows do not tell apart, the best one is returned.
 
@@ -211,14 +216,14 @@ class Families:
             A point of it.
         windows : mapping of record to (first, stop)
         """
-        windows = self._at_most_long(windows)
-        found = self._scores(base, q, windows, self.model(EVERYTHING, base), None)
+        listed = self._scores(base, q, windows, self.model(EVERYTHING, base), None)
+        found, short = dict[str, float](), self._at_most_long(windows)
         numbers = self._scanned(base)
         for first in range(0, len(numbers), STAGES.unlisted_at_once):
             some = [name for _, name in numbers[first : first + STAGES.unlisted_at_once]]
-            found |= self._scores(base, q, windows, self._with(base, some, (), "scanned"), some)
-        best = [name for name in found if not self._is_beside_better(name, numbers, found)]
-        return sorted((name for name in best if found[name] > 0.0), key=lambda name: -found[name])
+            found |= self._scores(base, q, short, self._with(base, some, (), "scanned"), some)
+        unlisted = {n: score for n, score in found.items() if not self._is_beside_better(n, numbers, found)}
+        return [*_best(unlisted, STAGES.singles), *_best(listed, STAGES.singles)]
 
     def _at_most_long(self, windows: Windows) -> Windows:
         """Return windows of so many seconds at most: the shortest as they are, of the others the first moments."""
@@ -257,6 +262,11 @@ class Families:
             return False
         k = names.index(name)
         return any(found[other] > found[name] for other in names[max(k - 1, 0) : k + 2] if other != name)
+
+
+def _best(scores: Mapping[str, float], most: int) -> list[str]:
+    """Return the names of the best scores above none, the best first."""
+    return sorted((name for name, score in scores.items() if score > 0.0), key=lambda name: -scores[name])[:most]
 
 
 def _periods(extension: Extension) -> int:

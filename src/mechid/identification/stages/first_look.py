@@ -155,7 +155,7 @@ def look_at_singles(
         tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
         return found
 
-    looks = [look(name, (base, q)) for name in families.likeliest(base, q, windows)[: STAGES.singles]]
+    looks = [look(name, (base, q)) for name in families.likeliest(base, q, windows)]
     best = min(looks, key=lambda look: look.cost, default=None)
     term = next((name for name in best.model.effects if name in families.unlisted), None) if best else None
     if best is not None and term is not None:

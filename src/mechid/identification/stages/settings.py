@@ -59,8 +59,9 @@ class StageSettings:
     """Coulomb friction over static friction where a law of friction begins too."""
     other_starts: int = 5
     """Drawn starts from which families are tried where the best one does not do."""
-    singles: int = 6
-    """Single effects, those likeliest by their derivatives, that are refined by themselves."""
+    singles: int = 4
+    """Single effects, those likeliest by their derivatives, that are refined by themselves; as many terms of any number
+    of periods."""
     unlisted_at_once: int = 4
     """Terms of any number of periods that one plant has places for."""
     scan_s: float = 1.5
