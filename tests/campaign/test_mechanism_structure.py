@@ -93,6 +93,14 @@ REFUSED = {
         {"gear": {"kinematic_error": [{"order": 2.5, "amplitude": 1e-4}]}},
         "gear.kinematic_error.0.order: found 2.5; write a whole number",
     ),
+    "order beyond the kernel's": (
+        {"gear": {"kinematic_error": [{"order": 1001, "amplitude": 1e-4}]}},
+        "gear.kinematic_error.0.order: found 1001; write a whole number up to 1000",
+    ),
+    "order that no filter has": (
+        {"anti_alias": {"order": 900, "frequency": 3000.0}},
+        "anti_alias.order: found 900",
+    ),
     "order missing": (
         {"stepper": {"torque_harmonic": [{"amplitude": 0.1}]}},
         "stepper.torque_harmonic.0.order: missing; write order under [[stepper.torque_harmonic]]",
@@ -154,3 +162,21 @@ REFUSED = {
 def test_what_does_not_fit_together_is_said_with_its_place(case, refused):
     changes, message = REFUSED[case]
     refused(f"mechanism.toml: {message}", paper_with, changes)
+
+
+HARMONICS = {
+    "gear.kinematic_error": "92*",
+    "stepper.torque_harmonic": "46*alpha*p",  # p counts both poles of a pair
+    "friction.position": "92*",
+    "friction.output_position": "92*",
+}
+
+
+@pytest.mark.parametrize("table", HARMONICS)
+def test_a_harmonic_of_high_order_is_not_one_of_order_64(table):
+    """Truth: sines of 92 times an angle in the equations; 64 was the highest order once, and higher ones became it."""
+    head, key = table.split(".")
+    plant = paper_with({head: {key: [{"order": 92, "amplitude": 1e-3}]}}).plant
+    assert plant.layout.orders[table] == (92,)
+    written = " ".join(str(e) for _, e in plant.terms) + " ".join(map(str, plant.rates))
+    assert f"sin({HARMONICS[table]}" in written

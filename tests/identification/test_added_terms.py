@@ -20,7 +20,8 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import conclude
-from mechid.identification.effects.effect import add_terms, substitute_law
+from mechid.identification.diagnosis.start import initial_models
+from mechid.identification.effects.effect import AddedTerms, add_terms, lay_out, substitute_law
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.result.fit_file import read_fit
@@ -40,6 +41,8 @@ ORDER, AMPLITUDE, PHASE = (f"stepper.torque_harmonic.0.{key}" for key in ("order
 HARMONIC = {AMPLITUDE: 0.02, PHASE: 40.0}
 FREE = ("gear.stiffness", "gear.damping")
 RECORD = "full_46"
+FILTER = "anti_alias:2"
+PATH = ("as written", "effects named by the first moments", "those needed there, grown")
 
 
 def made_by(**tables):
@@ -67,6 +70,7 @@ def concluded(truth_of_record, added_to, start):
         solution=solution,
         searched=True,
         added=added,
+        path=PATH,
     )
     return campaign, conclude(campaign, state, seed=1, seconds=1.0)
 
@@ -89,18 +93,28 @@ def made(tmp_path_factory):
     return left(campaign, fit, tmp_path_factory.mktemp("fit"))
 
 
+def filtered(mechanism):
+    return substitute_law(mechanism, next(law for law in rivals_of(mechanism) if law.name == FILTER))
+
+
 @pytest.fixture(scope="module")
 def with_law(tmp_path_factory):
     """Return a fit to which a law was added that no null value leads to: a low-pass before the recorder."""
-    found = "anti_alias:2"
-
-    def filtered(mechanism):
-        return substitute_law(mechanism, next(law for law in rivals_of(mechanism) if law.name == found))
-
     campaign, fit = concluded(
         made_by(anti_alias={"order": 2, "frequency": 12e3}), filtered, {"anti_alias.frequency": 12e3}
     )
     return left(campaign, fit, tmp_path_factory.mktemp("law"))
+
+
+@pytest.fixture(scope="module")
+def with_both(tmp_path_factory):
+    """Return a fit to which a law and a term were added: a low-pass, and a harmonic of the torque constant."""
+    campaign, fit = concluded(
+        made_by(anti_alias={"order": 2, "frequency": 12e3}, **harmonic(HARMONIC[AMPLITUDE])),
+        lambda mechanism: lay_out(filtered(mechanism), [TERM]),
+        {"anti_alias.frequency": 12e3, **HARMONIC},
+    )
+    return left(campaign, fit, tmp_path_factory.mktemp("both"))
 
 
 def estimate_of(made):
@@ -158,7 +172,7 @@ def test_missing_has_the_term_as_it_has_disturbances(made):
     assert table["amplitude"]["value"] == made.fit.parameters[AMPLITUDE].value
 
 
-@pytest.mark.parametrize("name", ["made", "with_law"])
+@pytest.mark.parametrize("name", ["made", "with_law", "with_both"])
 def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
     """Truth: a simulation of mechanism.toml as it was left."""
     found = request.getfixturevalue(name)
@@ -172,7 +186,7 @@ def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
     assert estimate_of(found)["as_written"] == found.fit.as_written.to_dict()
 
 
-@pytest.mark.parametrize("name", ["made", "with_law"])
+@pytest.mark.parametrize("name", ["made", "with_law", "with_both"])
 def test_the_mechanism_comes_back_from_the_file_left_behind(name, request):
     found = request.getfixturevalue(name)
     again = read_mechanism(found.folder / "mechanism.toml")
@@ -238,6 +252,92 @@ def test_a_law_is_an_entry_of_missing_too(with_law):
     assert entry.chi_square > 100.0
     assert with_law.fit.parameters["anti_alias.frequency"].value == pytest.approx(12e3, rel=0.02)
     assert with_law.fit.grade is Grade.B
+
+
+def test_a_law_and_a_term_are_both_entries_of_missing(with_both):
+    """Truth: the mechanism that made the record has both; each fall by a fit without it."""
+    fit = with_both.fit
+    assert {one.name: (one.block, one.dof) for one in fit.missing} == {
+        TERM: ("stepper.torque_harmonic", 2),
+        FILTER: ("anti_alias", 1),
+    }
+    for name, value in {**HARMONIC, "anti_alias.frequency": 12e3}.items():
+        p = fit.parameters[name]
+        assert abs(p.value - value) < 4.0 * p.std_error
+        assert p.added
+    falls = {one.name: one.chi_square for one in fit.missing}
+    assert all(fall > 100.0 for fall in falls.values())
+    assert sum(one.share for one in fit.missing) == pytest.approx(1.0, abs=0.2)
+    assert fit.grade is Grade.B
+    (reason,) = [r for r in fit.reasons if r.cause is Cause.INCOMPLETE]
+    assert f"lacks effects that the records need; added: {fit.missing[0].words} ({fit.missing[0].name})" in reason.text
+    tables = [tomllib.loads(one.toml) for one in sorted(fit.missing, key=lambda one: one.name)]
+    assert tables[0].keys() == {"anti_alias"}
+    assert tables[1].keys() == {"stepper"}
+
+
+def test_a_law_explains_what_a_fit_without_it_leaves(with_both):
+    """Truth: a fit of the same record by the mechanism with the term alone, at the level of the full fit's residual."""
+    fit = with_both.fit
+    superset = superset_of(with_both.campaign.mechanism, only=[TERM])
+    alone = replace(add_terms(superset, [TERM]), widths={}).problem(make_problem(with_both.campaign, 1))
+    q = solve(alone, alone.coordinates.point(fit.values), alone.whole()).q
+    (target,) = alone.targets
+    left = alone.total_norm(q, alone.whole()) * target.leading.sigma
+    full = fit.records[RECORD].residual_rms
+    expected = (left / full) ** 2 - fit.records[RECORD].samples
+    (entry,) = [one for one in fit.missing if one.name == FILTER]
+    assert entry.chi_square == pytest.approx(expected, rel=0.02)
+
+
+def test_the_file_left_behind_declares_a_law_and_a_term(with_both):
+    text = (with_both.folder / "mechanism.toml").read_text(encoding="utf-8")
+    body = text.split("assembly = ")[1]
+    assert body.count("added by mechid") == 2
+    for one in with_both.fit.missing:
+        note = f"# added by mechid: {one.words}; the records need it (chi-square {one.chi_square:.4g} for {one.dof})\n"
+        assert body.count(note) == 1
+    table = tomllib.loads(text)
+    assert table["anti_alias"]["order"] == 2
+    assert [one["order"] for one in table["stepper"]["torque_harmonic"]] == [3]
+    flying = flying_estimate(read_fit(with_both.folder), Flight())
+    assert set(flying.names) == {*FREE, *HARMONIC}
+
+
+def test_a_term_that_no_list_has_is_said_in_words_and_diagnosed(tmp_path):
+    """Truth: a detent of 130 periods that made the record, which is none of the library's lists."""
+    name, amplitude = "stepper.detent:2.77deg", 0.004
+    detent = {"period_deg": 360.0 / 130, "amplitude": amplitude, "phase_deg": 30.0}
+    campaign, fit = concluded(
+        made_by(stepper={"detent": [*CATALOGUE["stepper"]["detent"], detent]}),
+        lambda mechanism: lay_out(AddedTerms(mechanism), [name]),
+        {"stepper.detent.2.amplitude": amplitude, "stepper.detent.2.phase_deg": 30.0},
+    )
+    (entry,) = fit.missing
+    assert (entry.name, entry.dof) == (name, 2)
+    assert entry.words == "detent torque with a period of 2.77 deg of the rotor"
+    found = left(campaign, fit, tmp_path)
+    assert f"# added by mechid: {entry.words}; " in (tmp_path / "mechanism.toml").read_text(encoding="utf-8")
+    _, whole = initial_models(replace(found.read, campaign=campaign))
+    assert whole.terms == (name,)
+    assert whole.over_noise == pytest.approx(1.0, abs=0.05)
+    assert (
+        flying_estimate(read_fit(tmp_path), Flight()).mechanism.value("stepper.detent.2.amplitude")
+        == (fit.values["stepper.detent.2.amplitude"])
+    )
+
+
+def test_how_the_search_arrived_is_kept_and_shown(made):
+    """Truth: the names given to the state of the search."""
+    assert made.fit.path == made.read.path == PATH
+    assert estimate_of(made)["outcome"]["path"] == list(PATH)
+    said = f"How the search arrived: {', then '.join(PATH)}."
+    shown = " ".join(printed(print_report, report_data(made.read), 80).split())
+    assert said in shown
+    for suffix in ("html", "md"):
+        assert said in (made.folder / f"report.{suffix}").read_text(encoding="utf-8")
+    without = replace(made.fit, path=())
+    assert "How the search arrived" not in printed(print_report, report_data(without), 80)
 
 
 def test_a_fit_without_added_terms_has_nothing_as_written():

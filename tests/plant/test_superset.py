@@ -7,7 +7,16 @@ from layouts import SINGLE_STEPPER, mechanism_of
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.plant.superset import extension_named, extensions_at, rivals_of, superset_of, words_of
+from mechid.plant.superset import (
+    extension_named,
+    extensions_at,
+    period_name,
+    rivals_of,
+    superset_of,
+    unlisted_extensions,
+    with_tables,
+    words_of,
+)
 from paper import constant
 from runs import base, run_kernel
 
@@ -25,7 +34,19 @@ GROWN = (
     "gear.kinematic_error:2",
     "gear.kinematic_error:4",
 )
-"""What growth frees beside the paper's mechanism: more, as prototypes measured, spoils it."""
+"""What growth frees first beside the paper's mechanism: more, as prototypes measured, spoils it."""
+RARER = (
+    "stepper.detent:2.4deg",
+    "stepper.detent:1.44deg",
+    "stepper.detent:1.2deg",
+    "stepper.detent:1.03deg",
+    "gear.kinematic_error:3",
+    "gear.kinematic_error:5",
+    "gear.kinematic_error:6",
+    "gear.kinematic_error:7",
+    "gear.kinematic_error:8",
+)
+"""What it frees where these do not suffice."""
 
 
 def following_voltages():
@@ -37,9 +58,10 @@ def following_voltages():
 def test_growth_frees_the_terms_it_was_measured_with():
     """Truth: the library with which growth was measured."""
     superset = superset_of(catalogue_mechanism(), grown_only=True)
-    assert tuple(term.name for term in superset.terms) == GROWN
+    assert tuple(term.name for term in superset.terms if not term.rarer) == GROWN
+    assert tuple(term.name for term in superset.terms if term.rarer) == RARER
     every = {term.name for term in superset_of(catalogue_mechanism()).terms}
-    assert every >= set(GROWN)
+    assert every > {*GROWN, *RARER}
 
 
 def test_terms_of_one_name_are_one():
@@ -156,3 +178,36 @@ def test_a_period_that_is_there_or_listed_asks_for_nothing_further():
     """Truth: the paper's detent of 3.6 deg has half a period in a full step, the listed one of 0.9 deg two."""
     assert extensions_at(catalogue_mechanism(), 0.5, near=1) == []
     assert extensions_at(catalogue_mechanism(), 2.0, near=1) == []
+
+
+def test_names_tell_any_two_numbers_of_periods_apart():
+    """Truth: the number of periods that a name stands for, read back from it."""
+    names = [period_name(360.0 / periods) for periods in range(1, 401)]
+    assert [round(360.0 / float(name.removesuffix("deg"))) for name in names] == list(range(1, 401))
+    assert names[299] == "1.2deg", "three digits where they suffice"
+
+
+def test_unlisted_terms_are_those_that_no_list_and_no_file_has_and_lay_out_alike():
+    """Truth: the catalogue's detents of 100 and 200 periods; the lists of the blocks; plants of one digest."""
+    mechanism = catalogue_mechanism()
+    found = unlisted_extensions(mechanism, range(1, 401))
+    assert {e.table for e in found.values()} == {"stepper.detent"}, "kinematic errors of two orders are two plants"
+    periods = {round(360.0 / float(e.structure["period_deg"])) for e in found.values()}
+    listed = {50 * order for order in (1, 2, 3, 4, 5, 6, 7, 8)}
+    assert periods == set(range(1, 401)) - listed
+    names = ("stepper.detent:2.77deg", "stepper.detent:0.914deg")
+    one, other = (superset_of(mechanism, only=[name], further=[found[name]]) for name in names)
+    assert [term.name for term in one.terms] == [names[0]]
+    assert one.mechanism.plant.digest == other.mechanism.plant.digest
+
+
+def test_a_table_is_laid_out_with_its_defaults():
+    """Truth: the mechanism itself: a gain of 1 changes nothing."""
+    plain = catalogue_mechanism()
+    wide = with_tables(plain, ("transducer",))
+    assert wide.value("transducer.gain") == 1.0
+    assert wide.parameters.keys() - plain.parameters.keys() == {"transducer.gain"}
+    assert with_tables(wide, ("transducer",)) is wide
+    superset = superset_of(plain, only=["stepper.imbalance"], tables=("transducer",))
+    assert "transducer.gain" in superset.mechanism.parameters
+    assert "transducer.gain" not in superset.term_of

@@ -24,7 +24,10 @@ from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, ta
 
 ASSEMBLY = "assembly"
 OWN_KEY, ORDER_KEY = "block", "order"
-HIGHEST_ORDER = 64
+HIGHEST_ORDER = 1000
+"""Of a harmonic in a list: the kernel's sines of multiples of an angle are tested up to it."""
+HIGHEST_FILTER = 64
+"""Order up to which the equations of a filter are laid out; its declaration then refuses those that it has not."""
 MOST_ENTRIES = 64
 """Of a list of tables: 40 detents compile in some 30 s, 80 in two minutes."""
 SHORTEST_PERIOD_DEG = 1e-6
@@ -79,9 +82,7 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
     tables = frozenset(name for name in OPTIONAL if is_table(entry := _at(table, name)) and "value" not in entry)
     orders = {name: tuple(_orders(table, TABLES[name], place)) for name in LISTS}
     orders |= {
-        name: (_order(_at(table, name), place.key(name), TABLES[name].order),)
-        for name in tables
-        if TABLES[name].told_by
+        name: (_order(_at(table, name), place.key(name), TABLES[name]),) for name in tables if TABLES[name].told_by
     }
     layout = Layout(
         assembly=_assembly(table, place),
@@ -148,7 +149,7 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
         )
     for index, entry in enumerate(entries):
         if listed.told_by == ORDER_KEY:
-            yield _order(entry, place.key(f"{name}.{index}"), listed.order)
+            yield _order(entry, place.key(f"{name}.{index}"), listed)
         else:
             at = place.key(f"{name}.{index}.{listed.told_by}")
             yield _by_period(_at(table, listed.beside), entry.get(listed.told_by), at)
@@ -163,12 +164,16 @@ def _by_period(poles: Any, period_deg: Any, place: Place) -> int | None:
     return detent_order(poles, period_deg)
 
 
-def _order(entry: Mapping[str, Any], place: Place, default: int) -> int:
+def _order(entry: Mapping[str, Any], place: Place, of: Table) -> int:
     """Return a whole order; what is missing or no number is told when the parameters are read."""
-    order = entry.get(ORDER_KEY, default)
-    if is_number(order) and order != round(order):
+    order = entry.get(ORDER_KEY, of.order)
+    if not is_number(order):
+        return of.order
+    if order != round(order):
         raise place.key(ORDER_KEY).error(f"{found(order)}; write a whole number")
-    return max(1, min(int(order), HIGHEST_ORDER)) if is_number(order) else default
+    if of.entry and order > HIGHEST_ORDER:
+        raise place.key(ORDER_KEY).error(f"{found(order)}; write a whole number up to {HIGHEST_ORDER}")
+    return max(1, min(int(order), HIGHEST_ORDER if of.entry else HIGHEST_FILTER))
 
 
 def _at(table: Mapping[str, Any], name: str) -> Any:

@@ -25,7 +25,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import with_tables, words_of
+from mechid.plant.superset import extension_named, superset_of, with_tables, words_of
 
 
 def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
@@ -40,7 +40,7 @@ def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
     state : SearchState
         At the end of the search.
     """
-    if state.added is None:
+    if state.added is None or not state.added.names:  # a table alone, for gains of records, is no effect
         return fit
     terms = missing_terms(fit, campaign.mechanism, state)
     return replace(
@@ -71,7 +71,7 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
         return ()
     by_name = {name: added.parameters_of(name) for name in added.names}
     falls, total = _falls(state, written, added)
-    words = words_of(written)
+    words = _words(written, added)
     if not all(map(math.isfinite, falls.values())):
         return ()  # a point that cannot be simulated explains nothing
     return tuple(
@@ -90,6 +90,15 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
         )
         for name, fall in sorted(falls.items(), key=lambda item: -item[1])
     )
+
+
+def _words(written: Mechanism, added: AddedTerms) -> dict[str, str]:
+    """Return what each added term or law is in words, by its name, also of terms that no block lists."""
+    words = words_of(written)
+    others = {name: extension_named(written, name) for name in added.terms if name not in words}
+    further = [one for one in others.values() if one]
+    superset = superset_of(written, only=others, further=further) if further else None
+    return words | {term.name: term.words for term in (superset.terms if superset else ())}
 
 
 def _own(fit: Fit, name: str) -> OwnValue:

@@ -194,12 +194,12 @@ def _follow_plan(
     state = fit_with_disturbances(watch, state, campaign, names)
     if growth.complete and not (before.added or before.found) and (state.found or asks_for_more(watch, state)):
         found = tuple(one.disturbance.name for one in state.found)
-        wider, is_most = with_effect_asked_for(watch, before, campaign, found, seed)
+        wider = with_effect_asked_for(watch, before, campaign, found, seed)
         if wider is not before:
             names = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", names, tolerance=STAGES.rough_tolerance)
             wider = fit_with_disturbances(watch, wider, campaign, names)
-            state = wider if is_most or not asks_for_more(watch, wider) else state
+            state = state if asks_for_more(watch, wider) else wider  # what leaves white noise is no imitation
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)

@@ -17,6 +17,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.parameter import Parameter, Status
+from mechid.plant.superset import with_tables
 from mechid.reports.overview import campaign_data
 from runs import rms
 from synthetic import COMMANDS, displaced, measured, record, truth
@@ -110,6 +111,29 @@ def test_a_mean_over_the_records_is_the_mechanisms(problem):
         assert row[names.index("stepper.coil_resistance")] < 0.0
     np.testing.assert_allclose(J[2, names.index("stepper.coil_resistance")], -resistance / 0.3)
     assert np.count_nonzero(J[5]) == 2
+
+
+def test_a_mean_that_the_records_tell_is_held_as_loosely_as_one_value():
+    """Truth: rows by hand: a gain's mean within the 3 % of each, a supply's a thousandth of its own, unknown."""
+    mechanism, rng = with_tables(displaced(truth(), FREE), ("transducer",)), np.random.default_rng(3)
+    declared, targets, far = mechanism.plant.declarations, [], {}
+    for name in ("full_46", "micro_46", "full_23"):
+        one = target_of(record(name, measured(truth(), COMMANDS[name], rng, seconds=0.1), COMMANDS[name]))
+        gain = free(f"record.{name}.transducer.gain", 1.0, 0.03, declared["transducer.gain"], "transducer.gain")
+        supply = free(f"record.{name}.peak_voltage", 5.7, 0.1, declared["stepper.peak_voltage"], "stepper.peak_voltage")
+        targets.append(one.with_own(gain, supply))
+        far |= {gain.name: 1.02, supply.name: mechanism.value("stepper.peak_voltage") + 0.02}
+    priors = {p.name: (p.value, p.sigma) for t in targets for p in t.moved}
+    coordinates = Problem(SearchSpace(mechanism), tuple(targets), priors).coordinates
+    gains, supplies = coordinates.means
+    assert (gains.of, gains.is_told, gains.sigma) == ("transducer.gain", True, 0.03)
+    assert (supplies.of, supplies.is_told) == ("stepper.peak_voltage", False)
+    assert supplies.sigma == pytest.approx(1e-3 * 0.1)
+    start = Problem(SearchSpace(mechanism), tuple(targets), priors).start
+    q = coordinates.point(coordinates.values(start) | far)
+    rows = coordinates.prior_rows(q)[0]
+    assert sorted(rows[-2:]) == pytest.approx([0.02 / 0.03, 0.02 / 1e-4])
+    assert len(coordinates.unknown_means(q)) == 1, "what the records tell adds nothing unseen to the errors"
 
 
 @pytest.mark.parametrize("ppm", [-450.0, 300.0])

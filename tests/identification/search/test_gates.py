@@ -1,6 +1,7 @@
-"""Long records within an identification. Truth: the same campaign in memory; and what is read of a record, counted."""
+"""Growth of horizons, and long records within an identification. Truth: the same campaign in memory."""
 
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,29 +9,11 @@ import pytest
 from little_memory import little_memory  # noqa: F401
 from mechid.analysis import validate
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.search.first_moments import first_residual, first_window
-from mechid.identification.search.horizons import gate_window, horizon, least_horizons
-from mechid.identification.search.settings import SEARCH
+from mechid.identification.search.gates import grow_horizons
 from mechid.signal.stored import Stored, room_of
-from synthetic import bench, displaced, truth, with_leading
+from synthetic import bench, displaced, truth
 
 FREE = {"gear.stiffness": 1.02, "gear.damping": 0.9}
-
-
-@dataclass
-class Read:
-    """A series that knows how far it was read."""
-
-    samples: np.ndarray
-    stops: list = field(default_factory=list)
-
-    @property
-    def size(self):
-        return self.samples.size
-
-    def __getitem__(self, part):
-        self.stops.append(part.indices(self.size)[1])
-        return self.samples[part]
 
 
 def made(seconds):
@@ -46,22 +29,6 @@ def in_files(campaign):
             for r in campaign.records
         ),
     )
-
-
-def test_starts_and_horizons_read_what_they_use():
-    """Truth: the first 60 ms; for a model that loses the record at once the gate and two pieces of simulation."""
-    problem = make_problem(made(1.0), 1)
-    target = problem.targets[0]
-    read = Read(target.leading.measured)
-    watched = with_leading(target, measured=read)
-    first_residual(problem, watched, problem.start)
-    assert max(read.stops) == first_window(target)[1]
-    read.stops.clear()
-    far = problem.start + 0.5 * (problem.coordinates.upper - problem.start)
-    gate = least_horizons(problem)[target.name]
-    found = horizon(problem, watched, far, gate, 0)
-    assert found < 2 * gate
-    assert max(read.stops) <= max(gate, found + gate_window(target)) + 2 * SEARCH.short_block < target.samples / 2
 
 
 @pytest.fixture
@@ -94,3 +61,26 @@ def test_an_identification_from_files_is_that_from_memory(both):
         assert one.whiteness.statistic == pytest.approx(other.whiteness.statistic, rel=0.01)
         assert one.effective_samples == pytest.approx(other.effective_samples, rel=1e-3)
         np.testing.assert_allclose(one.residual_density, other.residual_density, rtol=0.05)
+
+
+def test_a_growth_that_stalls_leaps_as_often_as_it_may(monkeypatch):
+    """Truth: a leap made by hand, which leads to the mechanism that made the record; the growth goes on from there."""
+    names = (*FREE, "friction.coulomb", "stepper.torque_constant", "housing.frequency")
+    problem = make_problem(bench(truth().with_free(names), truth(), "full_23", "full_46", seed=6, seconds=0.5), 1)
+    right, rng = problem.start, np.random.default_rng(2)
+    away = {name: truth().value(name) * math.exp(0.25 * rng.standard_normal()) for name in names}
+    far = problem.coordinates.clip(problem.coordinates.point(away))
+    leapt = []
+
+    def lead(_problem, q, gates, *_):
+        leapt.append(q)
+        return (right, {name: n + 1 for name, n in gates.items()}) if len(leapt) == 2 else None
+
+    monkeypatch.setattr("mechid.identification.search.gates.leap", lead)
+    monkeypatch.setattr("mechid.identification.search.gates.retreat", lambda *_: None)
+    for leaps, complete in ((0, False), (1, False), (2, True)):
+        leapt.clear()
+        grown = grow_horizons(problem, far, np.random.default_rng(1), escapes=0, leaps=leaps)
+        assert grown.complete is complete
+        assert len(leapt) == leaps
+    assert grown.horizons == {"full_23": 5001, "full_46": 5001}

@@ -27,8 +27,9 @@ from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.joint_fit import leave_corner
 from mechid.identification.uncertainty.noise_levels import lower_levels, with_levels_of
 from mechid.plant.block import Extension
+from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
+from mechid.plant.superset import Superset, rivals_of, superset_of, words_of
 
 
 @dataclass(frozen=True, eq=False)

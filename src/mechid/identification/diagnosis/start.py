@@ -8,6 +8,7 @@ from dataclasses import replace
 from scipy.special import chdtrc
 
 from mechid.campaign import Campaign
+from mechid.campaign.campaign import key_in_record
 from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.computation.parallel import one_core_algebra
@@ -21,7 +22,8 @@ from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import MOVED, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
-from mechid.plant.superset import rivals_of, words_of
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import extension_named, rivals_of, with_tables, words_of
 
 
 def initial_models(fit: Fit, *, workers: int = 1) -> tuple[Model, Model]:
@@ -46,13 +48,21 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     free, is_on_a_branch = campaign.mechanism.free, fit.grade is Grade.C
     moved = tuple(p.name for p in free if is_on_a_branch or fit.parameters[p.name].status in MOVED)
     here = {name: value for name, value in fit.values.items() if name in campaign.mechanism.parameters}
-    mechanism = campaign.mechanism.with_values(here).with_free(moved)
+    wide = with_tables(campaign.mechanism, _tables_of_records(fit, campaign.mechanism))
+    mechanism = wide.with_values(here).with_free(moved)
     problem = make_problem(replace(campaign, mechanism=mechanism), workers)
     disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
-    known = {*words_of(mechanism), *(one.name for one in parametric)}
+    known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
     setting = Setting(problem, problem.whole(), parametric, _considered(campaign, known))
     return Model(setting, mechanism).at(fit.values)
+
+
+def _tables_of_records(fit: Fit, written: Mechanism) -> frozenset[str]:
+    """Return the tables that a mechanism lacks and of which a fit has found values of single records: of gains."""
+    own = {key_in_record(n) for one in fit.missing for n in one.parameters if n.startswith("record.")}
+    replaced = {name for key, name in fit.mechanism.plant.of_record.items() if key in own}
+    return frozenset(name.rpartition(".")[0] for name in replaced - written.parameters.keys())
 
 
 def _disturbances(plain: Model, fit: Fit) -> tuple[str, ...]:
@@ -69,17 +79,20 @@ def _with_effects_of_fit(plain: Model, fit: Fit) -> Model:
     law = next((law for law in rivals_of(plain.base) if law.name in found), None)
     if law is not None and law.name in plain.setting.considered:
         base = law.mechanism.with_values({n: v for n, v in own.items() if n in law.mechanism.parameters})
-        model = replace(model, base=base, laws=(law.name,)).at({**fit.values, **own})
-        return model.fitted(model).regrown()
-    if found and law is None:
-        return _with_terms(model, found, fit.values).regrown()
+        model = replace(model, base=base, laws=(law.name,))
+    terms = {name: one for name, one in found.items() if law is None or name != law.name}
+    if terms:
+        return _with_terms(model, terms, fit.values).regrown()
     model = model.at(fit.values)
     return model.fitted(model).regrown()
 
 
 def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
     """Return the model with the terms that a fit added, and of these and the disturbances those needed, fitted."""
-    model = replace(model, terms=tuple(found))
+    listed = {term.name for term in model.library.terms} if model.library else set[str]()
+    others = (extension_named(model.base, name) for name in found if name not in listed)
+    further = (*model.further, *(one for one in others if one))
+    model = replace(model, terms=tuple(found), further=further)
     library = model.library
     assert library is not None
     names = add_terms(library, found.keys()).names_by_term

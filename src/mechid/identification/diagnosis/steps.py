@@ -26,8 +26,9 @@ from mechid.identification.effects.selection import (
 )
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.output_error.problem import transfer_values
+from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, extensions_at
+from mechid.plant.superset import extensions_at
 
 
 @dataclass(frozen=True)

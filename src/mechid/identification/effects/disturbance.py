@@ -14,6 +14,7 @@ from mechid.campaign.record_tables import OWN
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.problem import Problem, transfer_coordinates
+from mechid.identification.output_error.record_parameters import tells_mean
 from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
@@ -78,8 +79,8 @@ class Disturbance:
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: the mean of what every record has of its own is the mechanism's, and is none."""
-        replaced = {p.replaces for p in self.parameters if p.replaces}
+        """Degrees of freedom: a mean of what every record has of its own that none tells is the mechanism's."""
+        replaced = {p.replaces for p in self.parameters if p.replaces and not tells_mean(p)}
         return len(self.parameters) - len(replaced) + 2 * sum(map(len, self.lines_hz.values()))
 
     def toml(self, values: Mapping[str, float]) -> str:
@@ -93,7 +94,9 @@ class Disturbance:
         for record, own in self.own.items():
             entries = [_line(key_in_record(p.name), _entry(p, values[p.name])) for p in own if p not in shared]
             lines += [f"[[{OWN}]]", f'record = "{record}"', *entries, ""] if entries else []
-        return "\n".join(lines)
+        keys = (key_in_record(p.name) for p in self.parameters if not _is_shared(p))
+        tables = sorted({key.rpartition(".")[0] for key in keys if "." in key})
+        return "\n".join([*(f"# The mechanism file needs a table [{table}]." for table in tables), *lines])
 
 
 @dataclass(frozen=True)

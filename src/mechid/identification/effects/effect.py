@@ -11,8 +11,9 @@ from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Disturbance, with_disturbances
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
+from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, Superset, superset_of, unlisted_extensions, with_tables
+from mechid.plant.superset import Superset, superset_of, unlisted_extensions, with_tables
 
 MOST_PERIODS = 400
 """Periods in a turn up to which a detent is looked for: two to a full step of 1.8 deg."""

@@ -14,7 +14,7 @@ from scipy.special import chdtrc
 
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.settings import EffectRules
-from mechid.plant.superset import Law
+from mechid.plant.law import Law
 
 Say = Callable[[str], object]
 

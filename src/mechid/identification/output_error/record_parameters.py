@@ -70,6 +70,11 @@ class Mean:
         return float(np.std(values, ddof=1)) / math.sqrt(len(values))
 
 
+def tells_mean(parameter: Parameter) -> bool:
+    """Tell whether the mean over all records of what each has of its own is told by them, as that of a gain is."""
+    return parameter.declaration.role is Role.TRANSDUCER_GAIN
+
+
 def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
     """Yield the means of what every record has of its own, free and with a prior."""
     by_name: dict[str, list[Parameter]] = {}
@@ -77,6 +82,6 @@ def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
         by_name.setdefault(p.replaces, []).append(p)
     for name, own in by_name.items():
         if len(own) == len(targets) > 1:
-            sigma, is_told = min(p.sigma for p in own if p.sigma), own[0].declaration.role is Role.TRANSDUCER_GAIN
+            sigma, is_told = min(p.sigma for p in own if p.sigma), tells_mean(own[0])
             within = 1.0 if is_told else PROBLEM.mean_within
             yield Mean(name, tuple(p.name for p in own), within * sigma, is_told)

@@ -6,7 +6,7 @@ They are put in where a fit without them leaves more than noise, else nothing is
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -27,8 +27,9 @@ from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch, residual_to_noise
 from mechid.identification.uncertainty.model_error import deviations_from_null
 from mechid.identification.uncertainty.settings import NOISE
+from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, rivals_of
+from mechid.plant.superset import rivals_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,12 +118,18 @@ class SearchedModel:
 
     def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
         """Return it with a law in place of the disturbance that imitates it, fitted."""
-        alone, terms = self._lacking(law.imitated_by), self.state.added.terms if self.state.added else ()
+        alone = self._lacking(law.imitated_by) if law.imitated_by in self.effects else self.state
+        terms = self.state.added.terms if self.state.added else ()
         own = [found.disturbance for found in alone.found]
         added = lay_out(substitute_law(plain, law), terms, lacking_tables(plain, own))
         problem = added.problem(alone.problem)
         begun = replace(alone.of(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
-        return self._fitted(begun, f"{law.name} in place of {law.imitated_by}", (*self.names, *sorted(added.new)))
+        return self._fitted(
+            begun, f"{law.name} in place of {self._imitation_of(law)}", (*self.names, *sorted(added.new))
+        )
+
+    def _imitation_of(self, law: Law) -> str:
+        return law.imitated_by if law.imitated_by in self.effects else self.state.added.law if self.state.added else ""
 
     def _lacking(self, effect: str) -> SearchState:
         one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
@@ -186,20 +193,29 @@ def _fit_released_anew(model: SearchedModel, campaign: Campaign) -> SearchState:
 
 
 def without_imitations(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
-    """Return the state with a law in place of a disturbance that imitates it, where the Bayesian criterion wants it.
+    """Return the state with a law in place of what imitates it, where the Bayesian criterion wants it.
 
     What a filter does beyond its delay would go into the mechanism's values, and nothing in the records' own parts
-    would show it, since all records have the same.
+    would show it, since all records have the same. A law is also compared with those of its own table: a filter of
+    order 4 imitates one of order 2.
     """
-    if (state.added is not None and state.added.law) or not campaign.options.terms:
+    if not campaign.options.terms:
         return state
     model = SearchedModel(watch, state, names, released=True)
-    imitated = (law for law in rivals_of(campaign.mechanism) if law.imitated_by in model.effects)
+    chosen = state.added.law if state.added else ""
+    imitated = (law for law in rivals_of(campaign.mechanism) if _is_imitated(law, chosen, model.effects))
     better = better_law(model, ((law, model.with_law(campaign.mechanism, law)) for law in imitated))
     if better is None:
         return state
     at = with_noise_as_known(watch, better[1].state)
     return _fit_released_anew(SearchedModel(watch, at, names), campaign)
+
+
+def _is_imitated(law: Law, chosen: str, effects: Collection[str]) -> bool:
+    """Tell whether a law may be what a chosen one, or else a disturbance, imitates."""
+    if chosen:
+        return law.name != chosen and law.name.partition(":")[0] == chosen.partition(":")[0]
+    return law.imitated_by in effects
 
 
 def _stands_out(state: SearchState, one: Disturbance) -> bool:

@@ -24,7 +24,8 @@ from mechid.identification.search.multistart import robust_triangle
 from mechid.identification.search.rest import commanded_rest_of
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.block import Extension
-from mechid.plant.superset import Law, Superset, rivals_of, superset_of, unlisted_extensions
+from mechid.plant.law import Law
+from mechid.plant.superset import Superset, rivals_of, superset_of, unlisted_extensions
 from mechid.signal.settings import HUM
 
 GAIN_TABLE = "transducer"

@@ -20,12 +20,10 @@ WHOLE_RECORDS = "the effect that whole records ask for"
 
 def with_effect_asked_for(
     watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...], seed: int
-) -> tuple[SearchState, bool]:
+) -> SearchState:
     """Return a state with the single effect that explains most of what whole records hold beyond noise.
 
-    The state itself where none explains anything, or where the likeliest is one that it has already. With it comes
-    whether it explains as much as an effect has to during a fit: as noise is known to a few percent, one that explains
-    less of a small misfit is right too where it leaves white noise.
+    The state itself where none explains anything, or where the likeliest is one that it has already.
 
     Parameters
     ----------
@@ -41,12 +39,10 @@ def with_effect_asked_for(
     looks = look_at_whole_records(families, state.q, partial(watch.tell, "whole records"), watch.journal)
     here = refined_look(families.bare, state.q, watch.journal, whole, STAGES.whole_steps)
     best = min(looks, key=lambda look: look.criterion, default=here)
-    fall = here.criterion - best.criterion
-    if fall < DURING_FIT.least_chi_square or set(best.model.effects) <= set(names):
-        return state, True
+    if here.criterion - best.criterion < DURING_FIT.least_chi_square or set(best.model.effects) <= set(names):
+        return state
     growth = Growth(best.q, {name: stop for name, (_, stop) in whole.items()}, True, 0)
     settled = settle(watch, state, Reached(best.model, growth), seed)
     if settled is None or not (settled[0].added or settled[0].found):
-        return state, True
-    is_most = fall >= DURING_FIT.share * (here.cost - here.samples)
-    return replace(settled[0], path=(*state.path, WHOLE_RECORDS)), is_most
+        return state
+    return replace(settled[0], path=(*state.path, WHOLE_RECORDS))

@@ -10,7 +10,7 @@ from mechid.identification.identify import make_problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
-from mechid.identification.stages.growth import _grow_best
+from mechid.identification.stages.start_growth import grow_starts
 from mechid.identification.stages.watch import Watch
 
 
@@ -27,11 +27,11 @@ def test_candidates_are_grown_at_once_and_count_in_their_order(monkeypatch):
         followed = {1: 300, 2: 500, 3: 1001, 4: 1001, 5: 100}[number]
         return Growth(q + rng.standard_normal(), {"full_46": followed}, followed == 1001, number)
 
-    monkeypatch.setattr("mechid.identification.stages.growth.grow_horizons", grow)
+    monkeypatch.setattr("mechid.identification.stages.start_growth.grow_horizons", grow)
     starts = [Candidate(np.full(problem.size, float(number)), 0.0) for number in range(1, 6)]
-    here = _grow_best(Watch(state, silent, 4), state, iter(starts), 7)
+    here = grow_starts(Watch(state, silent, 4), state, iter(starts), 7)
     assert grown == [1, 2, 3]
     with working_on(chores.Recorded(2)):
-        there = _grow_best(Watch(state, silent, 4), state, iter(starts), 7)
+        there = grow_starts(Watch(state, silent, 4), state, iter(starts), 7)
     assert grown == [1, 2, 3, 1, 2, 3, 4]
     assert (there.q.tobytes(), there.horizons, there.complete) == (here.q.tobytes(), here.horizons, True)

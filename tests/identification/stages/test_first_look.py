@@ -1,0 +1,102 @@
+"""What effects leave of the first moments. Truth: a detent of 130 periods that made the records."""
+
+import numpy as np
+import pytest
+
+from detent_bench import PERIODS, detent_bench
+from mechid.identification.computation.journal import Journal
+from mechid.identification.identify import make_problem
+from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
+from mechid.identification.stages.first_look import (
+    effect_words,
+    first_windows,
+    look_at_singles,
+    pruned_look,
+    refined_look,
+)
+from mechid.identification.stages.settings import STAGES
+
+RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
+
+
+@pytest.fixture(scope="module")
+def families():
+    campaign = detent_bench()
+    return Families(make_problem(campaign, 1), campaign)
+
+
+@pytest.fixture(scope="module")
+def plain(families):
+    """Return what the mechanism as written leaves, from its values moved by 5 %."""
+    near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
+    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())
+
+
+def look_with(families, plain, *names):
+    model = families.bare
+    for name in names:
+        model = families.with_effect(model, name)
+    return refined_look(model, model.point_of(families.bare, plain.q), Journal())
+
+
+def test_the_effect_that_is_missing_explains_the_first_moments(families, plain):
+    """Truth: it leaves noise, 1 of a sample's; the mechanism as written and another effect many times that."""
+    assert plain.samples == sum(stop - first for first, stop in first_windows(families.plain).values())
+    assert not plain.explains
+    right, wrong = look_with(families, plain, RIGHT), look_with(families, plain, WRONG)
+    assert right.explains
+    assert right.left == pytest.approx(1.0, abs=0.1)
+    assert not wrong.explains
+    assert wrong.left > 4.0
+    assert right.criterion < wrong.criterion
+    assert wrong.cost < plain.cost
+
+
+def test_a_further_effect_has_to_be_worth_its_freedoms(families, plain):
+    """Truth: Schwarz's criterion by hand: two more freedoms of an effect that is not there."""
+    right, more = look_with(families, plain, RIGHT), look_with(families, plain, RIGHT, WRONG)
+    assert more.model.problem.size == right.model.problem.size + 2
+    assert more.criterion - right.criterion == pytest.approx(more.cost - right.cost + 2.0 * np.log(right.samples))
+    assert right.criterion < more.criterion
+
+
+def test_what_is_not_needed_is_dropped(families, plain):
+    """Truth: the detent alone is missing."""
+    wide = look_with(families, plain, RIGHT, WRONG, "record.delay")
+    said = []
+    less = pruned_look(families, wide, said.append, Journal())
+    assert less.model.effects == (RIGHT,)
+    assert less.explains
+    assert said[0].startswith(f"needed there: {RIGHT} (")
+    bad = look_with(families, plain, WRONG)
+    assert bad.left > STAGES.prunable
+    assert pruned_look(families, bad, said.append, Journal()) is bad, "which are needed cannot be told there"
+
+
+def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
+    """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
+    near = families.named(125)
+    monkeypatch.setattr(Families, "likeliest", lambda *_: [WRONG, near])
+    windows, said = first_windows(families.plain), []
+    looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
+    assert [look.model.effects for look in looks[:2]] == [(WRONG,), (near,)]
+    best = looks[-1]
+    (term,) = best.model.effects
+    assert families.periods(term) == pytest.approx(PERIODS, abs=1)
+    assert best.explains
+    assert not looks[1].explains
+    assert said[-1].endswith(f"with {families.periods(term)} periods in a turn")
+
+
+def test_a_family_begins_where_it_is_and_explains_no_more_than_it_holds(families, plain):
+    """Truth: no term of the usual ones is a detent of 130 periods."""
+    model = families.model(TERMS_AND_RECORDS)
+    wide = refined_look(model, model.point_of(families.bare, plain.q), Journal())
+    assert wide.cost < plain.cost
+    assert not wide.explains
+
+
+def test_effects_are_said_with_what_they_explain():
+    """Truth: by hand."""
+    assert effect_words({"clock": 120.4, "mains:50Hz": 0.0}) == "clock (120), mains:50Hz"
+    assert effect_words({}) == "none"

@@ -1,0 +1,121 @@
+"""The ladder of a search. Truth: rungs made by hand, and a bench of which the mechanism file lacks one effect."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mechid.campaign.identify_options import IdentifyOptions
+from mechid.identification.computation.progress import silent
+from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.identify import make_problem
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.first_moments import first_samples
+from mechid.identification.search.gates import Growth
+from mechid.identification.search.multistart import Candidate
+from mechid.identification.stages import ladder
+from mechid.identification.stages.ladder import Climb, Rung, climb_ladder
+from mechid.identification.stages.term_growth import Reached
+from mechid.identification.stages.watch import Watch
+from synthetic import bench, displaced, truth
+
+SAMPLES = 1001
+
+
+@pytest.fixture(scope="module")
+def climb():
+    """Return where a search of one record stands whose mechanism as written follows a tenth of it."""
+    campaign = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.1)
+    problem = make_problem(campaign, 1)
+    state = SearchState(problem, problem.start, problem.whole())
+    best = Candidate(problem.start, 100.0)
+    return Climb(Watch(state, silent, 4), campaign, 1, state, best, growth=followed(problem.start, 100))
+
+
+def followed(q, samples):
+    return Growth(q, {"full_46": samples}, samples == SAMPLES, 3)
+
+
+def to(samples):
+    """Return an attempt that comes so far with the mechanism as written."""
+    return lambda climb: replace(climb, growth=followed(climb.best.q, samples))
+
+
+def test_rungs_are_tried_in_order_until_all_is_followed(climb):
+    """Truth: by hand. What does not apply is not tried, and nothing after the one that arrives."""
+    rungs = (
+        Rung("first", lambda _: True, to(200)),
+        Rung("of no use", lambda _: False, to(SAMPLES)),
+        Rung("second, from the first", lambda climb: climb.growth.horizons["full_46"] == 200, to(SAMPLES)),
+        Rung("never", lambda _: True, to(0)),
+    )
+    told = []
+    watch = Watch(climb.state, told.append, 4)
+    end = climb_ladder(replace(climb, watch=watch), rungs)
+    assert end.complete
+    assert end.tried == ("first", "second, from the first")
+    assert climb.tried == ()
+    said = [one.line for one in told if one.stage == "ladder"]
+    assert said == ["rung 1 of 4: first", "rung 3 of 4: second, from the first"]
+
+
+def test_a_ladder_that_does_not_arrive_has_tried_every_rung(climb):
+    rungs = tuple(Rung(name, lambda _: True, lambda climb: climb) for name in ("one", "two"))
+    end = climb_ladder(replace(climb, tried=("as written",)), rungs)
+    assert not end.complete
+    assert end.tried == ("as written", "one", "two")
+
+
+def test_nothing_is_tried_where_all_is_followed_already(climb):
+    done = replace(climb, growth=followed(climb.best.q, SAMPLES))
+    assert climb_ladder(done, (Rung("one", lambda _: True, to(0)),)) is done
+
+
+def test_the_furthest_growth_is_kept(climb):
+    """Truth: shares by hand; a rung that comes less far changes nothing."""
+    model = climb.families.bare
+    far, near = (Reached(model, followed(climb.best.q, n)) for n in (700, 300))
+    at = climb.at(far)
+    assert at.reached is far
+    assert at.at(near).reached is far
+    assert at.growth is climb.growth, "that of the mechanism as written, until a rung has followed all"
+    assert climb.at(near).at(far).reached is far
+
+
+def test_a_growth_that_follows_all_records_is_settled(climb, monkeypatch):
+    """Truth: what settling returns, or refuses."""
+    complete = Reached(climb.families.bare, followed(climb.best.q, SAMPLES))
+    settled = replace(climb.state, warnings=("settled",))
+    monkeypatch.setattr(ladder, "settle", lambda _watch, _state, reached, _seed: (settled, reached.growth))
+    end = climb.at(complete)
+    assert end.complete
+    assert end.state is settled
+    monkeypatch.setattr(ladder, "settle", lambda *_: None)
+    refused = climb.at(complete)
+    assert not refused.complete
+    assert refused.state is climb.state
+    assert refused.reached is complete
+
+
+def test_what_explains_the_first_moments_is_told_by_the_cost_a_sample(climb):
+    """Truth: a tenth more than noise, by hand."""
+    samples = first_samples(climb.state.problem.targets[0])
+    for over_noise, explained in ((1.05, True), (1.2, False)):
+        best = Candidate(climb.best.q, over_noise * samples)
+        assert replace(climb, best=best).is_explained is explained
+
+
+def test_effects_are_added_only_where_the_campaign_lets_them(climb):
+    """Truth: [identify] terms and disturbances."""
+    for terms, disturbances, allowed in ((True, "none", True), (False, "auto", True), (False, "none", False)):
+        options = IdentifyOptions(terms=terms, disturbances=disturbances)
+        one = replace(climb, campaign=replace(climb.campaign, options=options), best=Candidate(climb.best.q, 1e6))
+        assert one.may_add is allowed
+        assert ladder.EFFECTS[0].applies(one) is allowed
+
+
+def test_models_of_a_climb_are_of_its_records(climb):
+    """Truth: the problem of the mechanism as written."""
+    bare = climb.families.bare
+    assert isinstance(bare, AugmentedModel)
+    np.testing.assert_array_equal(bare.problem.start, climb.state.problem.start)
