@@ -36,6 +36,10 @@ GROWN = (
 )
 """What growth frees first beside the paper's mechanism: more, as prototypes measured, spoils it."""
 RARER = (
+    "stepper.torque_harmonic:7",
+    "stepper.torque_harmonic:9",
+    "stepper.torque_harmonic:2",
+    "stepper.torque_harmonic:4",
     "stepper.detent:2.4deg",
     "stepper.detent:1.44deg",
     "stepper.detent:1.2deg",

@@ -192,7 +192,9 @@ def _follow_plan(
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    if growth.complete and not (before.added or before.found) and (state.found or asks_for_more(watch, state)):
+    is_held = bool(before.problem.coordinates.on_bound(state.q).any()) if not state.found else False
+    asks = state.found or (asks_for_more(watch, state) and not is_held)
+    if growth.complete and not (before.added or before.found) and asks:
         found = tuple(one.disturbance.name for one in state.found)
         wider = with_effect_asked_for(watch, before, campaign, found, seed)
         if wider is not before:

@@ -13,6 +13,7 @@ from functools import cached_property
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
@@ -258,8 +259,8 @@ def _keep_furthest(climb: Climb) -> Climb:
 
 def _came_much_further(climb: Climb) -> bool:
     reached, growth = climb.reached, climb.growth
-    if reached is None or growth is None:
-        return False
+    if reached is None or growth is None or len(reached.model.effects) > IN_DIAGNOSIS.few:
+        return False  # many effects together imitate whatever it is that is missing
     return reached.share > STAGES.much_further * growth.reached(climb.state.problem)
 
 

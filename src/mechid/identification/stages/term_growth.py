@@ -19,7 +19,7 @@ from mechid.identification.effects.effect import AddedTerms, distance_from_null,
 from mechid.identification.effects.pruning import groups_of, linearise, needed_groups
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import is_significant
-from mechid.identification.effects.settings import DURING_FIT
+from mechid.identification.effects.settings import DURING_FIT, IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons
@@ -100,7 +100,8 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     """Return the state that follows all records, with the effects that are needed and no other.
 
     Where the mechanism as written follows them from here, it is without terms too. Terms that leave more than it does
-    explain nothing: it is grown from here, and None returned where that does not follow all records.
+    explain nothing: it is grown from here, and None returned where that does not follow all records, or where more
+    terms are left than a file may well lack.
     """
     found, problem, q = needed_disturbances(reached)
     whole = {t.name: t.samples for t in problem.targets}
@@ -122,6 +123,8 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     if follows:
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
     at = drop_unneeded_terms(replace(at.of(problem), added=reached.model.added).at(q, whole), plain)
+    if at.added is not None and len(at.added.terms) > IN_DIAGNOSIS.few:
+        return None  # so many that none is needed imitate what is missing: a value that its bounds leave out
     return watch.note(at), Growth(at.q, whole, True, rounds)
 
 
