@@ -1,4 +1,4 @@
-"""What of a mechanism file shapes the equations: assembly, laws, lists of tables, optional tables, own blocks."""
+"""The parts of a mechanism file that shape the equations: assembly, laws, lists and optional tables, own blocks."""
 
 from __future__ import annotations
 

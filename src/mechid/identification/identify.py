@@ -192,16 +192,19 @@ def _follow_plan(
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    is_held = bool(before.problem.coordinates.on_bound(state.q).any()) if not state.found else False
+    is_held = state.problem.coordinates.on_bound(state.q).any()  # then a bound leaves what is beyond noise
     asks = state.found or (asks_for_more(watch, state) and not is_held)
     if growth.complete and not (before.added or before.found) and asks:
         found = tuple(one.disturbance.name for one in state.found)
         wider = with_effect_asked_for(watch, before, campaign, found, seed)
         if wider is not before:
-            names = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
-            wider = joint_fit(watch, wider, "joint fit", names, tolerance=STAGES.rough_tolerance)
-            wider = fit_with_disturbances(watch, wider, campaign, names)
-            state = state if asks_for_more(watch, wider) else wider  # what leaves white noise is no imitation
+            more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
+            wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
+            wider = fit_with_disturbances(watch, wider, campaign, more)
+            if asks_for_more(watch, wider):  # what leaves more than white noise may be an imitation
+                watch.note(state)
+            else:
+                state, names = wider, more
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)

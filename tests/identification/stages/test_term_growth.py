@@ -18,7 +18,13 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
-from mechid.identification.stages.term_growth import Reached, freed, needed_disturbances, settle, state_so_far
+from mechid.identification.stages.term_growth import (
+    Reached,
+    free_where_stalled,
+    needed_disturbances,
+    settle,
+    state_so_far,
+)
 from mechid.identification.stages.watch import Watch
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, TRUTH, bench, campaign, displaced, measured, record, truth
 
@@ -88,7 +94,7 @@ def test_what_is_needed_where_a_growth_stalls_is_kept_alone(lacking):
     watch, state, families = lacking
     horizons = {t.name: t.samples // 2 for t in state.problem.targets}
     stalled = Reached(families.bare, Growth(state.q, horizons, False, 3))
-    wide, small = freed(watch, families, stalled, TERMS_AND_RECORDS)
+    wide, small = free_where_stalled(watch, families, stalled, TERMS_AND_RECORDS)
     assert {HARMONIC, OTHER, "record.delay"} <= {*wide.model.effects}
     assert small.model.effects == (HARMONIC,)
     assert wide.growth.horizons == small.growth.horizons == horizons, "neither has been grown"

@@ -1,4 +1,4 @@
-"""How far the present model follows each record: up to the first window in which it leaves what was measured.
+"""Horizons of records: how far the present model follows each, up to the first window in which it does not.
 
 A small parameter error flips one stick/slip event and everything after it is meaningless. So a record is used only up
 to its first divergence from the present model: its horizon.

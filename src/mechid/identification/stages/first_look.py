@@ -1,4 +1,4 @@
-"""Which family of effects explains the first moments of the records, where the mechanism as written does not.
+"""First looks: what each family of effects leaves of the first moments that the mechanism as written does not explain.
 
 A start refined over the first 60 ms with one family of effects free costs about a second, and leaves 1 of a sample's
 noise where the missing effect is in the family, 2 to 25 times that where it is not. So what is missing is known before

@@ -27,7 +27,7 @@ from mechid.identification.stages.first_look import (
     pruned_look,
 )
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.term_growth import Reached, freed, grow_model, settle, state_so_far
+from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, settle, state_so_far
 from mechid.identification.stages.watch import Watch
 
 
@@ -204,7 +204,7 @@ def _free(family: Family) -> Callable[[Climb], Climb]:
 
     def attempt(climb: Climb) -> Climb:
         furthest = _furthest(climb)
-        _, small = freed(climb.watch, _families(climb, furthest), furthest, family)
+        _, small = free_where_stalled(climb.watch, _families(climb, furthest), furthest, family)
         return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
 
     return attempt
@@ -213,7 +213,7 @@ def _free(family: Family) -> Callable[[Climb], Climb]:
 def _grow_wide(climb: Climb) -> Climb:
     """Grow with all effects free, from where the furthest growth has stalled."""
     furthest = _furthest(climb)
-    wide, _ = freed(climb.watch, _families(climb, furthest), furthest, EVERYTHING)
+    wide, _ = free_where_stalled(climb.watch, _families(climb, furthest), furthest, EVERYTHING)
     return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
 
 

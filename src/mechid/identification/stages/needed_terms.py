@@ -129,7 +129,7 @@ def _laid_out(
     return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
 
 
-def laid_out(state: SearchState, plain: Problem) -> SearchState:
+def lay_out_state(state: SearchState, plain: Problem) -> SearchState:
     """Return a state with the same added terms and no place for others, its values as they are."""
     if state.added is None or not state.added.terms:
         return state

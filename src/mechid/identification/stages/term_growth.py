@@ -27,7 +27,7 @@ from mechid.identification.search.horizons import unfollowed_records
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families, Family
 from mechid.identification.stages.first_look import effect_words
-from mechid.identification.stages.needed_terms import drop_unneeded_terms, laid_out
+from mechid.identification.stages.needed_terms import drop_unneeded_terms, lay_out_state
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import explains_most
@@ -76,7 +76,7 @@ def grow_model(
     return Reached(model, growth)
 
 
-def freed(watch: Watch, families: Families, reached: Reached, family: Family) -> tuple[Reached, Reached]:
+def free_where_stalled(watch: Watch, families: Families, reached: Reached, family: Family) -> tuple[Reached, Reached]:
     """Return a model with a family of effects free where a growth has stalled, and it without those not needed there.
 
     Neither has been grown from there yet: both have the horizons that were reached.
@@ -136,7 +136,7 @@ def state_so_far(state: SearchState, reached: Reached) -> SearchState:
     found = tuple(Found(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances)
     base = lay_out(model.base, (), lacking_tables(model.base.mechanism, model.disturbances))
     at = replace(state.of(reached.problem), added=model.added, found=(*state.found, *found))
-    at = laid_out(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
+    at = lay_out_state(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
     if model.added.terms or base.mechanism is state.problem.space.mechanism:
         return at if model.added.names else replace(at, added=None)
     plain = base.problem(state.problem, model.disturbances)
