@@ -280,9 +280,15 @@ class _Simulation:
 
 
 def run(
-    values: Values, edges: np.ndarray, voltages: np.ndarray, start_angle: float, interval: float, samples: int
+    values: Values,
+    edges: np.ndarray,
+    voltages: np.ndarray,
+    start_angle: float,
+    interval: float,
+    samples: int,
+    delay: float = 0.0,
 ) -> np.ndarray:
-    """Return the recorded torque, (samples,) N m, one sample every `interval` s from 0; parameters as of `plant.run`.
+    """Return the recorded torque, (samples,) N m, one sample every `interval` s; parameters as of `plant.run`.
 
     Raises
     ------
@@ -293,11 +299,11 @@ def run(
     if foreign:
         raise ValueError(f"the second simulator has no {', '.join(foreign)}")
     simulation = _at_rest(values, voltages[0], start_angle)
-    times, out = interval * np.arange(samples), np.empty(samples)
-    out[0] = _measured(simulation.values, simulation.x[None, :], simulation.modes.now, simulation.pick)[0]
+    times, out = interval * np.arange(samples) - delay, np.empty(samples)
+    out[times <= 0.0] = _measured(simulation.values, simulation.x[None, :], simulation.modes.now, simulation.pick)[0]
 
     def write(at: np.ndarray, torque: np.ndarray) -> None:
-        out[np.rint(at / interval).astype(int)] = torque
+        out[np.rint((at + delay) / interval).astype(int)] = torque
 
     within = edges[edges < times[-1]]
     for start, end, held in zip([0.0, *within], [*within, times[-1]], voltages, strict=False):

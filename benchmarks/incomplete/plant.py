@@ -334,9 +334,15 @@ def _begin(v, start_angle, voltages, s, modes):
 
 
 def run(
-    values: Values, edges: np.ndarray, voltages: np.ndarray, start_angle: float, interval: float, samples: int
+    values: Values,
+    edges: np.ndarray,
+    voltages: np.ndarray,
+    start_angle: float,
+    interval: float,
+    samples: int,
+    delay: float = 0.0,
 ) -> np.ndarray:
-    """Return the recorded torque, (samples,) N m, one sample every `interval` s from 0.
+    """Return the recorded torque, (samples,) N m, one sample every `interval` s from `delay` before the start.
 
     Parameters
     ----------
@@ -348,20 +354,22 @@ def run(
     interval : float
         Of the samples, s.
     samples : int
+    delay : float
+        How long the recorder runs before the mechanism is let go and the command starts, s; until then it rests.
     """
     record = np.array([tuple(values)], dtype=[(name, np.float64) for name in Values._fields])[0]
-    return _run(record, edges, voltages, start_angle, interval, samples)
+    return _run(record, edges, voltages, start_angle, interval, samples, delay)
 
 
 @njit(cache=True)
-def _run(v, edges, voltages, start_angle, interval, samples):
+def _run(v, edges, voltages, start_angle, interval, samples, delay):
     s, after, work = np.zeros(STATES), np.zeros(STATES), np.zeros((2, STATES))
     modes = np.zeros(3, np.int64)
     out = np.empty(samples)
     _begin(v, start_angle, voltages[0], s, modes)
     t, edge = 0.0, 0
     for k in range(samples):
-        due = k * interval
+        due = k * interval - delay
         while t < due:
             held = voltages[edge]
             end = min(due, edges[edge]) if edge < edges.size else due

@@ -13,7 +13,7 @@ from incomplete.stepping import edges
 from mechid.plant.mechanism import Mechanism
 from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ
 
-Simulate = Callable[[Values, np.ndarray, np.ndarray, float, float, int], np.ndarray]
+Simulate = Callable[[Values, np.ndarray, np.ndarray, float, float, int, float], np.ndarray]
 """From what `plant.run` takes to the recorded torque, (samples,) N m."""
 
 
@@ -97,9 +97,10 @@ def noiseless(
     values = values_of(mechanism, size, supply=own["supply"])
     samples = round(one.seconds * sample_rate_hz) + 1
     times, voltages = edges(one.command, 1.01 * one.seconds)
-    times = times / (1.0 + 1e-6 * size.get("driver_ppm", 0.0)) + own["delay_s"]
+    times = times / (1.0 + 1e-6 * size.get("driver_ppm", 0.0))
     angle = math.radians(one.command.get("start_angle_deg", 0.0))
-    torque = simulate(values, times, voltages, angle, 1.0 / (sample_rate_hz * stretch), samples) * own["gain"]
+    interval = 1.0 / (sample_rate_hz * stretch)
+    torque = simulate(values, times, voltages, angle, interval, samples, own["delay_s"]) * own["gain"]
     torque += own["offset_Nm"] + own["drift_Nm"] * np.linspace(0.0, 1.0, samples)
     if "mains_hz" in size:
         torque += _hum(size, np.arange(samples) / sample_rate_hz, own["hum_turns"])
