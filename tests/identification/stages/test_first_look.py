@@ -3,17 +3,11 @@
 import numpy as np
 import pytest
 
-from detent_bench import PERIODS, detent_bench
+from detent_bench import detent_bench
 from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
-from mechid.identification.stages.first_look import (
-    effect_words,
-    first_windows,
-    look_at_singles,
-    pruned_look,
-    refined_look,
-)
+from mechid.identification.stages.first_look import effect_words, first_windows, pruned_look, refined_look
 from mechid.identification.stages.settings import STAGES
 
 RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
@@ -71,21 +65,6 @@ def test_what_is_not_needed_is_dropped(families, plain):
     bad = look_with(families, plain, WRONG)
     assert bad.left > STAGES.prunable
     assert pruned_look(families, bad, said.append, Journal()) is bad, "which are needed cannot be told there"
-
-
-def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
-    """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
-    near = families.named(125)
-    monkeypatch.setattr(Families, "likeliest", lambda *_: [WRONG, near])
-    windows, said = first_windows(families.plain), []
-    looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
-    assert [look.model.effects for look in looks[:2]] == [(WRONG,), (near,)]
-    best = looks[-1]
-    (term,) = best.model.effects
-    assert families.periods(term) == pytest.approx(PERIODS, abs=1)
-    assert best.explains
-    assert not looks[1].explains
-    assert said[-1].endswith(f"with {families.periods(term)} periods in a turn")
 
 
 def test_a_family_begins_where_it_is_and_explains_no_more_than_it_holds(families, plain):

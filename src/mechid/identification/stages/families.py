@@ -14,7 +14,7 @@ from mechid.identification.effects.augmented import AugmentedModel, augment
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, lacking_tables
 from mechid.identification.effects.effect import MOST_PERIODS, AddedTerms, lay_out, substitute_law
-from mechid.identification.effects.mains import NO_RESTS, mains
+from mechid.identification.effects.mains import mains
 from mechid.identification.effects.pruning import falls, groups_of
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem, Windows
@@ -156,15 +156,31 @@ class Families:
         names = [t.name for t in listed if t.name not in self.unlisted and (family.rarer or not t.rarer)]
         return self._with(base, names, own, family.name)
 
-    def with_hum(self) -> list[AugmentedModel]:
-        """Return the model with nothing beside but mains hum, for each grid; none where hum is seen or excluded."""
+    @cached_property
+    def unseen_grids(self) -> tuple[float, ...]:
+        """Nominal frequencies of the grid, Hz, whose hum the records may hide; none where it is seen or excluded."""
         allowed = self.campaign.options.disturbances
         if any(one.lines_hz for one in self._of_records) or not (allowed == "auto" or MAINS in allowed):
-            return []
-        if any(t.leading.turns for t in self.plain.targets):
-            return []
-        hums = [mains(self.plain, None, hz, NO_RESTS) for hz in HUM.mains_hz]
-        return [augment(self.plain, self.base, None, (), (hum,), hum.name) for hum in hums if hum]
+            return ()
+        return () if any(t.leading.turns for t in self.plain.targets) else HUM.mains_hz
+
+    def with_hum(self, grid_hz: float, q: FloatArray, horizons: Mapping[str, int]) -> AugmentedModel | None:
+        """Return the model with nothing beside but hum, at the frequency that what is followed of the records tells.
+
+        None where too little is followed of any record.
+
+        Parameters
+        ----------
+        grid_hz : float
+            Nominal frequency, which holds where they do not tell it.
+        q : (n,)
+            Of the mechanism as written.
+        horizons : mapping of record to int
+            Samples that it follows there.
+        """
+        followed = replace(self.plain, targets=tuple(t.beginning(horizons[t.name]) for t in self.plain.targets))
+        hum = mains(followed, q, grid_hz)
+        return augment(self.plain, self.base, None, (), (hum,), hum.name) if hum else None
 
     def with_effect(self, base: AugmentedModel, name: str) -> AugmentedModel:
         """Return a model with one more effect, a term or a disturbance, by its name."""
@@ -215,12 +231,9 @@ class Families:
         return AugmentedModel(f"{base.name}, {law.name}", problem, added, base.disturbances, None, other.base)
 
     def likeliest(self, base: AugmentedModel, q: FloatArray, windows: Windows) -> list[str]:
-        """Return the single effects that would explain most of some windows beside a model.
+        """Return the listed single effects that would explain most of some windows beside a model, the likeliest first.
 
-        First a few terms of any number of periods, of which long windows are judged by their first moments alone, then
-        a few other effects; the likeliest first.
-        By the derivatives at a point: with each effect all that the model has is free to make room. Of terms with
-        neighbouring numbers of periods, which short windows do not tell apart, the best one is returned.
+        By the derivatives at a point: with each effect all that the model has is free to make room.
 
         Parameters
         ----------
@@ -229,14 +242,20 @@ class Families:
             A point of it.
         windows : mapping of record to (first, stop)
         """
-        listed = self._scores(base, q, windows, self.model(EVERYTHING, base), None)
+        return _best(self._scores(base, q, windows, self.model(EVERYTHING, base), None), STAGES.singles)
+
+    def likeliest_unlisted(self, base: AugmentedModel, q: FloatArray, windows: Windows) -> list[str]:
+        """Return the terms of any number of periods that would explain most beside a model, the likeliest first.
+
+        As `likeliest`; long windows are judged by their first moments alone. Of terms with neighbouring numbers of
+        periods, which short windows do not tell apart, the best one is returned.
+        """
         found, short = dict[str, float](), self._at_most_long(windows)
         numbers = self._scanned(base)
         for first in range(0, len(numbers), STAGES.unlisted_at_once):
             some = [name for _, name in numbers[first : first + STAGES.unlisted_at_once]]
             found |= self._scores(base, q, short, self._with(base, some, (), "scanned"), some)
-        unlisted = {n: score for n, score in found.items() if not self._is_beside_better(n, numbers, found)}
-        return [*_best(unlisted, STAGES.singles), *_best(listed, STAGES.singles)]
+        return _best({n: s for n, s in found.items() if not self._is_beside_better(n, numbers, found)}, STAGES.singles)
 
     def _at_most_long(self, windows: Windows) -> Windows:
         """Return windows of so many seconds at most: the shortest as they are, of the others the first moments."""

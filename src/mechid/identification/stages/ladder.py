@@ -19,13 +19,13 @@ from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
-from mechid.identification.stages.first_look import (
-    FirstLook,
+from mechid.identification.stages.compared_effects import (
     look_at_first_moments,
+    look_from_other_starts,
     look_past_stall,
-    pruned_look,
 )
+from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
+from mechid.identification.stages.first_look import FirstLook, pruned_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, settle, state_so_far
 from mechid.identification.stages.watch import Watch
@@ -145,23 +145,43 @@ def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
 
 
 def _look(climb: Climb) -> Climb:
-    """Free one family of effects at a time over the first moments, and grow what explains them without the rest."""
-    starts = [climb.best.q, *climb.starts[: STAGES.other_starts]]
-    tell = _teller(climb, "first moments")
-    looks = look_at_first_moments(climb.families, starts, tell, climb.watch.journal)
-    climb = replace(climb, looks=tuple(looks))
-    if looks and looks[-1].model.added.law:
-        law = looks[-1]
-        climb = climb.at(_grow(climb, law.model, law.q, escapes=STAGES.law_escapes))
-    return climb
+    """Free one family of effects at a time over the first moments, from the best start."""
+    looks = look_at_first_moments(climb.families, climb.best.q, _teller(climb, "first moments"), climb.watch.journal)
+    return _grow_law(replace(climb, looks=tuple(looks)))
+
+
+def _look_elsewhere(climb: Climb) -> Climb:
+    """Free them from other starts."""
+    tell, others = _teller(climb, "first moments"), climb.starts[: STAGES.other_starts]
+    looks = look_from_other_starts(climb.families, climb.looks, climb.best.q, others, tell, climb.watch.journal)
+    return _grow_law(replace(climb, looks=tuple(looks)))
+
+
+def _grow_law(climb: Climb) -> Climb:
+    """Grow the law that explains most of the first moments, where one does."""
+    law = climb.looks[-1] if climb.looks else None
+    if law is None or not law.model.added.law:
+        return climb
+    return climb.at(_grow(climb, law.model, law.q, escapes=STAGES.law_escapes))
 
 
 def _grow_with_hum(climb: Climb) -> Climb:
-    """Grow the mechanism as written with mains hum projected out: the first moments do not tell hum from motion."""
-    for model in climb.families.with_hum():
-        climb = climb.at(_grow(climb, model, climb.best.q, escapes=STAGES.small_escapes))
-        if climb.complete:
-            break
+    """Grow the mechanism as written with mains hum projected out: the first moments do not tell hum from motion.
+
+    Its frequency is read again where that stalls, from what is followed by then, as long as that leads further.
+    """
+    none = _plain(climb).growth
+    for grid_hz in climb.families.unseen_grids:
+        q, horizons, share = climb.best.q, none.horizons, 0.0
+        while (model := climb.families.with_hum(grid_hz, q, horizons)) and not climb.complete:
+            reached = _grow(climb, model, q, escapes=STAGES.small_escapes)
+            if reached.growth.complete:
+                whole = climb.families.with_hum(grid_hz, reached.q, reached.growth.horizons)
+                reached = replace(reached, model=whole or model)
+            climb = climb.at(reached)
+            if reached.share < STAGES.hum_further * share:
+                break
+            q, horizons, share = reached.q, reached.growth.horizons, reached.share
     return climb
 
 
@@ -267,6 +287,7 @@ def _came_much_further(climb: Climb) -> bool:
 EFFECTS = (
     Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
     Rung("mains hum", _is_unexplained, _grow_with_hum),
+    Rung("effects named by the first moments of other starts", _is_unexplained, _look_elsewhere),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),

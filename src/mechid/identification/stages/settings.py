@@ -79,6 +79,8 @@ class StageSettings:
     """Robust steps of that comparison: they begin where the growth has ended."""
     second_looks: int = 2
     """Families that are grown after it at most."""
+    hum_further: float = 1.1
+    """Times as far that a growth with hum has to come after its frequency was read again, to have it read once more."""
     most_work: int = 6000
     """Rounds of growth times coordinates from which no further effects are freed: a complete campaign takes some 10
     rounds of 15 coordinates."""

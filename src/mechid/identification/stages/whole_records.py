@@ -9,8 +9,9 @@ from mechid.campaign import Campaign
 from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
+from mechid.identification.stages.compared_effects import look_at_whole_records
 from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import look_at_whole_records, refined_look
+from mechid.identification.stages.first_look import refined_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, settle
 from mechid.identification.stages.watch import Watch

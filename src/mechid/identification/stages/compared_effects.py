@@ -1,0 +1,284 @@
+"""Effects compared by what they leave of the first moments, or of what lies behind a stall, one or a few at a time.
+
+A start refined over the first 60 ms with one family of effects free costs about a second, and leaves 1 of a sample's
+noise where the missing effect is in the family, 2 to 25 times that where it is not. So what is missing is known before
+anything is grown, and growth begins with few freedoms (docs/identification.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from mechid.arrays import FloatArray
+from mechid.identification.computation.journal import Journal
+from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.output_error.problem import Windows, transfer_values
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.families import (
+    ALL_TERMS,
+    EVERYTHING,
+    RECORDS,
+    TERMS,
+    TERMS_AND_RECORDS,
+    Families,
+    Family,
+)
+from mechid.identification.stages.first_look import FirstLook, first_windows, pruned_look, refined_look
+from mechid.identification.stages.settings import STAGES
+
+COULOMB, STATIC = "friction.coulomb", "friction.static"
+SMALL, COMBINED = (RECORDS, TERMS, ALL_TERMS), (TERMS_AND_RECORDS, EVERYTHING)
+
+
+@dataclass(frozen=True, eq=False)
+class _FirstLooks:
+    """Looks at the first moments, the best of each model by its name.
+
+    Attributes
+    ----------
+    families : Families
+    tell : callable
+        Called with a line on each model.
+    journal : Journal
+    found : dict of str to FirstLook
+    """
+
+    families: Families
+    tell: Callable[[str], None]
+    journal: Journal
+    found: dict[str, FirstLook] = field(default_factory=dict)
+
+    def ordered(self) -> list[FirstLook]:
+        """Return them, the one of the least criterion last."""
+        best = min(self.found.values(), key=lambda look: look.criterion, default=None)
+        return [*(look for look in self.found.values() if look is not best), *([best] if best else [])]
+
+    def singles(self, q: FloatArray) -> bool:
+        """Look at the likeliest single effects; tell whether one explains the first moments."""
+        families = self.families
+        looks = look_at_singles(families, families.bare, q, first_windows(families.plain), self.tell, self.journal)
+        self.found.update({look.model.name: look for look in looks})
+        return any(look.explains for look in looks)
+
+    def of(self, some: Iterable[Family], points: Sequence[FloatArray], *, nearest: bool) -> bool:
+        """Look at families from some points as written, and from the nearest look that they hold; tell the same."""
+        models = [model for model in map(self.families.model, some) if model.problem.size > self.families.plain.size]
+        return any(
+            self._refined(
+                model, [*(_from_nearest(model, self.found.values()) if nearest else ()), *self._plain(model, points)]
+            )
+            for model in models
+        )
+
+    def laws(self, points: Sequence[FloatArray], q: FloatArray) -> bool:
+        """Look at laws from some points; first at those that a delay imitates, where delays help at `q`."""
+        delays = self.found.get(RECORDS.name)
+        plain = refined_look(self.families.bare, q, self.journal)
+        delayed = delays is not None and delays.cost < STAGES.delays_help * plain.cost
+        some = sorted(self.families.laws(), key=lambda law: not (law.imitated_by and delayed))
+        models = map(self.families.by_law, some)
+        return any(self._refined(model, _law_starts(model, self._plain(model, points))) for model in models)
+
+    def _refined(self, model: AugmentedModel, points: Iterable[FloatArray]) -> bool:
+        for point in points:
+            look = refined_look(model, point, self.journal)
+            if not look.explains and look.left < STAGES.prunable:  # fewer free ones come further in as many steps
+                less = pruned_look(self.families, look, self.tell, self.journal)
+                look = min(look, less, key=lambda one: one.cost)
+            if model.name not in self.found or look.cost < self.found[model.name].cost:
+                self.found[model.name] = look
+            if look.explains:
+                break
+        look = self.found[model.name]
+        self.tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left of the first moments")
+        return look.explains
+
+    def _plain(self, model: AugmentedModel, points: Iterable[FloatArray]) -> Iterator[FloatArray]:
+        return (transfer_values(self.families.plain, q, model.problem) for q in points)
+
+
+def look_at_first_moments(
+    families: Families, q: FloatArray, tell: Callable[[str], None], journal: Journal
+) -> list[FirstLook]:
+    """Return what families leave of the first moments from the best start as written; the least criterion last.
+
+    Single effects first, then small families, laws, and all at once, until one explains them.
+
+    Parameters
+    ----------
+    families : Families
+    q : (n,)
+        Of the mechanism as written.
+    tell : callable
+        Called with a line on each model.
+    journal : Journal
+    """
+    looks = _FirstLooks(families, tell, journal)
+    _ = (
+        looks.singles(q)
+        or looks.of(SMALL, [q], nearest=True)
+        or looks.laws([q], q)
+        or looks.of(COMBINED, [q], nearest=True)
+    )
+    return looks.ordered()
+
+
+def look_from_other_starts(
+    families: Families,
+    before: Sequence[FirstLook],
+    q: FloatArray,
+    others: Sequence[FloatArray],
+    tell: Callable[[str], None],
+    journal: Journal,
+) -> list[FirstLook]:
+    """Return what they leave from other starts, as these were drawn, where the best one does not do.
+
+    Parameters as of `look_at_first_moments`, and the looks from the best start.
+    """
+    looks = _FirstLooks(families, tell, journal, {look.model.name: look for look in before})
+    _ = looks.of(SMALL, others, nearest=False) or looks.laws(others[: STAGES.law_starts], q)
+    return looks.ordered()
+
+
+def look_past_stall(
+    families: Families,
+    base: AugmentedModel,
+    at: FloatArray,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+) -> list[FirstLook]:
+    """Return what each family leaves of windows that reach a little past where a growth has stalled, the best first.
+
+    Each begins where the growth has ended; the best is the one of the least Bayesian criterion.
+
+    Parameters
+    ----------
+    families : Families
+        With the law of the model.
+    base : AugmentedModel
+        The model that was grown.
+    at : (n,)
+        Where its growth has ended.
+    windows : mapping of record to (first, stop)
+    tell, journal
+        As of `look_at_first_moments`.
+    """
+    looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps, listed_first=True)
+    if any(look.explains for look in looks):
+        return sorted(looks, key=lambda look: look.criterion)
+    term = next((name for name in base.effects if name in families.unlisted), None)
+    if term is not None:
+        here = refined_look(base, at, journal, windows, STAGES.second_steps)
+        looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
+    laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
+    wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
+    for model in [*laws, *wide]:
+        if model is wide[0] and any(look.explains for look in looks):
+            break
+        look = refined_look(model, model.point_of(base, at), journal, windows, STAGES.second_steps)
+        tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
+        looks.append(look)
+    return sorted(looks, key=lambda look: look.criterion)
+
+
+def look_at_whole_records(
+    families: Families, q: FloatArray, tell: Callable[[str], None], journal: Journal
+) -> list[FirstLook]:
+    """Return what the likeliest single effects, and each law, leave of whole records from an optimum without them."""
+    base, whole = families.bare, families.plain.whole()
+    looks = look_at_singles(families, base, q, whole, tell, journal, STAGES.whole_steps)
+    for law in families.laws():
+        model = families.by_law(law)
+        look = refined_look(model, model.point_of(base, q), journal, whole, STAGES.whole_steps)
+        tell(f"{law.name}: {look.left:.4g} of the noise left")
+        looks.append(look)
+    return looks
+
+
+def _from_nearest(model: AugmentedModel, looks: Iterable[FirstLook]) -> list[FloatArray]:
+    """Return the point of the look that explains most among those whose effects the model has."""
+    inside = [look for look in looks if not look.model.added.law and set(look.model.effects) <= set(model.effects)]
+    nearest = min(inside, key=lambda look: look.cost, default=None)
+    return [model.point_of(nearest.model, nearest.q)] if nearest else []
+
+
+def _law_starts(model: AugmentedModel, points: Iterable[FloatArray]) -> Iterator[FloatArray]:
+    """Yield where a law begins: as it is, and of friction with the sliding one far below the static one.
+
+    Without the law both are the same mean of what friction does, and Stribeck's begins where they differ.
+    """
+    for q in points:
+        values = model.problem.coordinates.values(q)
+        if COULOMB in values and STATIC in values:
+            lower = {**values, COULOMB: STAGES.law_coulomb * values[STATIC]}
+            yield model.problem.coordinates.clip(model.problem.coordinates.point(lower))
+        yield q
+
+
+def look_at_singles(
+    families: Families,
+    base: AugmentedModel,
+    q: FloatArray,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int = SEARCH.robust_steps,
+    *,
+    listed_first: bool = False,
+) -> list[FirstLook]:
+    """Return what a model with one more effect leaves of some windows, for each of the likeliest single effects.
+
+    A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
+    its number roughly. With the listed ones first, the others are not looked at where one of them explains the
+    windows: long windows are seldom explained by what is not the cause, and take long.
+    """
+
+    def look(name: str, start: tuple[AugmentedModel, FloatArray]) -> FirstLook:
+        model = families.with_effect(base, name)
+        found = refined_look(model, model.point_of(*start), journal, windows, steps)
+        tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
+        return found
+
+    looks: list[FirstLook] = []
+    for name in families.likeliest(base, q, windows):
+        looks.append(look(name, (base, q)))
+        if listed_first and looks[-1].explains:
+            return looks
+    looks += [look(name, (base, q)) for name in families.likeliest_unlisted(base, q, windows)]
+    best = min(looks, key=lambda look: look.cost, default=None)
+    term = next((name for name in best.model.effects if name in families.unlisted), None) if best else None
+    if best is not None and term is not None:
+        looks.append(_with_best_period(families, best, term, windows, tell, journal, steps))
+    return looks
+
+
+def _with_best_period(
+    families: Families,
+    look: FirstLook,
+    term: str,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int,
+) -> FirstLook:
+    """Return a look with the number of periods of a term that leaves least, found uphill in halved strides."""
+    stride, tried = max(round(STAGES.period_stride * families.periods(term)), 1), {term}
+    while stride:
+        here = families.periods(term)
+        for number in (here - stride, here + stride):
+            other = families.named(number)
+            if other is None or other in tried:
+                continue
+            tried.add(other)
+            model, moved = families.with_other_term(look.model, term, other)
+            values = look.model.problem.coordinates.values(look.q)
+            point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
+            found = refined_look(model, point, journal, windows, steps)
+            if found.cost < look.cost:
+                look, term = found, other
+        if families.periods(term) == here:
+            stride //= 2
+    tell(f"{look.model.name}: {look.left:.3g} of the noise left with {families.periods(term)} periods in a turn")
+    return look
