@@ -46,7 +46,7 @@ def test_a_listed_effect_that_explains_long_windows_ends_the_comparison(families
     monkeypatch.setattr(Families, "likeliest", lambda *_: [RIGHT, WRONG])
     monkeypatch.setattr(Families, "likeliest_unlisted", lambda *_: [families.named(90)])
     windows = first_windows(families.plain)
-    looks = look_at_singles(families, families.bare, plain.q, windows, str, Journal(), listed_first=True)
+    looks = look_at_singles(families, families.bare, plain.q, windows, str, Journal(), here=plain)
     assert [look.model.effects for look in looks] == [(RIGHT,)]
     every = look_at_singles(families, families.bare, plain.q, windows, str, Journal())
     assert [look.model.effects for look in every[:3]] == [(RIGHT,), (WRONG,), (families.named(90),)]

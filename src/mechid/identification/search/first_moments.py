@@ -13,7 +13,7 @@ from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.misfit import Model, Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.rest import commanded_first_step, hum_from_rest, motion_begins, rest_of
+from mechid.identification.search.rest import commanded_first_step, motion_begins, rest_of, take_hum_away
 from mechid.identification.search.settings import SEARCH
 from mechid.kernel.start import off_rest
 from mechid.simulation.simulator import Run, Simulator, TimeBase
@@ -74,7 +74,7 @@ def first_residuals(
     each = []
     for channel, series in zip(target.channels, zip(*rooms, strict=True), strict=True):
         rows = np.stack([room[:] for room in series])
-        rows += hum_from_rest(channel, rest, window)
+        take_hum_away(channel, rest, window, rows)
         rows /= channel.sigma
         if channel.linear:
             rows -= np.median(rows, axis=1, keepdims=True)

@@ -36,7 +36,7 @@ from mechid.identification.search.first_moments import (
     robust_costs,
     run_up,
 )
-from mechid.identification.search.rest import hum_from_rest, rest_of
+from mechid.identification.search.rest import rest_of, take_hum_away
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import descend
 from mechid.kernel.batch.source import SETS
@@ -114,7 +114,7 @@ def _first_rows(problem: Problem, target: Target, q: FloatArray, window: Window)
             piece.residual(k, rows[0, here])
             piece.write_slopes(k, rows[1:, here])
     for channel, rows in zip(target.channels, parts, strict=True):
-        rows[0] += hum_from_rest(channel, rest, window)
+        take_hum_away(channel, rest, window, rows[:1], rows[1:])
         np.divide(rows, channel.sigma, out=rows)
         if channel.linear:
             rows[0] -= np.median(rows[0])

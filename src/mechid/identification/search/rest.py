@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.settings import SEARCH
-from mechid.signal.trend import Line, fit_line
+from mechid.signal.trend import Line, fit_line, waves_at
 
 
 def motion_begins(target: Target, within_s: float = math.inf) -> int:
@@ -86,8 +86,37 @@ def hum_from_rest(channel: TargetChannel, rest: Window, window: Window) -> Float
     rest, window : (int, int)
         First and last-plus-one sample of the rest, and of the window, which lies behind or within it.
     """
-    if not channel.turns or (rest[1] - rest[0]) * min(channel.turns) < SEARCH.hum_periods:
+    if not channel.turns or not _shows_hum(channel, rest):
         return np.zeros(window[1] - window[0])
     resting = channel.measured[rest[0] : rest[1]]
     line = fit_line(resting, channel.linear, channel.rejected_within(rest), channel.turns)
     return Line(waves=line.waves).at(window[0] - rest[0], window[1] - rest[0])
+
+
+def take_hum_away(
+    channel: TargetChannel, rest: Window, window: Window, residuals: FloatArray, slopes: FloatArray | None = None
+) -> None:
+    """Take hum from residuals over a window, (r, n), in place: that of the rest.
+
+    Where the rest shows none, what waves of its frequencies can explain goes from the residuals and their slopes,
+    (m, n): a window of the motion tells hum and motion together, and less of either.
+    """
+    if not channel.turns:
+        return
+    residuals += hum_from_rest(channel, rest, window)
+    if not _shows_hum(channel, rest):
+        waves = _waves_of_hum(channel.turns, window[1] - window[0])
+        residuals -= (residuals @ waves) @ waves.T
+        if slopes is not None:
+            slopes -= (slopes @ waves) @ waves.T
+
+
+@lru_cache(maxsize=64)
+def _waves_of_hum(turns: tuple[float, ...], samples: int) -> FloatArray:
+    """Return an orthonormal basis of waves of so many turns a sample, less their means, (samples, 2 k)."""
+    waves = np.array([row for pair in waves_at(turns, np.arange(samples)) for row in pair])
+    return np.asarray(np.linalg.qr((waves - waves.mean(axis=1, keepdims=True)).T)[0])
+
+
+def _shows_hum(channel: TargetChannel, rest: Window) -> bool:
+    return (rest[1] - rest[0]) * min(channel.turns) >= SEARCH.hum_periods

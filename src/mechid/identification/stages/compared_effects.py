@@ -55,8 +55,12 @@ class _FirstLooks:
         return [*(look for look in self.found.values() if look is not best), *([best] if best else [])]
 
     def singles(self, q: FloatArray) -> bool:
-        """Look at the likeliest single effects; tell whether one explains the first moments."""
+        """Look at none, then at the likeliest single effects; tell whether that explains the first moments."""
         families = self.families
+        bare = refined_look(families.bare, q, self.journal)
+        if bare.explains:
+            self.found[bare.model.name] = bare
+            return True
         looks = look_at_singles(families, families.bare, q, first_windows(families.plain), self.tell, self.journal)
         self.found.update({look.model.name: look for look in looks})
         return any(look.explains for look in looks)
@@ -141,6 +145,43 @@ def look_from_other_starts(
     return looks.ordered()
 
 
+def look_at_hum(
+    families: Families,
+    grid_hz: float,
+    points: Sequence[FloatArray],
+    tell: Callable[[str], None],
+    journal: Journal,
+) -> FirstLook | None:
+    """Return what the mechanism as written leaves of the first moments with hum of a grid projected out of them.
+
+    None where that explains too little of what it leaves without: then it is not hum.
+
+    Parameters
+    ----------
+    families : Families
+    grid_hz : float
+    points : sequence of (n,)
+        Of the mechanism as written, tried until one explains them, the best one first.
+    tell, journal
+        As of `look_at_first_moments`.
+    """
+    first = {name: stop for name, (_, stop) in first_windows(families.plain).items()}
+    plain = refined_look(families.bare, points[0], journal)
+    best = plain
+    for q in points:
+        model = families.with_hum(grid_hz, q, first)
+        if model is None or plain.explains:
+            return None
+        look = refined_look(model, q, journal)
+        tell(f"{model.name}: {look.left:.3g} of the noise left of the first moments, {plain.left:.3g} without")
+        best = min(best, look, key=lambda one: one.cost)
+        if best.explains:
+            return best
+        if best.left > STAGES.hum_helps * plain.left:
+            return None
+    return best
+
+
 def look_past_stall(
     families: Families,
     base: AugmentedModel,
@@ -165,17 +206,17 @@ def look_past_stall(
     tell, journal
         As of `look_at_first_moments`.
     """
-    looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps, listed_first=True)
-    if any(look.explains for look in looks):
+    here = refined_look(base, at, journal, windows, STAGES.second_steps)
+    looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps, here=here)
+    if any(look.explains_what_is_left_of(here) for look in looks):
         return sorted(looks, key=lambda look: look.criterion)
     term = next((name for name in base.effects if name in families.unlisted), None)
     if term is not None:
-        here = refined_look(base, at, journal, windows, STAGES.second_steps)
         looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
     laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
     for model in [*laws, *wide]:
-        if model is wide[0] and any(look.explains for look in looks):
+        if model is wide[0] and any(look.explains_what_is_left_of(here) for look in looks):
             break
         look = refined_look(model, model.point_of(base, at), journal, windows, STAGES.second_steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
@@ -226,13 +267,13 @@ def look_at_singles(
     journal: Journal,
     steps: int = SEARCH.robust_steps,
     *,
-    listed_first: bool = False,
+    here: FirstLook | None = None,
 ) -> list[FirstLook]:
     """Return what a model with one more effect leaves of some windows, for each of the likeliest single effects.
 
     A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
-    its number roughly. With the listed ones first, the others are not looked at where one of them explains the
-    windows: long windows are seldom explained by what is not the cause, and take long.
+    its number roughly. Given the look `here` without any, those that no list has are not looked at where one that is
+    listed explains what it leaves: long windows are seldom explained by what is not the cause, and take long.
     """
 
     def look(name: str, start: tuple[AugmentedModel, FloatArray]) -> FirstLook:
@@ -244,7 +285,7 @@ def look_at_singles(
     looks: list[FirstLook] = []
     for name in families.likeliest(base, q, windows):
         looks.append(look(name, (base, q)))
-        if listed_first and looks[-1].explains:
+        if here and looks[-1].explains_what_is_left_of(here):
             return looks
     looks += [look(name, (base, q)) for name in families.likeliest_unlisted(base, q, windows)]
     best = min(looks, key=lambda look: look.cost, default=None)

@@ -49,6 +49,13 @@ class FirstLook:
         """Whether it leaves no more than noise of the first moments."""
         return self.left < SEARCH.explained
 
+    def explains_what_is_left_of(self, other: FirstLook) -> bool:
+        """Whether it leaves no more than noise, or little of what another one leaves beyond noise.
+
+        The noise of a record is known to some per cent only until a model follows it.
+        """
+        return self.explains or self.left - 1.0 < STAGES.left_of_excess * (other.left - 1.0)
+
     @property
     def criterion(self) -> float:
         """Bayesian criterion: the cost, and ln N for each freedom (Schwarz 1978)."""

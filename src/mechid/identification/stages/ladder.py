@@ -21,6 +21,7 @@ from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.compared_effects import (
     look_at_first_moments,
+    look_at_hum,
     look_from_other_starts,
     look_past_stall,
 )
@@ -170,18 +171,24 @@ def _grow_with_hum(climb: Climb) -> Climb:
 
     Its frequency is read again where that stalls, from what is followed by then, as long as that leads further.
     """
-    none = _plain(climb).growth
-    for grid_hz in climb.families.unseen_grids:
-        q, horizons, share = climb.best.q, none.horizons, 0.0
-        while (model := climb.families.with_hum(grid_hz, q, horizons)) and not climb.complete:
+    families, none, tell = climb.families, _plain(climb).growth, _teller(climb, "mains hum")
+    points = [climb.best.q, *climb.starts[: STAGES.other_starts]]
+    for grid_hz in families.unseen_grids:
+        look = look_at_hum(families, grid_hz, points, tell, climb.watch.journal)
+        if look is None:
+            continue
+        q, horizons, share = look.q, none.horizons, 0.0
+        while (model := families.with_hum(grid_hz, q, horizons)) and not climb.complete:
             reached = _grow(climb, model, q, escapes=STAGES.small_escapes)
             if reached.growth.complete:
-                whole = climb.families.with_hum(grid_hz, reached.q, reached.growth.horizons)
+                whole = families.with_hum(grid_hz, reached.q, reached.growth.horizons)
                 reached = replace(reached, model=whole or model)
             climb = climb.at(reached)
             if reached.share < STAGES.hum_further * share:
                 break
             q, horizons, share = reached.q, reached.growth.horizons, reached.share
+        if climb.complete:
+            break
     return climb
 
 
@@ -194,8 +201,7 @@ def _grow_small(climb: Climb) -> Climb:
     looks = [look for look in climb.looks if not look.model.added.law]
     best = min(looks, key=lambda look: look.criterion)
     small = pruned_look(climb.families, best, _teller(climb, "first moments"), climb.watch.journal)
-    escapes = STAGES.small_escapes if small.model.effects else STAGES.first_escapes
-    return climb.at(_grow(climb, small.model, small.q, escapes=escapes))
+    return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
 
 
 def _look_again(climb: Climb) -> Climb:
@@ -285,8 +291,8 @@ def _came_much_further(climb: Climb) -> bool:
 
 
 EFFECTS = (
-    Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
     Rung("mains hum", _is_unexplained, _grow_with_hum),
+    Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
     Rung("effects named by the first moments of other starts", _is_unexplained, _look_elsewhere),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
     Rung("effects named where that stalls", _can_free, _look_again),
