@@ -193,8 +193,8 @@ def _follow_plan(
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
     is_held = state.problem.coordinates.on_bound(state.q).any()  # then a bound leaves what is beyond noise
-    asks = state.found or (asks_for_more(watch, state) and not is_held)
-    if growth.complete and not (before.added or before.found) and asks:
+    asks = (state.found and not before.found) or (asks_for_more(watch, state) and not is_held)
+    if growth.complete and not before.added and asks:
         found = tuple(one.disturbance.name for one in state.found)
         wider = with_effect_asked_for(watch, before, campaign, found, seed)
         if wider is not before:

@@ -207,16 +207,21 @@ def look_past_stall(
         As of `look_at_first_moments`.
     """
     here = refined_look(base, at, journal, windows, STAGES.second_steps)
-    looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps, here=here)
-    if any(look.explains_what_is_left_of(here) for look in looks):
-        return sorted(looks, key=lambda look: look.criterion)
+    looks: list[FirstLook] = []
     term = next((name for name in base.effects if name in families.unlisted), None)
-    if term is not None:
-        looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
+    if term is not None:  # a wrong number of periods hides what else is missing
+        tuned = _with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps)
+        if tuned is not here:
+            looks, here, base, at = [tuned], tuned, tuned.model, tuned.q
+            if tuned.explains:
+                return looks
+    looks += look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps, here=here)
+    if any(look.explains_what_is_left_of(here) for look in looks if look is not here):
+        return sorted(looks, key=lambda look: look.criterion)
     laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
     for model in [*laws, *wide]:
-        if model is wide[0] and any(look.explains_what_is_left_of(here) for look in looks):
+        if model is wide[0] and any(look.explains_what_is_left_of(here) for look in looks if look is not here):
             break
         look = refined_look(model, model.point_of(base, at), journal, windows, STAGES.second_steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
