@@ -51,3 +51,14 @@ def test_a_channel_without_lines_has_none():
     target = hummed(0.5, 0.0).targets[0]
     plain = replace(target.leading, turns=())
     assert not hum_from_rest(plain, rest_of(target), first_window(target)).any()
+
+
+def test_without_rest_the_waves_of_hum_leave_nothing_of_it():
+    """Truth: the same records without hum, whose residual and its slopes lose the same waves."""
+    with_hum, without = hummed(0.0), hummed(0.0, 0.0)
+    q = with_hum.coordinates.clip(1.02 * with_hum.start)
+    one, other = (first_residual(problem, problem.targets[0], q) for problem in (with_hum, without))
+    np.testing.assert_allclose(one - one.mean(), other - other.mean(), atol=1e-8)
+    assert np.mean(first_residual(with_hum, with_hum.targets[0], with_hum.start) ** 2) == pytest.approx(1.0, abs=0.2)
+    slopes = [robust_triangle(problem, q) for problem in (with_hum, without)]
+    np.testing.assert_allclose(slopes[0].jacobian[0], slopes[1].jacobian[0], rtol=1e-3)
