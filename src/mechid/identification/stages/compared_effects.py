@@ -184,49 +184,54 @@ def look_at_hum(
 
 def look_past_stall(
     families: Families,
-    base: AugmentedModel,
-    at: FloatArray,
+    here: FirstLook,
     windows: Windows,
     tell: Callable[[str], None],
     journal: Journal,
-) -> list[FirstLook]:
-    """Return what each family leaves of windows that reach a little past where a growth has stalled, the best first.
+    *,
+    tune: bool,
+) -> Iterator[FirstLook]:
+    """Yield looks that may be grown, over windows that reach a little past where a growth has stalled.
 
-    Each begins where the growth has ended; the best is the one of the least Bayesian criterion.
+    First the model with another number of periods of a term that it has, where that leaves less; then a single effect
+    that explains far more than the others; at last the best of these, of the laws and of wide families, by the
+    Bayesian criterion. Each is looked at only when it is asked for: long windows take seconds a look.
 
     Parameters
     ----------
     families : Families
         With the law of the model.
-    base : AugmentedModel
-        The model that was grown.
-    at : (n,)
-        Where its growth has ended.
+    here : FirstLook
+        At the model that was grown, from where its growth has ended.
     windows : mapping of record to (first, stop)
     tell, journal
         As of `look_at_first_moments`.
+    tune : bool
+        Whether the number of periods is not known from longer windows already.
     """
-    here = refined_look(base, at, journal, windows, STAGES.second_steps)
-    looks: list[FirstLook] = []
+    base, steps = here.model, STAGES.second_steps
     term = next((name for name in base.effects if name in families.unlisted), None)
-    if term is not None:  # a wrong number of periods hides what else is missing
-        tuned = _with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps)
+    if tune and term is not None:  # a wrong number of periods hides what else is missing
+        tuned = _with_best_period(families, here, term, windows, tell, journal, steps)
         if tuned is not here:
-            looks, here, base, at = [tuned], tuned, tuned.model, tuned.q
-            if tuned.explains:
-                return looks
-    looks += look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps, here=here)
-    if any(look.explains_what_is_left_of(here) for look in looks if look is not here):
-        return sorted(looks, key=lambda look: look.criterion)
+            yield tuned
+    looks = look_at_singles(families, base, here.q, windows, tell, journal, steps, here=here)
+    looks.sort(key=lambda look: look.criterion)
+    gains = [here.cost - look.cost for look in looks]
+    clear = looks[:1] if gains and gains[0] > STAGES.clearly_more * max([0.0, *gains[1:]]) else []
+    yield from clear
+    if any(look.explains_what_is_left_of(here) for look in looks):
+        yield from looks[len(clear) :]
+        return
     laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
     for model in [*laws, *wide]:
-        if model is wide[0] and any(look.explains_what_is_left_of(here) for look in looks if look is not here):
+        if model is wide[0] and any(look.explains_what_is_left_of(here) for look in looks):
             break
-        look = refined_look(model, model.point_of(base, at), journal, windows, STAGES.second_steps)
+        look = refined_look(model, model.point_of(base, here.q), journal, windows, steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
         looks.append(look)
-    return sorted(looks, key=lambda look: look.criterion)
+    yield from (look for look in sorted(looks, key=lambda look: look.criterion) if look not in clear)
 
 
 def look_at_whole_records(
@@ -294,7 +299,8 @@ def look_at_singles(
             return looks
     looks += [look(name, (base, q)) for name in families.likeliest_unlisted(base, q, windows)]
     best = min(looks, key=lambda look: look.cost, default=None)
-    term = next((name for name in best.model.effects if name in families.unlisted), None) if best else None
+    further = [name for name in best.model.effects if name not in base.effects] if best else []
+    term = next((name for name in further if name in families.unlisted), None)
     if best is not None and term is not None:
         looks.append(_with_best_period(families, best, term, windows, tell, journal, steps))
     return looks

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import islice
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
@@ -26,7 +27,7 @@ from mechid.identification.stages.compared_effects import (
     look_past_stall,
 )
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
-from mechid.identification.stages.first_look import FirstLook, pruned_look
+from mechid.identification.stages.first_look import FirstLook, pruned_look, refined_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, settle, state_so_far
 from mechid.identification.stages.watch import Watch
@@ -205,7 +206,19 @@ def _grow_small(climb: Climb) -> Climb:
 
 
 def _look_again(climb: Climb) -> Climb:
-    """Free one family at a time where the furthest growth has stalled, over windows that reach a little past it."""
+    """Compare effects where the furthest growth has stalled, and again where that comes much further."""
+    tune = True
+    while not climb.complete and _can_free(climb):
+        before = _furthest(climb).share
+        climb = _look_past(climb, tune=tune)
+        if _furthest(climb).share < STAGES.look_further * before:
+            break
+        tune = False
+    return climb
+
+
+def _look_past(climb: Climb, *, tune: bool) -> Climb:
+    """Free one family at a time over windows a little past a stall, and grow until one comes much further."""
     furthest = _furthest(climb)
     families = _families(climb, furthest)
     least = {t.name: round(STAGES.past_stall_s * t.base.sample_rate_hz) for t in climb.state.problem.targets}
@@ -216,11 +229,11 @@ def _look_again(climb: Climb) -> Climb:
     }
     tell = _teller(climb, "past the stall")
     journal = climb.watch.journal
-    looks = look_past_stall(families, furthest.model, furthest.q, windows, tell, journal)
-    for look in looks[: STAGES.second_looks]:
+    here = refined_look(furthest.model, furthest.q, journal, windows, STAGES.second_steps)
+    for look in islice(look_past_stall(families, here, windows, tell, journal, tune=tune), STAGES.second_looks):
         small = pruned_look(families, look, tell, journal, windows)
         climb = climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
-        if climb.complete:
+        if climb.complete or _furthest(climb).share >= STAGES.look_further * furthest.share:
             break
     return climb
 

@@ -77,11 +77,15 @@ class StageSettings:
     """Time past the horizon up to which they are compared at least."""
     second_steps: int = 12
     """Robust steps of that comparison: they begin where the growth has ended."""
+    look_further: float = 1.2
+    """Times as far that a growth has to come after such a comparison, to have effects compared once more."""
     left_of_excess: float = 0.1
     """Share of what a model leaves beyond noise that one more effect may leave of it, and explains it still: with a
     clock of 90 ppm 0.11 of 1.6 were left, as the noise level of one record was 11 % too low, by delays 0.39."""
-    second_looks: int = 2
-    """Families that are grown after it at most."""
+    clearly_more: float = 3.0
+    """Times as much as the next that a single effect has to explain to be grown before others are looked at."""
+    second_looks: int = 3
+    """Models that are grown after it at most."""
     hum_helps: float = 0.7
     """Share of what the mechanism as written leaves of the first moments that hum has to leave at most to be grown."""
     hum_further: float = 1.1
