@@ -50,6 +50,9 @@ class StageSettings:
     """Standard deviations of its small prior from which a term stands at the edge of it."""
     wider: float = 4.0
     """Factor by which that prior is then wider."""
+    masked_left: float = 1.05
+    """Residual-to-noise ratio up to which masks beside the mechanism as written, or the effects that the first moments
+    name, end the search; with more left other effects are tried first. A floor is known to 2 or 3 %."""
     delays_help: float = 0.5
     """Share of what the mechanism as written leaves of the first moments below which delays of the records do: then
     the laws that a delay imitates are tried first."""
