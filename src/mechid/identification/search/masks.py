@@ -148,18 +148,18 @@ def mask_samples(target: Target, samples: IntArray) -> Target:
     """Return a target of which some samples do not count in any channel, and are known as masked."""
 
     def masked(channel: TargetChannel) -> TargetChannel:
-        new = np.setdiff1d(samples, channel.rejected)
-        return replace(channel, rejected=np.union1d(channel.rejected, new), masked=np.union1d(channel.masked, new))
+        rejected, own = np.union1d(channel.rejected, samples), np.union1d(channel.masked, samples)
+        return replace(channel, rejected=rejected, masked=own)
 
     return target.each(masked) if samples.size else target
 
 
 def _lift(target: Target, samples: IntArray) -> Target:
+    """Return a target of which masked samples count again, but those that were never measured."""
+
     def lifted(channel: TargetChannel) -> TargetChannel:
-        again = np.intersect1d(channel.masked, samples)
-        return replace(
-            channel, rejected=np.setdiff1d(channel.rejected, again), masked=np.setdiff1d(channel.masked, again)
-        )
+        rejected = np.setdiff1d(channel.rejected, np.setdiff1d(samples, channel.bridged))
+        return replace(channel, rejected=rejected, masked=np.setdiff1d(channel.masked, samples))
 
     return target.each(lifted)
 

@@ -47,7 +47,7 @@ class StageSettings:
     plain_leaps: int = 2
     """Leaps and retreats of the growth of the mechanism as written."""
     at_edge: float = 2.0
-    """Standard deviations of its small prior from which a term stands at the edge of it."""
+    """Standard deviations of its small prior from which a term, or a record's own value, stands at the edge of it."""
     wider: float = 4.0
     """Factor by which that prior is then wider."""
     masked_left: float = 1.05

@@ -96,7 +96,7 @@ def free_where_stalled(watch: Watch, families: Families, reached: Reached, famil
         return at, at
     watch.tell("added effects", f"needed so far: {effect_words(needed)}")
     less = wide.keeping(families.plain, needed, ", ".join(needed) or "as written")
-    less = less.widened(less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
+    less = less.widened(families.plain, less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
     begun = less.point_of(wide, q)
     moved = solve(less.problem, begun, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
     return at, Reached(less, replace(reached.growth, q=moved))
