@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,29 +13,24 @@ from mechid.identification.stages.ladder import Climb, Rung, furthest_growth
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, tell_growth
 from mechid.identification.stages.watch import Watch, residual_to_noise
-from mechid.identification.uncertainty.settings import NOISE
 
 
-def _mask(most_left: float) -> Callable[[Climb], Climb]:
-    """Return the rung that masks where the furthest growth has stalled, and grows it on.
+def _mask(climb: Climb) -> Climb:
+    """Mask where the furthest growth has stalled, and grow it on.
 
-    It arrives where all records are then followed with `most_left` times their noise left at most: what leaves more
-    lacks something else, which masks would hide.
+    It arrives where all records are then followed down to their noise: what leaves more lacks something else, which
+    masks would hide.
     """
-
-    def attempt(climb: Climb) -> Climb:
-        at, rng = furthest_growth(climb), np.random.default_rng((climb.seed, 0, 7))
-        on_progress = tell_growth(climb.watch, at.model)
-        found = grow_past_misfit(at.problem, at.growth, rng, on_progress, journal=climb.watch.journal)
-        if found is None:
-            return climb
-        problem, growth = found
-        plain = with_masks(climb.state.problem, masked_runs(problem))
-        begun = replace(climb, state=climb.state.of(plain))
-        end = begun.at(Reached(replace(at.model, problem=problem), growth))
-        return end if end.complete and _left(end) <= most_left else climb
-
-    return attempt
+    at, rng = furthest_growth(climb), np.random.default_rng((climb.seed, 0, 7))
+    on_progress = tell_growth(climb.watch, at.model)
+    found = grow_past_misfit(at.problem, at.growth, rng, on_progress, journal=climb.watch.journal)
+    if found is None:
+        return climb
+    problem, growth = found
+    plain = with_masks(climb.state.problem, masked_runs(problem))
+    begun = replace(climb, state=climb.state.of(plain))
+    end = begun.at(Reached(replace(at.model, problem=problem), growth))
+    return end if end.complete and _left(end) <= STAGES.masked_left else climb
 
 
 def _left(climb: Climb) -> float:
@@ -49,11 +43,9 @@ def _has_grown(climb: Climb) -> bool:
     return climb.growth is not None
 
 
-MASKED_AS_WRITTEN = Rung("as written, single moments left out", _has_grown, _mask(STAGES.masked_left))
-MASKED_WITH_EFFECTS = Rung(
-    "needed effects, single moments left out", lambda climb: climb.reached is not None, _mask(STAGES.masked_left)
-)
-MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mask(NOISE.misfit))
+MASKED_AS_WRITTEN = Rung("as written, single moments left out", _has_grown, _mask)
+MASKED_WITH_EFFECTS = Rung("needed effects, single moments left out", lambda climb: climb.reached is not None, _mask)
+MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mask)
 
 
 def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:
