@@ -5,6 +5,8 @@ import json
 import pytest
 
 import mechid
+from diagnosis_bench import HARMONIC
+from diagnosis_bench import made as lacking
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.result.record_result import masks_of
@@ -93,6 +95,15 @@ def test_what_uses_the_fit_leaves_the_moment_out(fit):
     assert values == pytest.approx({name: fit.parameters[name].value for name in FREE}, rel=1e-5)
     masked = {t.name: t.leading.masked.size for t in optimum.problem.targets}
     assert masked == {KNOCKED: 150, "micro_46": 0}
+
+
+@pytest.mark.slow
+def test_what_is_missing_beside_a_knock_is_named():
+    """Truth: the harmonic that the mechanism file lacks, and the knock."""
+    found = mechid.identify(with_knock(lacking(HARMONIC), 0.2, LASTS_S), workers=1)
+    assert [one.name for one in found.missing] == [f"stepper.torque_harmonic:{HARMONIC['order']}"]
+    assert masks_of(found.records).keys() == {KNOCKED}
+    assert found.records[KNOCKED].residual_over_noise == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.slow
