@@ -17,7 +17,7 @@ from mechid.identification.result.grade import (
     Scatter,
 )
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.record_result import ChannelFit, RecordFit
+from mechid.identification.result.record_result import ChannelFit, MaskedMoment, RecordFit
 
 EVENT = "the model's friction goes from stuck to forward"
 FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}
@@ -165,6 +165,14 @@ def test_a_limit_of_steps_counts_by_what_is_still_promised(fall, grade, causes):
     """Of a cost of 2000; a fall below 1 moves nothing by more than its error."""
     found = graded(fit(outcome=FitOutcome.NOT_CONVERGED), replace(EVIDENCE, promised_fall=fall))
     assert (found.grade, [r.cause for r in found.reasons]) == (grade, causes)
+
+
+def test_a_moment_left_out_is_b():
+    """Truth: the moment by hand."""
+    moment = MaskedMoment(first=20, stop=30, from_s=2.0, to_s=3.0, largest=0.5, over_noise=70.0, chi_square=4900.0)
+    found = graded(fit(record("full", masked=(moment,)), record("sweep")), EVIDENCE)
+    assert (found.grade, only(found).cause) == (Grade.B, Cause.MASKED)
+    assert (only(found).record, only(found).instant_s) == ("full", 2.0)
 
 
 def test_an_event_missed_for_less_than_a_window_is_b():

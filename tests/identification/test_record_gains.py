@@ -126,3 +126,15 @@ def test_report_budget_and_export_use_the_fit(made, tmp_path):
     assert f"{TABLE}.gain" not in flying.mechanism.parameters
     exported = mechid.export(made.out, to="c", out=tmp_path / "c", campaign=made.campaign.path)
     assert (exported.folder / "mechid_export.json").is_file()
+
+
+@pytest.mark.slow
+def test_a_gain_beyond_the_range_of_its_prior_is_found(tmp_path):
+    """Truth: the gains, one of them 18 % off: 3 % is the prior's width, 15 % its range before it becomes wider."""
+    gains = {**GAINS, "full": 1.18}
+    campaign, truth = written(tmp_path, {}, sizes={name: {"gain_common": gain - 1.0} for name, gain in gains.items()})
+    fit = mechid.identify(campaign, workers=1)
+    assert fit.grade is Grade.A
+    for name, value in (truth | {own(record): gain for record, gain in gains.items()}).items():
+        p = fit.parameters[name]
+        assert abs(p.value - value) < 3.0 * p.std_error, name

@@ -82,6 +82,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     missing = tuple(missing_of(found, values, records) for found in state.found)
     own = [*map(missing_warning, missing), *_warnings(parameters)]
     louder = raised_warnings(campaign, problem.targets, state.before_raised)
+    masked = [f"record {r.name}: {r.masked_words()}" for r in records.values() if r.masked]
     fit = Fit(
         mechanism=mechanism,
         parameters=parameters,
@@ -91,7 +92,15 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         records=records,
         stages=state.stages,
         outcome=state.outcome,
-        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own, *clock_warnings(parameters)),
+        warnings=(
+            *campaign.warnings,
+            *louder,
+            *masked,
+            *state.warnings,
+            *errors.warnings,
+            *own,
+            *clock_warnings(parameters),
+        ),
         notes=(*ambiguity_notes(written), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,

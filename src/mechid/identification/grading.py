@@ -99,7 +99,7 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
 
 
 def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
-    """Yield why a record to estimate from is not followed to its end; the first reason is enough."""
+    """Yield why a record to estimate from is not followed all of it; the first loss is enough."""
     if record.taken.left_out:
         text = f"Record {record.name} was left out of the fit: it contradicts the others as its file describes it."
         check = f"mechid check {evidence.campaign}"
@@ -107,6 +107,10 @@ def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
         return
     if record.name not in evidence.used:
         return
+    if record.masked:
+        at_s = record.masked[0].from_s
+        text = f"Record {record.name}: {record.masked_words()}."
+        yield Reason(cause=Cause.MASKED, record=record.name, instant_s=at_s, text=text, next_command=DIAGNOSE)
     if record.name in evidence.used_to_s:
         at_s = evidence.used_to_s[record.name]
         text = f"Record {record.name} is followed and used up to {at_s:.4g} s only"

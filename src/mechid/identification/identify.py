@@ -32,6 +32,7 @@ from mechid.identification.stages.disturbances import asks_for_more, fit_with_di
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import searched, warm_start
 from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
+from mechid.identification.stages.masked_growth import fit_followed_again
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import horizon_warnings
@@ -175,7 +176,7 @@ def _follow_plan(
     if near is None:
         state, growth = searched(watch, state, campaign, names, seed, patient=patient)
     else:
-        state, growth = warm_start(state, near)
+        state, growth = warm_start(state, near, seed)
     if growth is None:
         return state
     added = (*(state.added.new if state.added else ()), *state.problem.coordinates.own_names)
@@ -187,6 +188,7 @@ def _follow_plan(
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=STAGES.rough_tolerance)
+    state = fit_followed_again(watch, state, names)
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))

@@ -86,9 +86,24 @@ def test_a_prior_becomes_wider_where_its_term_stands_at_the_edge(made):
     values = model.problem.coordinates.values(q)
     (name,) = {n for n in model.names_by_effect[HARMONIC] if n.endswith("amplitude")}
     at_edge = model.problem.coordinates.point({**values, name: 3.0 * model.added.widths[name]})
-    wider = model.widened(at_edge, 2.0, 4.0)
+    wider = model.widened(plain, at_edge, 2.0, 4.0)
     (other,) = model.added.widths.keys() - {name}
     assert wider.added.widths == {name: 4.0 * model.added.widths[name], other: model.added.widths[other]}
     assert wider.problem.shrinkage == wider.added.widths
-    assert model.widened(at_edge, 3.5, 4.0) is model
+    assert model.widened(plain, at_edge, 3.5, 4.0) is model
     assert plain.shrinkage == {}
+
+
+def test_a_prior_becomes_wider_where_a_value_of_a_record_stands_at_the_edge(made):
+    """Truth: the widths by hand: a delay at 3 of its deviations; the terms stay as they are."""
+    plain, model, q = made
+    values = model.problem.coordinates.values(q)
+    (delay,) = model.disturbances[0].parameters
+    at_edge = model.problem.coordinates.point({**values, delay.name: 3.0 * delay.sigma})
+    wider = model.widened(plain, at_edge, 2.0, 4.0)
+    (found,) = wider.disturbances[0].parameters
+    assert found.sigma == pytest.approx(4.0 * delay.sigma)
+    assert wider.problem.priors[delay.name] == (delay.value, found.sigma)
+    assert wider.added.widths == model.added.widths
+    np.testing.assert_allclose(wider.point_of(model, at_edge), at_edge)
+    assert model.widened(plain, at_edge, 3.5, 4.0) is model

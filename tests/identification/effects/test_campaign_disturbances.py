@@ -7,7 +7,8 @@ import pytest
 from disturbed_bench import written
 from mechid.campaign import load_campaign
 from mechid.campaign.identify_options import DISTURBANCES
-from mechid.identification.effects.campaign_disturbances import Declared, possible, recalled
+from mechid.identification.effects.campaign_disturbances import Declared, possible, recalled, widened
+from mechid.identification.effects.disturbance import with_disturbances
 from mechid.identification.effects.settings import PRIORS
 from mechid.identification.identify import make_problem
 from mechid.parameter import Status
@@ -42,6 +43,47 @@ def test_priors_are_as_wide_as_the_settings_say(bench):
     for p in some["record.voltage"].parameters:
         assert p.sigma == pytest.approx(0.02 * p.value)
         assert p.replaces == "stepper.peak_voltage"
+
+
+def widened_at(bench, name, sigmas, *, edge=2.0, factor=4.0, times=1):
+    """Return a disturbance whose first value stands so many of its deviations off, widened, and it before."""
+    plain = make_problem(bench, 1)
+    before = one = next(one for one in possible(plain, bench) if one.name == name)
+    for _ in range(times):
+        problem = with_disturbances(plain, [one])
+        p = one.parameters[0]
+        q = problem.coordinates.point({p.name: p.value + sigmas * p.sigma})
+        (one,) = widened((one,), problem, q, edge, factor)
+    return one, before
+
+
+def test_a_prior_at_whose_edge_a_value_stands_becomes_wider(bench):
+    """Truth: four times the widths, and ranges within what hardware may be off, by hand."""
+    for name, sigmas in (("clock", 1.9), ("record.delay", -1.9)):
+        one, before = widened_at(bench, name, sigmas)
+        assert one is before
+    (clock,) = widened_at(bench, "clock", 2.1)[0].parameters
+    assert (clock.sigma, clock.min, clock.max) == (1200.0, -5000.0, 5000.0)
+    for p in widened_at(bench, "record.delay", -2.1)[0].parameters:
+        assert (p.sigma, p.min, p.max) == pytest.approx((1.2e-3, -6e-3, 6e-3))
+    for p in widened_at(bench, "record.voltage", 2.1)[0].parameters:
+        assert (p.sigma / p.value, p.min / p.value, p.max / p.value) == pytest.approx((0.08, 0.8, 1.2))
+
+
+def test_no_prior_becomes_wider_than_hardware_is(bench):
+    """Truth: 20 % of a supply, at which it stays."""
+    voltage, _ = widened_at(bench, "record.voltage", 2.5, times=2)
+    assert [p.sigma / p.value for p in voltage.parameters] == pytest.approx([0.2] * 3)
+    again, _ = widened_at(bench, "record.voltage", 2.5, times=3)
+    assert again.own == voltage.own
+
+
+def test_a_value_of_a_mechanism_that_is_free_keeps_the_range_of_the_file(bench):
+    """Truth: the winding's resistance, which the file lets vary from 5 to 20 ohm."""
+    one, before = widened_at(bench, "record.temperature", 2.1)
+    for wider, p in zip(one.parameters, before.parameters, strict=True):
+        assert (wider.min, wider.max) == (p.min, p.max)
+        assert wider.sigma == pytest.approx(4.0 * p.sigma)
 
 
 @pytest.mark.parametrize("name", ["clock", "record.clock", "record.delay", "record.voltage", "record.temperature"])

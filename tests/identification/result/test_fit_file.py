@@ -13,6 +13,7 @@ from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.estimate_file import estimate_text, write_estimate
 from mechid.identification.result.fit_file import read_fit, read_numbers
+from mechid.identification.result.record_result import MaskedMoment
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import write_results
 
@@ -44,6 +45,20 @@ def test_it_reads_back_to_what_was_written(made):
     other = {f.name for f in fields(read) if type(getattr(read, f.name)) is not type(getattr(fit, f.name))}
     assert other == {"folder"}
     assert read.folder == folder
+
+
+def test_masked_moments_read_back(made, tmp_path):
+    _, campaign, fit = made
+    moment = MaskedMoment(first=3, stop=9, from_s=0.3, to_s=0.9, largest=0.1, over_noise=50.0, chi_square=4e3)
+
+    def left_out(record):
+        channels = {name: replace(c, masked=(moment,)) for name, c in record.channels.items()}
+        return replace(record, channels=channels)
+
+    some = replace(fit, records={n: left_out(r) for n, r in fit.records.items()})
+    write_estimate(some, tmp_path / "estimate.json")
+    read = read_fit(tmp_path / "estimate.json", campaign)
+    assert {n: r.masked for n, r in read.records.items()} == dict.fromkeys(fit.records, (moment,))
 
 
 def test_what_is_no_number_stays_none(made, tmp_path):

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from mechid.identification.result.missing import OwnValue
-from mechid.identification.result.record_result import ChannelFit, Nuisance, RecordFit
+from mechid.identification.result.record_result import ChannelFit, MaskedMoment, Nuisance, RecordFit, masks_of
 
 
 def channel(**changes):
@@ -53,3 +53,16 @@ def test_parameters_of_a_held_out_record_come_back_from_json():
     found = Nuisance(samples=10, until_s=0.1, parameters=own)
     assert Nuisance.from_dict(json.loads(json.dumps(found.to_dict()))) == found
     assert [*found.words()] == ["gain = 1.01235 +- 0.0002 1", "time_offset = 0.5 s"]
+
+
+def test_moments_left_out_are_those_of_the_channel_that_shows_them_most():
+    small, large = (
+        MaskedMoment(first=20, stop=30, from_s=2.0, to_s=3.0, largest=0.5, over_noise=over, chi_square=over**2)
+        for over in (4.0, 70.0)
+    )
+    one = record({"torque": channel(masked=(small,)), "rotor_angle": channel(masked=(large,))})
+    assert one.masked == (large,)
+    assert "one moment was left out" in one.masked_words()
+    assert "2 to 3 s, residual up to 0.5 rad, 70 times the noise; counted, it would add 4.9e+03" in one.masked_words()
+    assert record({"torque": channel()}).masked_words() == ""
+    assert masks_of({"a": one, "b": record({})}) == {"a": ((20, 30),)}

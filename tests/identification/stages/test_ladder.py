@@ -111,7 +111,7 @@ def test_effects_are_added_only_where_the_campaign_lets_them(climb):
         options = IdentifyOptions(terms=terms, disturbances=disturbances)
         one = replace(climb, campaign=replace(climb.campaign, options=options), best=Candidate(climb.best.q, 1e6))
         assert one.may_add is allowed
-        assert ladder.EFFECTS[0].applies(one) is allowed
+        assert ladder.NAMED_EFFECTS[0].applies(one) is allowed
 
 
 def test_models_of_a_climb_are_of_its_records(climb):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.identification.effects.campaign_disturbances import widened
 from mechid.identification.effects.disturbance import Disturbance
 from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null
 from mechid.identification.effects.pruning import groups_of, needed_groups
@@ -80,11 +81,13 @@ class AugmentedModel:
         rises = needed_groups(triangle, distance_from_null(self.problem, q), groups, samples)
         return rises | {one.name: 0.0 for one in self.disturbances if not one.parameters}
 
-    def widened(self, q: FloatArray, edge: float, factor: float) -> AugmentedModel:
-        """Return the model with wider priors of the terms that stand at the edge of theirs; itself where none does.
+    def widened(self, plain: Problem, q: FloatArray, edge: float, factor: float) -> AugmentedModel:
+        """Return the model with wider priors of the effects that stand at the edge of theirs; itself where none does.
 
         Parameters
         ----------
+        plain : Problem
+            The records, of the mechanism as written.
         q : (n,)
         edge : float
             Standard deviations of its prior from which a coordinate stands at the edge.
@@ -98,10 +101,12 @@ class AugmentedModel:
             for c, value in zip(coordinates.space.coordinates, coordinates.of_mechanism(q), strict=True)
             if c.name in widths and abs(value) > edge * widths[c.name]
         }
-        if not at_edge:
+        others = widened(self.disturbances, self.problem, q, edge, factor)
+        if not at_edge and others is self.disturbances:
             return self
         wider = {name: width * (factor if name in at_edge else 1.0) for name, width in widths.items()}
-        return replace(self, added=replace(self.added, widths=wider), problem=replace(self.problem, shrinkage=wider))
+        added = replace(self.added, widths=wider)
+        return replace(self, added=added, disturbances=others, problem=added.problem(plain, others))
 
 
 def augment(

@@ -12,6 +12,7 @@ from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record
 from mechid.campaign.identify_options import DISTURBANCES, MAINS
 from mechid.command import MeasuredCommand
 from mechid.identification.effects.disturbance import Disturbance, with_own
+from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.mains import NO_RESTS, grid_at_rest, mains
 from mechid.identification.effects.settings import PRIORS
 from mechid.identification.output_error.misfit import Window
@@ -96,6 +97,54 @@ def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Pa
     return Parameter(
         name=name, value=value, declaration=declaration, min=low, max=high, sigma=sigma, status=Status.FREE
     )
+
+
+def widened(
+    some: tuple[Disturbance, ...], problem: Problem, q: FloatArray, edge: float, factor: float
+) -> tuple[Disturbance, ...]:
+    """Return disturbances with wider priors of those of which a record's value stands at the edge of its own.
+
+    All records of such a one get the wider prior, and a range as wide, within what hardware may be off. The same tuple
+    where none stands there, or none may be wider.
+
+    Parameters
+    ----------
+    some : tuple of Disturbance
+        That the problem has.
+    problem : Problem
+    q : (n,)
+    edge : float
+        Standard deviations of its prior from which a value stands at the edge.
+    factor : float
+        By which the prior becomes wider.
+    """
+    off = dict(
+        zip(problem.coordinates.own_names, distance_from_null(problem, q)[problem.space.size :].tolist(), strict=True)
+    )
+
+    def wider(one: Disturbance) -> Disturbance:
+        if not any(p.sigma and abs(off.get(p.name, 0.0)) > edge * p.sigma for p in one.parameters):
+            return one
+        own = {name: tuple(_wider(p, problem, factor) for p in parameters) for name, parameters in one.own.items()}
+        return one if own == one.own else replace(one, own=own)
+
+    found = tuple(map(wider, some))
+    return some if all(a is b for a, b in zip(found, some, strict=True)) else found
+
+
+def _wider(p: Parameter, problem: Problem, factor: float) -> Parameter:
+    """Return a record's parameter with a wider prior and range; one of the file's own range keeps that."""
+    instants = {CLOCK.key: PRIORS.widest_clock_ppm, TIME_OFFSET.key: PRIORS.widest_delay_s}
+    shares = {role: share * abs(p.value) for role, share in PRIORS.widest_shares.items()}
+    widest = instants.get(p.declaration.key) or next((w for r, w in shares.items() if r is p.declaration.role), None)
+    if widest is None or p.sigma is None or p.sigma >= widest:
+        return p
+    sigma, shared = min(factor * p.sigma, widest), problem.space.mechanism.parameters.get(p.replaces)
+    if shared is not None and shared.is_free:
+        return replace(p, sigma=sigma)
+    reach = min(PRIORS.reach * sigma, widest)
+    low, high = max(p.value - reach, p.declaration.lower), min(p.value + reach, p.declaration.upper)
+    return replace(p, sigma=sigma, min=min(low, p.min), max=max(high, p.max))
 
 
 _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {

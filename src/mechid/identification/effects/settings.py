@@ -123,6 +123,15 @@ class DisturbancePriors:
     gains of a test stand 1 to 3 % apart. That of the supply is a choice."""
     reach: float = 5.0
     """Standard deviations to either bound. A choice."""
+    widest_clock_ppm: float = 5000.0
+    """Of a driver's ceramic resonator, to which a clock's prior may widen and its range reach."""
+    widest_delay_s: float = 0.01
+    """The same of a delay: ten bus cycles. A choice."""
+    widest_shares: Mapping[Role, float] = field(
+        default_factory=lambda: {Role.SUPPLY: 0.2, Role.WINDING_RESISTANCE: 0.4, Role.TRANSDUCER_GAIN: 0.2}
+    )
+    """The same of values of single records, relative: 40 % of resistance are 100 K of copper. The others are choices:
+    a gain or a supply that is further off is a wrong entry of a file."""
     hum_at_rest: float = 100.0
     """Chi-square of hum in the rests of all records together from which it is there: by chance, with 6 degrees of
     freedom a record, once in 1e9 of six records."""

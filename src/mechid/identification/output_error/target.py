@@ -41,9 +41,11 @@ class TargetChannel:
     prefilter : Autoregression or None
         Model of its noise where that is whitened before it is weighted.
     rejected : (s,) of int
-        Samples that do not count, ascending: those bridged, and spikes.
+        Samples that do not count, ascending: those bridged, spikes, and those masked.
     bridged : (b,) of int
         Those among them that were never measured, or are burn-in.
+    masked : (m,) of int
+        Those among them that the search left out, as the model follows the record around them and not there.
     rounding : float
         Standard deviation of a uniform error of the resolution q that is declared, q/sqrt(12); 0 where none is.
     rests_on : NoiseSource
@@ -62,6 +64,7 @@ class TargetChannel:
     rejected: Samples = field(default_factory=no_samples)
     rounding: float = 0.0
     bridged: Samples = field(default_factory=no_samples)
+    masked: Samples = field(default_factory=no_samples)
     rests_on: NoiseSource = NoiseSource.FLOOR
     raised: float = 0.0
     turns: tuple[float, ...] = ()
@@ -96,8 +99,9 @@ class TargetChannel:
 
     def first(self, samples: int) -> TargetChannel:
         """Return the first samples alone."""
-        rejected, bridged = (some[some < samples] for some in (self.rejected, self.bridged))
-        return replace(self, measured=stretch_of(self.measured, 0, samples), rejected=rejected, bridged=bridged)
+        measured = stretch_of(self.measured, 0, samples)
+        rejected, bridged, masked = (some[some < samples] for some in (self.rejected, self.bridged, self.masked))
+        return replace(self, measured=measured, rejected=rejected, bridged=bridged, masked=masked)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,9 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import MOVED, Fit, Optimum
 from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.masks import with_masks
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
@@ -47,7 +49,8 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
         # Small priors hold added terms near their null value, where the fit ended with such.
         small = {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
         problem = replace(make_problem(campaign, workers), shrinkage=small)
-        problem, q, windows = _first_point(campaign, with_saved_levels(problem, fit.records), values)
+        problem = with_masks(with_saved_levels(problem, fit.records), masks_of(fit.records))
+        problem, q, windows = _first_point(campaign, problem, values)
         problem, q = _as_moved(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
         options = replace(campaign.options, colour="none") if campaign.stages else campaign.options

@@ -24,7 +24,7 @@ from mechid.identification.result.fit import ESTIMATE_NAME, Fit, StageReport
 from mechid.identification.result.grade import Consistency, FitOutcome, Grade, Reason
 from mechid.identification.result.missing import AsWritten, Missing, Suggested
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.record_result import ChannelFit, Nuisance, RecordFit
+from mechid.identification.result.record_result import ChannelFit, MaskedMoment, Nuisance, RecordFit
 from mechid.plant.mechanism import Mechanism
 
 
@@ -181,7 +181,8 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
 def _channel(own: Mapping[str, Any]) -> ChannelFit:
     runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
     lines = tuple((float(hz), float(amplitude), float(phase)) for hz, amplitude, phase in own.get("lines", ()))
-    return ChannelFit(**{**own, "rejected_runs": runs, "lines": lines})
+    masked = tuple(MaskedMoment(**moment) for moment in own.get("masked", ()))
+    return ChannelFit(**{**own, "rejected_runs": runs, "lines": lines, "masked": masked})
 
 
 def _kept(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:

@@ -163,6 +163,7 @@ class Cause(StrEnum):
     NEAR_OPTIMUM = "near_optimum"
     EVENT_MISSED = "event_missed"
     UNEXPLAINED = "unexplained"
+    MASKED = "masked"
     HELD_OUT = "held_out"
     HELD_OUT_LOST = "held_out_lost"
 
@@ -181,6 +182,7 @@ OF_USE = (
     Cause.THRESHOLD,
     Cause.NEAR_OPTIMUM,
     Cause.EVENT_MISSED,
+    Cause.MASKED,
     Cause.UNEXPLAINED,
     Cause.HELD_OUT,
 )
@@ -205,6 +207,7 @@ CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.THRESHOLD: "stick/slip threshold",
     Cause.NEAR_OPTIMUM: "stopped near the optimum",
     Cause.EVENT_MISSED: "stick/slip missed",
+    Cause.MASKED: "moment left out",
     Cause.UNEXPLAINED: "residual unexplained",
 }
 """A cause in two or three words; docs/glossary.md explains each."""

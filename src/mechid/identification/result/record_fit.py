@@ -16,7 +16,7 @@ from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.noise_level import NoiseLevel, NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
-from mechid.identification.result.record_result import ChannelFit, RecordFit
+from mechid.identification.result.record_result import ChannelFit, MaskedMoment, RecordFit
 from mechid.identification.search.horizons import chance_limit_of, followed_samples
 from mechid.signal.following import following, out_of_step
 from mechid.signal.moments import norm
@@ -133,6 +133,7 @@ def _channel(
 ) -> ChannelFit:
     first, stop = window
     rejected = channel.rejected_within(window)
+    masked = _masked(channel, r, target.base, window, noise.found.sigma)
     rms, line = _residual(channel, r, rejected)
     spread = _spread(stretch_of(channel.measured, first, stop), line, rejected)
     return ChannelFit(
@@ -151,7 +152,34 @@ def _channel(
         prefilter_order=channel.order,
         rejected=rejected.size,
         rejected_runs=runs_of(channel.rejected),
+        masked=masked,
     )
+
+
+def _masked(
+    channel: TargetChannel, r: Series, base: TimeBase, window: tuple[int, int], sigma: float
+) -> tuple[MaskedMoment, ...]:
+    """Return the moments within a window that the search left out, with what the model leaves of them."""
+    first, stop = window
+    inside = channel.masked[(channel.masked >= first) & (channel.masked < stop)]
+    if not inside.size:
+        return ()
+    line = channel.line(r, channel.rejected_within(window))
+
+    def moment(begins: int, ends: int) -> MaskedMoment:
+        off = r[begins - first : ends - first] - line.at(begins - first, ends - first)
+        largest = float(np.max(np.abs(off)))
+        return MaskedMoment(
+            first=begins,
+            stop=ends,
+            from_s=base.start_s + begins / base.sample_rate_hz,
+            to_s=base.start_s + ends / base.sample_rate_hz,
+            largest=largest,
+            over_noise=largest / sigma,
+            chi_square=float(np.sum((off / sigma) ** 2)) - off.size,
+        )
+
+    return tuple(moment(*run) for run in runs_of(inside))
 
 
 def _lines(line: Line, base: TimeBase, first: int) -> tuple[tuple[float, float, float], ...]:
@@ -192,13 +220,14 @@ def _followed(
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
     chance = chance_limit_of(max(SERIES.follow_window_s * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
+    masked = int(np.sum((channel.masked >= first) & (channel.masked < stop)))
     late = out_of_step(r, rate, full_step) if full_step else None
 
     def instant(sample: int) -> float:
         return base.start_s + (first + sample) / rate
 
     return {
-        "followed_percent": 100.0 * found.share,
+        "followed_percent": 100.0 * max(found.share - masked / r.size, 0.0),
         "lost_at_s": None if found.lost is None else instant(found.lost),
         "worst_at_s": instant(found.worst_at),
         "worst": found.worst,

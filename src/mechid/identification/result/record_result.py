@@ -10,6 +10,41 @@ from typing import Any, Self
 from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.missing import OwnValue
 from mechid.signal.runs import Runs
+from mechid.units import unit_words
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaskedMoment:
+    """A moment that the search left out of a record, as the model follows it before and behind and not there.
+
+    Attributes
+    ----------
+    first, stop : int
+        Its first and last-plus-one sample.
+    from_s, to_s : float
+        Record time of these.
+    largest : float
+        Largest magnitude of the residual there, in the channel's SI unit.
+    over_noise : float
+        The same over the noise.
+    chi_square : float
+        By how much the sum of squares would be larger with it, beyond what noise adds.
+    """
+
+    first: int
+    stop: int
+    from_s: float
+    to_s: float
+    largest: float
+    over_noise: float
+    chi_square: float
+
+    def words(self, unit: str) -> str:
+        """Return when it is and what it holds, as a clause."""
+        return (
+            f"{self.from_s:.6g} to {self.to_s:.6g} s, residual up to {self.largest:.3g} {unit}, {self.over_noise:.3g} "
+            f"times the noise; counted, it would add {self.chi_square:.3g} to the sum of squares"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,13 +69,16 @@ class ChannelFit:
     rejected : int
         Samples that do not count, of those used.
     rejected_runs : tuple of (int, int)
-        All samples that do not count, bridged gaps and spikes: first and last-plus-one of each run.
+        All samples that do not count, bridged gaps, spikes and masked moments: first and last-plus-one of each run.
+    masked : tuple of MaskedMoment
+        Those that the search left out.
     noise_rests_on : str
         A `NoiseSource`'s words; empty in files of versions before it was written.
     noise_known : float or None
         The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
     followed_percent : float
-        Share of the samples used that lie in windows of 50 ms that the model follows (`signal.following`).
+        Share of the samples used that lie in windows of 50 ms that the model follows (`signal.following`), less what is
+        masked.
     lost_at_s : float or None
         Record time at which the first window begins that it does not follow; None where it follows all.
     worst_at_s, worst : float
@@ -62,6 +100,7 @@ class ChannelFit:
     prefilter_order: int = 0
     rejected: int = 0
     rejected_runs: Runs = ()
+    masked: tuple[MaskedMoment, ...] = ()
     noise_rests_on: str = ""
     noise_known: float | None = None
     followed_percent: float = 100.0
@@ -194,6 +233,23 @@ class RecordFit:
         return self.residual_rms / self.noise_known if self.noise_known > 0.0 else math.inf
 
     @property
+    def masked(self) -> tuple[MaskedMoment, ...]:
+        """Moments that the search left out, as the channel has them in which they hold most."""
+        own = (c.masked for c in self.channels.values() if c.masked)
+        return max(own, key=lambda moments: sum(m.chi_square for m in moments), default=())
+
+    def masked_words(self) -> str:
+        """Return the moments that the search left out, as a clause; empty where there are none."""
+        if not self.masked:
+            return ""
+        unit = unit_words(next(quantity for quantity, c in self.channels.items() if c.masked is self.masked))
+        count = "one moment was" if len(self.masked) == 1 else f"{len(self.masked)} moments were"
+        moments = "; ".join(moment.words(unit) for moment in self.masked)
+        return (
+            f"{count} left out that the model does not follow, though it follows what is before and behind: {moments}"
+        )
+
+    @property
     def lines(self) -> tuple[float, ...]:
         """Frequency in Hz of each line that was removed of the leading channel."""
         channel = next(iter(self.channels.values()), None)
@@ -232,6 +288,7 @@ class RecordFit:
             "horizon_s": self.horizon_s,
             "prefilter_order": self.prefilter_order,
             "rejected": self.rejected,
+            "masked": [asdict(moment) for moment in self.masked],
             "noise_rests_on": self.noise_rests_on,
             "noise_known": self.noise_known,
             "followed_percent": self.followed_percent,
@@ -240,3 +297,8 @@ class RecordFit:
             "taken": self.taken.to_dict(),
             "nuisance": self.nuisance.to_dict() if self.nuisance else None,
         }
+
+
+def masks_of(records: Mapping[str, RecordFit]) -> dict[str, Runs]:
+    """Return the runs of samples that a search left out of records, by name."""
+    return {name: tuple((m.first, m.stop) for m in r.masked) for name, r in records.items() if r.masked}

@@ -84,6 +84,22 @@ class SearchSettings:
     retreat_tolerance: float = 1e-7
     """Relative fall of the cost at which these stop."""
 
+    # Masks of single windows of misfit. Their values are choices but where a line says more.
+
+    mask_windows: int = 3
+    """Windows in a row that are left out as one moment, 15 ms: a knock of 5 ms lies in two of them. One more to either
+    side holds its beginning and its end."""
+    mask_behind: int = 10
+    """Windows behind such a moment that the model has to follow."""
+    mask_runs: int = 3
+    """Moments of one record: what comes more often is a lack of the model."""
+    mask_share: float = 0.01
+    """Share of a record that several of them may take."""
+    mask_rounds: int = 8
+    """Times that a growth goes on with further moments masked."""
+    mask_leaps: int = 2
+    """Leaps and retreats of such a growth, as many as of the mechanism as written."""
+
     # Bounds of time and memory, and of rounding.
 
     hum_periods: float = 5.0

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from mechid.campaign import Campaign
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible, widened
 from mechid.identification.effects.disturbance import Disturbance, Found, lacking_tables, with_disturbances, without
 from mechid.identification.effects.effect import lay_out, substitute_law
 from mechid.identification.effects.scores import Score, bayesian_penalty, count_effective_samples, scores
@@ -24,6 +24,7 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.release import fit_with_noise_released
+from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch, residual_to_noise
 from mechid.identification.uncertainty.model_error import deviations_from_null
 from mechid.identification.uncertainty.settings import NOISE
@@ -106,6 +107,11 @@ class SearchedModel:
         begun = self.state.of(problem).at(transfer_coordinates(self.state.problem, self.state.q, problem))
         names = (*self.names, *(p.name for p in one.parameters))
         more = self._fitted(begun, f"with {one.name}", names, Found(one, math.nan, math.nan))
+        (wider,) = widened((one,), problem, more.state.q, STAGES.at_edge, STAGES.wider)
+        if wider is not one:
+            one, problem = wider, with_disturbances(self.state.problem, [wider])
+            begun = self.state.of(problem).at(more.state.q)
+            more = self._fitted(begun, f"with {one.name}, wider", names, Found(one, math.nan, math.nan))
         score = gain(self, more)
         found = Found(one, score.chi_square, score.share)
         return replace(more, state=replace(more.state, found=(*self.state.found, found)))

@@ -103,8 +103,8 @@ def pruned_look(
     tell(f"needed there: {effect_words(needed)}")
     less = look.model.keeping(families.plain, needed, ", ".join(needed) or "as written")
     found = refined_look(less, less.point_of(look.model, look.q), journal, windows)
-    wider = less.widened(found.q, STAGES.at_edge, STAGES.wider)
-    return found if wider is less else refined_look(wider, found.q, journal, windows)
+    wider = less.widened(families.plain, found.q, STAGES.at_edge, STAGES.wider)
+    return found if wider is less else refined_look(wider, wider.point_of(less, found.q), journal, windows)
 
 
 def effect_words(needed: Mapping[str, float]) -> str:

@@ -6,13 +6,24 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import Growth
+from mechid.identification.search.masks import mask_near
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.ladder import EFFECTS, FURTHEST, Climb, Rung, climb_ladder
+from mechid.identification.stages.ladder import (
+    FREED_EFFECTS,
+    FURTHEST,
+    NAMED_EFFECTS,
+    Climb,
+    Rung,
+    climb_ladder,
+)
+from mechid.identification.stages.masked_growth import MASKED_AS_WRITTEN, MASKED_FURTHEST, MASKED_WITH_EFFECTS
 from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_from_followed, grow_starts, refined_starts
@@ -35,7 +46,7 @@ def searched(
     if best is None:
         return state, None
     climb = Climb(watch, campaign, seed, state, best, tuple(drawn), found=found)
-    climb = climb_ladder(climb, LADDER if patient else (*AS_WRITTEN, *EFFECTS, FURTHEST))
+    climb = climb_ladder(climb, LADDER if patient else (*OF_MECHANISM, FURTHEST))
     assert climb.growth is not None, "the mechanism as written is always grown"
     state, growth = replace(climb.state, path=climb.tried), climb.growth
     state = state.at(growth.q, growth.horizons)
@@ -45,14 +56,14 @@ def searched(
     return watch.close(state, "gated growth", names, math.nan, growth.rounds, followed), growth
 
 
-def warm_start(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState, Growth]:
+def warm_start(state: SearchState, near: Mapping[str, float], seed: int = 0) -> tuple[SearchState, Growth]:
     """Return values already near the optimum as a growth that has come to the records' ends.
 
     The values are trusted: what they leave of a record counts as its noise, also where that is coloured, in place of
-    the high-frequency floor.
+    the high-frequency floor. Single moments that they do not follow at that floor are masked.
     """
-    problem = state.problem
-    q = run_up(problem, problem.coordinates.point(near), known=near)
+    q = run_up(state.problem, state.problem.coordinates.point(near), known=near)
+    problem, q = mask_near(state.problem, q, np.random.default_rng((seed, 0, 7)))
     problem = replace(problem, targets=tuple(with_levels_of_residuals(problem, t, q) for t in problem.targets))
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
@@ -81,5 +92,14 @@ AS_WRITTEN = (
     Rung("records followed, by themselves", _follows_some, _grow_from_followed),
 )
 """Rungs of the mechanism as written."""
-LADDER = (*AS_WRITTEN, *EFFECTS, *READINGS, FURTHEST)
+OF_MECHANISM = (
+    *AS_WRITTEN,
+    MASKED_AS_WRITTEN,
+    *NAMED_EFFECTS,
+    MASKED_WITH_EFFECTS,
+    *FREED_EFFECTS,
+    MASKED_FURTHEST,
+)
+"""Those with records as they are declared, at the noise level that is known."""
+LADDER = (*OF_MECHANISM, *READINGS, FURTHEST)
 """All ways by which a search tries to come to the ends of all records, in order."""

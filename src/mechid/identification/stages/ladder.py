@@ -209,9 +209,9 @@ def _look_again(climb: Climb) -> Climb:
     """Compare effects where the furthest growth has stalled, and again where that comes much further."""
     tune = True
     while not climb.complete and _can_free(climb):
-        before = _furthest(climb).share
+        before = furthest_growth(climb).share
         climb = _look_past(climb, tune=tune)
-        if _furthest(climb).share < STAGES.look_further * before:
+        if furthest_growth(climb).share < STAGES.look_further * before:
             break
         tune = False
     return climb
@@ -219,7 +219,7 @@ def _look_again(climb: Climb) -> Climb:
 
 def _look_past(climb: Climb, *, tune: bool) -> Climb:
     """Free one family at a time over windows a little past a stall, and grow until one comes much further."""
-    furthest = _furthest(climb)
+    furthest = furthest_growth(climb)
     families = _families(climb, furthest)
     least = {t.name: round(STAGES.past_stall_s * t.base.sample_rate_hz) for t in climb.state.problem.targets}
     windows = {
@@ -233,7 +233,7 @@ def _look_past(climb: Climb, *, tune: bool) -> Climb:
     for look in islice(look_past_stall(families, here, windows, tell, journal, tune=tune), STAGES.second_looks):
         small = pruned_look(families, look, tell, journal, windows)
         climb = climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
-        if climb.complete or _furthest(climb).share >= STAGES.look_further * furthest.share:
+        if climb.complete or furthest_growth(climb).share >= STAGES.look_further * furthest.share:
             break
     return climb
 
@@ -242,7 +242,7 @@ def _free(family: Family) -> Callable[[Climb], Climb]:
     """Return the rung that frees a family where the furthest growth has stalled, and grows what is needed there."""
 
     def attempt(climb: Climb) -> Climb:
-        furthest = _furthest(climb)
+        furthest = furthest_growth(climb)
         _, small = free_where_stalled(climb.watch, _families(climb, furthest), furthest, family)
         return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
 
@@ -251,7 +251,7 @@ def _free(family: Family) -> Callable[[Climb], Climb]:
 
 def _grow_wide(climb: Climb) -> Climb:
     """Grow with all effects free, from where the furthest growth has stalled."""
-    furthest = _furthest(climb)
+    furthest = furthest_growth(climb)
     wide, _ = free_where_stalled(climb.watch, _families(climb, furthest), furthest, EVERYTHING)
     return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
 
@@ -263,7 +263,7 @@ def _plain(climb: Climb) -> Reached:
     return Reached(climb.families.bare, climb.growth or none)
 
 
-def _furthest(climb: Climb) -> Reached:
+def furthest_growth(climb: Climb) -> Reached:
     """Return the furthest growth."""
     plain, reached = _plain(climb), climb.reached
     return plain if reached is None else max((plain, reached), key=lambda one: one.share)
@@ -303,17 +303,20 @@ def _came_much_further(climb: Climb) -> bool:
     return reached.share > STAGES.much_further * growth.reached(climb.state.problem)
 
 
-EFFECTS = (
+NAMED_EFFECTS = (
     Rung("mains hum", _is_unexplained, _grow_with_hum),
     Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
     Rung("effects named by the first moments of other starts", _is_unexplained, _look_elsewhere),
     Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
+)
+"""Rungs that add the effects which the first moments name."""
+FREED_EFFECTS = (
     Rung("effects named where that stalls", _can_free, _look_again),
     Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
     Rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
     Rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),
     Rung("grown with all effects", _can_free, _grow_wide),
 )
-"""Rungs that add effects which the mechanism or its records may have."""
+"""Rungs that add effects where the furthest growth has stalled."""
 FURTHEST = Rung("the furthest that was reached", _came_much_further, _keep_furthest)
 """The last rung, which keeps what the others have come to."""

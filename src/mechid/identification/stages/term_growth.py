@@ -6,7 +6,7 @@ and freed again where that stalls; what is kept in the end is what the records n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,15 +65,21 @@ def grow_model(
     watch: Watch, model: AugmentedModel, q: FloatArray, seed: int, *, escapes: int = STAGES.term_escapes, leaps: int = 0
 ) -> Reached:
     """Return how far a model with effects free grows from a point of it."""
-    total, rng = sum(t.samples for t in model.problem.targets), np.random.default_rng((seed, 0, 7))
+    tell, rng = tell_growth(watch, model), np.random.default_rng((seed, 0, 7))
+    growth = grow_horizons(model.problem, q, rng, tell, escapes=escapes, leaps=leaps, journal=watch.journal)
+    return Reached(model, growth)
+
+
+def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Mapping[str, int]], None]:
+    """Return what tells of the growth of a model."""
+    total = sum(t.samples for t in model.problem.targets)
 
     def on_progress(_q: FloatArray, gates: Mapping[str, int]) -> None:
         watch.tell(
             "added effects", f"{model.name}: {100.0 * sum(gates.values()) / total:.1f} % of all samples followed"
         )
 
-    growth = grow_horizons(model.problem, q, rng, on_progress, escapes=escapes, leaps=leaps, journal=watch.journal)
-    return Reached(model, growth)
+    return on_progress
 
 
 def free_where_stalled(watch: Watch, families: Families, reached: Reached, family: Family) -> tuple[Reached, Reached]:
@@ -90,7 +96,7 @@ def free_where_stalled(watch: Watch, families: Families, reached: Reached, famil
         return at, at
     watch.tell("added effects", f"needed so far: {effect_words(needed)}")
     less = wide.keeping(families.plain, needed, ", ".join(needed) or "as written")
-    less = less.widened(less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
+    less = less.widened(families.plain, less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
     begun = less.point_of(wide, q)
     moved = solve(less.problem, begun, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
     return at, Reached(less, replace(reached.growth, q=moved))

@@ -193,7 +193,7 @@ def rejection_warnings(problem: Problem) -> list[str]:
     lines = []
     for t in problem.targets:
         for c in t.channels:
-            spikes = np.setdiff1d(c.rejected, c.bridged)
+            spikes = np.setdiff1d(np.setdiff1d(c.rejected, c.bridged), c.masked)
             if not spikes.size:
                 continue
             instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in spikes[:5].tolist())

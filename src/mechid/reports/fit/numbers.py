@@ -12,7 +12,7 @@ from mechid.campaign.campaign import names_start
 from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
-from mechid.identification.result.record_result import ChannelFit, RecordFit
+from mechid.identification.result.record_result import ChannelFit, MaskedMoment, RecordFit
 from mechid.parameter import Status
 from mechid.reports.digits import digits, like, plain, with_sigma
 from mechid.reports.fit.lacking import lacking_lines, missing_data
@@ -165,9 +165,10 @@ def _record(r: RecordFit) -> dict[str, Any]:
         "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order,
         "rejected": r.rejected,
+        "masked": [asdict(moment) for moment in r.masked],
         "channels": list(r.channels),
         "text": {
-            "samples": str(r.samples),
+            "samples": _samples(r.samples, r.masked),
             "fit_percent": digits(r.fit_percent, 4),
             "residual_rms": digits(r.residual_rms, 3),
             "noise_sigma": digits(r.noise_sigma, 3),
@@ -177,6 +178,12 @@ def _record(r: RecordFit) -> dict[str, Any]:
             "followed_percent": plain(r.followed_percent, 4),
         },
     }
+
+
+def _samples(samples: int, masked: tuple[MaskedMoment, ...]) -> str:
+    """Return a number of samples, and how much of the record the search left out."""
+    left_out_s = sum(moment.to_s - moment.from_s for moment in masked)
+    return f"{samples}, {1e3 * left_out_s:.3g} ms left out" if masked else str(samples)
 
 
 def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
@@ -197,13 +204,14 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
         "quantisation": c.quantisation,
         "prefilter_order": c.prefilter_order,
         "rejected": c.rejected,
+        "masked": [asdict(moment) for moment in c.masked],
         "followed_percent": c.followed_percent,
         "lost_at_s": c.lost_at_s,
         "out_of_step_at_s": c.out_of_step_at_s,
         "text": {
             "quantity": quantity_words(quantity),
             "unit": unit,
-            "samples": str(r.samples - c.rejected),
+            "samples": _samples(r.samples - c.rejected, c.masked),
             "fit_percent": digits(c.fit_percent, 4),
             "residual_rms": digits(c.residual_rms, 3),
             "noise_sigma": digits(c.noise_sigma, 3),

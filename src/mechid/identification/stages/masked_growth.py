@@ -1,0 +1,57 @@
+"""Rungs that mask single windows of misfit, and the masks lifted again where a fit has come to follow them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.masks import count_followed_again, grow_past_misfit, masked_runs, with_masks
+from mechid.identification.stages.joint_fit import joint_fit
+from mechid.identification.stages.ladder import Climb, Rung, furthest_growth
+from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.term_growth import Reached, tell_growth
+from mechid.identification.stages.watch import Watch, residual_to_noise
+
+
+def _mask(climb: Climb) -> Climb:
+    """Mask where the furthest growth has stalled, and grow it on.
+
+    It arrives where all records are then followed down to their noise: what leaves more lacks something else, which
+    masks would hide.
+    """
+    at, rng = furthest_growth(climb), np.random.default_rng((climb.seed, 0, 7))
+    on_progress = tell_growth(climb.watch, at.model)
+    found = grow_past_misfit(at.problem, at.growth, rng, on_progress, journal=climb.watch.journal)
+    if found is None:
+        return climb
+    problem, growth = found
+    plain = with_masks(climb.state.problem, masked_runs(problem))
+    begun = replace(climb, state=climb.state.of(plain))
+    end = begun.at(Reached(replace(at.model, problem=problem), growth))
+    return end if end.complete and _left(end) <= STAGES.masked_left else climb
+
+
+def _left(climb: Climb) -> float:
+    """Return the largest residual-to-noise ratio of a record."""
+    state = climb.state
+    return max(residual_to_noise(state.problem, state.q, climb.watch.noise.floors).values())
+
+
+def _has_grown(climb: Climb) -> bool:
+    return climb.growth is not None
+
+
+MASKED_AS_WRITTEN = Rung("as written, single moments left out", _has_grown, _mask)
+MASKED_WITH_EFFECTS = Rung("needed effects, single moments left out", lambda climb: climb.reached is not None, _mask)
+MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mask)
+
+
+def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:
+    """Return the state fitted with the masks lifted of moments that its optimum follows; itself without such."""
+    problem = count_followed_again(state.problem, state.q)
+    if problem is state.problem:
+        return state
+    begun = watch.note(state.of(problem))
+    return joint_fit(watch, begun, "moments counted again", names, tolerance=STAGES.rough_tolerance)
