@@ -75,7 +75,7 @@ def test_what_is_not_needed_is_dropped(families, plain):
 
 def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
     """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
-    near = families.named(125)
+    near = families.with_periods(RIGHT, 125)
     monkeypatch.setattr(Families, "likeliest", lambda *_: [WRONG, near])
     windows, said = first_windows(families.plain), []
     looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())

@@ -28,6 +28,7 @@ from mechid.identification.stages.families import (
     Families,
     Family,
 )
+from mechid.identification.stages.likeliest import likeliest_effects
 from mechid.identification.stages.settings import STAGES
 
 COULOMB, STATIC = "friction.coulomb", "friction.static"
@@ -155,9 +156,10 @@ def look_at_singles(
         tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
         return found
 
-    looks = [look(name, (base, q)) for name in families.likeliest(base, q, windows)]
+    looks = [look(name, (base, q)) for name in likeliest_effects(families, base, q, windows)]
     best = min(looks, key=lambda look: look.cost, default=None)
-    term = next((name for name in best.model.effects if name in families.unlisted), None) if best else None
+    new_first = sorted(best.model.effects, key=lambda name: name in base.effects) if best else []
+    term = next((name for name in new_first if name in families.unlisted), None)
     if best is not None and term is not None:
         looks.append(_with_best_period(families, best, term, windows, tell, journal, steps))
     return looks
@@ -177,7 +179,7 @@ def _with_best_period(
     while stride:
         here = families.periods(term)
         for number in (here - stride, here + stride):
-            other = families.named(number)
+            other = families.with_periods(term, number)
             if other is None or other in tried:
                 continue
             tried.add(other)
@@ -263,7 +265,8 @@ def look_past_stall(
         As of `look_at_first_moments`.
     """
     looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps)
-    if any(look.explains for look in looks):
+    new = {name for look in looks for name in look.model.effects if name not in base.effects}
+    if any(look.explains for look in looks) or (new and families.are_slow(new)):
         return sorted(looks, key=lambda look: look.criterion)
     term = next((name for name in base.effects if name in families.unlisted), None)
     if term is not None:
