@@ -6,6 +6,7 @@ import pytest
 from detent_bench import PERIODS, detent_bench
 from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
+from mechid.identification.stages import first_look
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
 from mechid.identification.stages.first_look import (
     effect_words,
@@ -76,7 +77,7 @@ def test_what_is_not_needed_is_dropped(families, plain):
 def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
     """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
     near = families.with_periods(RIGHT, 125)
-    monkeypatch.setattr(Families, "likeliest", lambda *_: [WRONG, near])
+    monkeypatch.setattr(first_look, "likeliest_effects", lambda *_: [WRONG, near])
     windows, said = first_windows(families.plain), []
     looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
     assert [look.model.effects for look in looks[:2]] == [(WRONG,), (near,)]

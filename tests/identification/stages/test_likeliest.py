@@ -50,14 +50,14 @@ def test_friction_over_the_angle_is_alone_with_its_order(uneven):
     """Truth: 5 periods a turn of the rotor, of which the records see one and a half."""
     found = likeliest_effects(uneven, uneven.bare, uneven.plain.start, uneven.plain.whole())
     assert found == [f"friction.position:{ORDER}"]
-    assert uneven.are_slow(found)
+    assert uneven.is_slow(found[0])
     assert uneven.periods(found[0]) == ORDER
 
 
 def test_first_moments_are_not_asked_for_friction_over_the_angle(uneven):
     """Truth: windows of 60 ms, in which the rotor turns by 10 degrees."""
     found = likeliest_effects(uneven, uneven.bare, uneven.plain.start, first_windows(uneven.plain))
-    assert not any(uneven.are_slow([name]) for name in found)
+    assert not any(map(uneven.is_slow, found))
 
 
 def test_a_plant_has_places_for_friction_over_the_angle_where_one_is_named(uneven):

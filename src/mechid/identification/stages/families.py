@@ -103,9 +103,9 @@ class Families:
         """Terms of any other whole number of periods in a turn, by name."""
         return unlisted_extensions(self.base.mechanism)
 
-    def are_slow(self, names: Iterable[str]) -> bool:
-        """Tell whether all of some effects are terms whose periods the first moments do not tell."""
-        return all(name in self.unlisted and self.unlisted[name].table in SLOW for name in names)
+    def is_slow(self, name: str) -> bool:
+        """Tell whether an effect is a term whose number of periods the first moments do not tell."""
+        return name in self.unlisted and self.unlisted[name].table in SLOW
 
     def periods(self, name: str) -> int:
         """Return the number of periods in a turn of an unlisted term."""

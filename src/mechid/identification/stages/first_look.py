@@ -165,6 +165,21 @@ def look_at_singles(
     return looks
 
 
+def look_at_periods(
+    families: Families,
+    base: AugmentedModel,
+    q: FloatArray,
+    term: str,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int = STAGES.whole_steps,
+) -> FirstLook:
+    """Return what a model leaves of some windows with the number of periods of one of its terms that leaves least."""
+    here = refined_look(base, q, journal, windows, steps)
+    return _with_best_period(families, here, term, windows, tell, journal, steps)
+
+
 def _with_best_period(
     families: Families,
     look: FirstLook,
@@ -266,12 +281,11 @@ def look_past_stall(
     """
     looks = look_at_singles(families, base, at, windows, tell, journal, STAGES.second_steps)
     new = {name for look in looks for name in look.model.effects if name not in base.effects}
-    if any(look.explains for look in looks) or (new and families.are_slow(new)):
+    if any(look.explains for look in looks) or (new and all(map(families.is_slow, new))):
         return sorted(looks, key=lambda look: look.criterion)
     term = next((name for name in base.effects if name in families.unlisted), None)
     if term is not None:
-        here = refined_look(base, at, journal, windows, STAGES.second_steps)
-        looks.append(_with_best_period(families, here, term, windows, tell, journal, STAGES.second_steps))
+        looks.append(look_at_periods(families, base, at, term, windows, tell, journal, STAGES.second_steps))
     laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
     for model in [*laws, *wide]:
