@@ -87,7 +87,8 @@ class Superset:
         return {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
 
     def _free(self, name: str, width: float, phase: str | None) -> Iterator[tuple[str, Parameter]]:
-        known, most = self.mechanism.parameters, WIDEST * width
+        known = self.mechanism.parameters
+        most = min(WIDEST * width, known[name].declaration.upper)
         least = 0.0 if phase else max(-most, known[name].declaration.lower)
         yield name, replace(known[name], status=Status.FREE, min=least, max=most)
         if phase:
