@@ -1,5 +1,6 @@
 """What `mechid diagnose` has to call each effect of a bench, and whether it did."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -27,13 +28,11 @@ NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warmin
 
 EQUIVALENT = {
     "record.clock": ("clock",),
-    "friction.position": ("friction.position:output",),
-    "friction.position:output": ("friction.position",),
     "stepper.phase_offset": ("stepper.detent:7.2deg",),
     "stepper.detent:7.2deg": ("stepper.phase_offset",),
 }
-"""Further names of the same thing: one clock read record by record; friction over either side of a gear; an offset of
-the phases and the detent of one electrical period, which at the currents of one supply are one torque."""
+"""Further names of the same thing: one clock read record by record; an offset of the phases and the detent of one
+electrical period, which at the currents of one supply are one torque."""
 
 
 def name_of(effect: str, size: Size) -> str:
@@ -46,7 +45,8 @@ def name_of(effect: str, size: Size) -> str:
         case "kinematic_error":
             return f"gear.kinematic_error:{size['kinematic_order']:g}"
         case "friction_over_angle":
-            return "friction.position" if size.get("angle_of_rotor") else "friction.position:output"
+            over = "friction.position" if size.get("angle_of_rotor") else "friction.position:output"
+            return f"{over}:{2.0 * math.pi / size['angle_period']:.0f}"
         case "mains_hum":
             return f"mains:{size['mains_hz']:g}Hz"
         case other:

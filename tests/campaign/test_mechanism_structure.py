@@ -167,8 +167,6 @@ def test_what_does_not_fit_together_is_said_with_its_place(case, refused):
 HARMONICS = {
     "gear.kinematic_error": "92*",
     "stepper.torque_harmonic": "46*alpha*p",  # p counts both poles of a pair
-    "friction.position": "92*",
-    "friction.output_position": "92*",
 }
 
 
@@ -180,3 +178,17 @@ def test_a_harmonic_of_high_order_is_not_one_of_order_64(table):
     assert plant.layout.orders[table] == (92,)
     written = " ".join(str(e) for _, e in plant.terms) + " ".join(map(str, plant.rates))
     assert f"sin({HARMONICS[table]}" in written
+
+
+@pytest.mark.parametrize("key", ["position", "output_position"])
+def test_the_order_of_friction_over_the_angle_is_a_value(key):
+    """Truth: one plant of two orders, each of which the mechanism has."""
+    one, other = (paper_with({"friction": {key: [{"order": k, "amplitude": 0.1}]}}) for k in (92, 3))
+    assert one.plant.digest == other.plant.digest
+    assert one.value(f"friction.{key}.0.order") == 92.0
+    assert one.plant.layout.orders[f"friction.{key}"] == (None,)
+
+
+def test_an_order_of_friction_over_the_angle_is_whole(refused):
+    changes = {"friction": {"position": [{"order": 1.5, "amplitude": 0.1}]}}
+    refused("mechanism.toml: friction.position.0.order: found 1.5; write a whole number", paper_with, changes)

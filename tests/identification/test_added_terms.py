@@ -369,8 +369,8 @@ TERMS = (
     "stepper.detent:7.2deg",
     "stepper.detent:1.03deg",
     "friction.directional",
-    "friction.position",
-    "friction.position:output",
+    "friction.position:1",
+    "friction.position:output:1",
     "gear.kinematic_error:1",
     "gear.kinematic_error:4",
 )

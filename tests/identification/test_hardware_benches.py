@@ -244,8 +244,9 @@ def test_a_chaotic_record_is_followed_as_far_as_the_truth_can_be():
 
 def test_names_depend_on_what_was_drawn():
     """Truth: by hand."""
-    assert names_of("friction_over_angle", {"angle_of_rotor": 1.0}) == ["friction.position"]
-    assert names_of("friction_over_angle", {"angle_of_rotor": 0.0}) == ["friction.position:output"]
+    of_rotor, of_output = ({"angle_of_rotor": own, "angle_period": TURN / k} for own, k in ((1.0, 3), (0.0, 33)))
+    assert names_of("friction_over_angle", of_rotor) == ["friction.position:3"]
+    assert names_of("friction_over_angle", of_output) == ["friction.position:output:33"]
     assert names_of("detent_between", {"detent_order_3": 7.0}) == ["stepper.detent:51.4deg"]
     assert names_of("gain_apart+trigger", {}) == ["record.gain", "record.delay"]
 

@@ -82,8 +82,8 @@ def test_terms_of_one_name_are_one():
         ("stepper.imbalance", "the two phases differ in torque constant, resistance or inductance"),
         ("stepper.saliency", "the coils' inductance varies with the rotor's angle"),
         ("supply.sag", "the supply voltage falls with the current drawn"),
-        ("friction.position", "dry friction varies with the angle of the rotor"),
-        ("friction.position:output", "dry friction varies with the angle of the output"),
+        ("friction.position:2", "dry friction varies with the angle of the rotor, 2 per turn"),
+        ("friction.position:output:1", "dry friction varies with the angle of the output, 1 per turn"),
         ("housing.second_mode", "second resonance of the housing"),
         ("stepper.microstep_table", "error of the driver's microstep table"),
         ("gear.kinematic_error:2", "kinematic error of the gear, 2 per turn of its input"),
@@ -194,15 +194,36 @@ def test_names_tell_any_two_numbers_of_periods_apart():
 def test_unlisted_terms_are_those_that_no_list_and_no_file_has_and_lay_out_alike():
     """Truth: the catalogue's detents of 100 and 200 periods; the lists of the blocks; plants of one digest."""
     mechanism = catalogue_mechanism()
-    found = unlisted_extensions(mechanism, range(1, 401))
-    assert {e.table for e in found.values()} == {"stepper.detent"}, "kinematic errors of two orders are two plants"
-    periods = {round(360.0 / float(e.structure["period_deg"])) for e in found.values()}
+    found = unlisted_extensions(mechanism)
+    detents = [e for e in found.values() if e.table == "stepper.detent"]
+    periods = {round(360.0 / float(e.structure["period_deg"])) for e in detents}
     listed = {50 * order for order in (1, 2, 3, 4, 5, 6, 7, 8)}
     assert periods == set(range(1, 401)) - listed
-    names = ("stepper.detent:2.77deg", "stepper.detent:0.914deg")
-    one, other = (superset_of(mechanism, only=[name], further=[found[name]]) for name in names)
-    assert [term.name for term in one.terms] == [names[0]]
-    assert one.mechanism.plant.digest == other.mechanism.plant.digest
+    over_angles = [name for name, e in found.items() if e not in detents]
+    assert over_angles == [
+        *(f"friction.position:{order}" for order in range(1, 9)),
+        *(f"friction.position:output:{order}" for order in range(1, 101)),
+    ], "no kinematic errors: two orders are two plants"
+    for names in (("stepper.detent:2.77deg", "stepper.detent:0.914deg"), (over_angles[0], over_angles[5])):
+        one, other = (superset_of(mechanism, only=[name], further=[found[name]]) for name in names)
+        assert [term.name for term in one.terms] == [names[0]]
+        assert one.mechanism.plant.digest == other.mechanism.plant.digest
+
+
+def test_a_term_is_free_no_further_than_a_file_may_have_it():
+    """Truth: ten widths of 0.2 are more than all of dry friction, which is the most that varies."""
+    superset = superset_of(catalogue_mechanism(), only=["friction.position:1"])
+    assert superset.freeing(["friction.position:1"]).parameters["friction.position.0.amplitude"].max == 1.0
+
+
+def test_friction_over_the_angle_that_a_file_has_is_not_asked_for_again():
+    """Truth: the file."""
+    position = [{"order": 2, "amplitude": 0.1}, {"order": 7, "amplitude": 0.1}]
+    friction = {**CATALOGUE["friction"], "position": position}
+    mechanism = mechanism_from_table({**CATALOGUE, "friction": friction}, "with friction over the angle")
+    over_rotor = {f"friction.position:{order}" for order in range(1, 9)}
+    assert over_rotor - unlisted_extensions(mechanism).keys() == {"friction.position:2", "friction.position:7"}
+    assert over_rotor & words_of(mechanism).keys() == {"friction.position:1"}
 
 
 def test_a_table_is_laid_out_with_its_defaults():

@@ -136,7 +136,7 @@ def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterato
 
 
 def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[int | None]:
-    """Yield what tells the entries of a list of tables apart: an order, a detent's from its period, none of a mode."""
+    """Yield what tells the entries of a list of tables apart: an order, a detent's from its period; else None."""
     name = listed.name
     entries = _at(table, name) or []
     if not is_table_list(entries):
@@ -149,7 +149,8 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
         )
     for index, entry in enumerate(entries):
         if listed.told_by == ORDER_KEY:
-            yield _order(entry, place.key(f"{name}.{index}"), listed)
+            order = _order(entry, place.key(f"{name}.{index}"), listed)
+            yield None if listed.by_value else order
         else:
             at = place.key(f"{name}.{index}.{listed.told_by}")
             yield _by_period(_at(table, listed.beside), entry.get(listed.told_by), at)

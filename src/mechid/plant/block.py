@@ -126,10 +126,16 @@ class Series:
         Turns in a full step of the motor, in the file's symbols.
     entry : callable
         From a number of periods in a turn, at least 1, to the extension.
+    most : int
+        Periods in a turn up to which growth looks for one; 0 where it does not.
+    is_line : bool
+        Whether a misfit has a spectral line at its periods; one that multiplies a switching torque has many lines.
     """
 
     per_step: sp.Expr
     entry: Callable[[int], Extension]
+    most: int = 0
+    is_line: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

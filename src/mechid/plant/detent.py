@@ -22,6 +22,8 @@ RARER_ORDERS = (3, 5, 6, 7)
 """Those that are looked for where the others do not suffice."""
 FURTHER_ORDERS = (10,)
 """Those that a finished fit is asked for too."""
+MOST_PERIODS = 400
+"""Periods in a turn up to which any other detent is looked for: two to a full step of 1.8 deg."""
 
 
 def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:
@@ -82,7 +84,9 @@ def detent_order(poles: float, period_deg: float) -> int | None:
 
 def series(holding: Expr) -> Series:
     """Return the detents of any other whole number of periods in a turn, of 2 % of the holding torque."""
-    return Series(per_step=PER_STEP, entry=partial(_extension, holding))  # a plant goes to other processes
+    return Series(
+        per_step=PER_STEP, entry=partial(_extension, holding), most=MOST_PERIODS
+    )  # a plant goes to other processes
 
 
 def _extension(holding: Expr, periods: int) -> Extension:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from sympy import Expr, Float, Integer, Symbol, sympify
 
 from mechid.errors import InputFileError
-from mechid.plant.block import Block, Extension, Switch
-from mechid.plant.drive_train import G, alpha, alpha_gear
+from mechid.plant.block import Block, Extension, Series, Switch
+from mechid.plant.drive_train import PER_STEP, G, alpha, alpha_gear
 from mechid.plant.friction import Site
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.layout import Layout
@@ -19,7 +19,11 @@ ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
 
 @dataclass(frozen=True, kw_only=True)
 class _Over:
-    """An angle over which friction varies: its list, what turns, the angle, its turns a turn of the rotor, orders."""
+    """An angle over which friction varies: its list, what turns, the angle, its turns a turn of the rotor, orders.
+
+    `most` is the highest order that growth looks for: a rotor's bearings run out and its halves do not fit; a large
+    output bearing has that many balls.
+    """
 
     table: str
     what: str
@@ -27,15 +31,16 @@ class _Over:
     turns: Expr
     letters: tuple[str, str, str, str, str]
     looked_for: tuple[int, ...]
+    most: int
     name: str
 
-    def harmonics(self, orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
-        """Return the harmonics of the level of friction over this angle."""
+    def harmonics(self, count: int) -> tuple[ListedHarmonic, ...]:
+        """Return so many harmonics of the level of friction over this angle; their orders are values of the kernel."""
         return tuple(
             ListedHarmonic(
                 table=self.table,
                 index=index,
-                order=order,
+                order=None,
                 letters=self.letters,
                 unit="1",
                 most=1.0,
@@ -47,24 +52,29 @@ class _Over:
                     "phase of the variation",
                 ),
             )
-            for index, order in enumerate(orders)
+            for index in range(count)
         )
 
-    def extensions(self, orders: Sequence[int]) -> tuple[Extension, ...]:
-        """Return the harmonics that may be there beside, of 20 % of dry friction."""
-        return tuple(
-            Extension(
-                name=self.name,
-                words=f"dry friction varies with the angle of the {self.what}",
-                table=self.table,
-                order=order,
-                structure={"order": Integer(order)},
-                widths={"amplitude": Float(0.2)},
-                grown=False,
-            )
-            for order in self.looked_for
-            if order not in orders
+    def extension(self, order: int) -> Extension:
+        """Return a harmonic that may be there beside, of 20 % of dry friction."""
+        return Extension(
+            name=f"{self.name}:{order}",
+            words=f"dry friction varies with the angle of the {self.what}, {{order:g}} per turn",
+            table=self.table,
+            structure={"order": Integer(order)},
+            widths={"amplitude": Float(0.2)},
+            grown=False,
         )
+
+    @property
+    def extensions(self) -> tuple[Extension, ...]:
+        """The harmonics that a finished fit is asked for too."""
+        return tuple(map(self.extension, self.looked_for))
+
+    @property
+    def series(self) -> Series:
+        """The harmonics of any order up to the highest."""
+        return Series(per_step=self.turns * PER_STEP, entry=self.extension, most=self.most, is_line=False)
 
 
 ROTOR = _Over(
@@ -73,6 +83,7 @@ ROTOR = _Over(
     angle=alpha,
     turns=Integer(1),
     looked_for=(1, 2),
+    most=8,
     letters=("n_f", "A_f", "phi_f", "c_f", "s_f"),
     name="friction.position",
 )
@@ -82,6 +93,7 @@ OUTPUT = _Over(
     angle=alpha_gear,
     turns=1 / G,
     looked_for=(1,),
+    most=100,
     letters=("n_g", "A_g", "phi_g", "c_g", "s_g"),
     name="friction.position:output",
 )
@@ -111,9 +123,10 @@ def varying(law: tuple[Block, ...], site: Site, layout: Layout, *, geared: bool)
     _refuse(layout, turning=turning, geared=geared)
     first, *rest = law
     over = [ROTOR, OUTPUT] if geared else [ROTOR]
-    beside = tuple(e for one in over if turning for e in one.extensions(layout.whole_orders(one.table)))
-    first = replace(first, extensions=(*first.extensions, *beside))
-    found = [(one.angle, h) for one in over for h in one.harmonics(layout.whole_orders(one.table))]
+    beside = tuple(e for one in over if turning for e in one.extensions)
+    series = tuple(one.series for one in over if turning)
+    first = replace(first, extensions=(*first.extensions, *beside), series=(*first.series, *series))
+    found = [(one.angle, h) for one in over for h in one.harmonics(len(layout.orders.get(one.table, ())))]
     return (_varied(first, site, found) if found else first, *rest)
 
 

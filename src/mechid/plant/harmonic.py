@@ -22,8 +22,8 @@ class ListedHarmonic:
         List of the mechanism file, e.g. ``"gear.kinematic_error"``.
     index : int
         Place in the list, from 0.
-    order : int
-        k.
+    order : int or None
+        k where it shapes the equations; None: the kernel takes it as a value, so that one kernel serves any k.
     letters : (str, str, str, str, str)
         Of the symbols of order, amplitude, phase, c and s; the place, from 1, is put behind each.
     unit : str
@@ -43,7 +43,7 @@ class ListedHarmonic:
 
     table: str
     index: int
-    order: int
+    order: int | None
     letters: tuple[str, str, str, str, str]
     unit: str
     most: float = math.inf
@@ -67,7 +67,8 @@ class ListedHarmonic:
     def over(self, angle: Expr) -> Expr:
         """Return the wave over an angle in rad."""
         c, s = self.parts
-        return c * sin(self.order * angle) + s * cos(self.order * angle)
+        turned = self._symbols[0] * angle if self.order is None else self.order * angle
+        return c * sin(turned) + s * cos(turned)
 
     @property
     def declarations(self) -> tuple[Declaration, ...]:

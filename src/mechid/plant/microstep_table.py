@@ -51,7 +51,7 @@ def error(orders: Sequence[int]) -> dict[Symbol, Expr]:
 
     A square wave that has both phases fully on comes from no table: there e_A^2 + e_B^2 is 2, else it is 1.
     """
-    waves = [(h.parts, _multiple(h.order)) for h in harmonics(orders)]
+    waves = [(h.parts, _multiple(order)) for h, order in zip(harmonics(orders), orders, strict=True)]
     total = sum((c * sine + s * cosine for (c, s), (cosine, sine) in waves), Integer(0))
     if not orders:
         return {}

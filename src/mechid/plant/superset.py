@@ -11,7 +11,7 @@ from sympy import Expr
 
 from mechid.parameter import Parameter, Status
 from mechid.plant.assembly import plant_of
-from mechid.plant.block import Extension, Rival
+from mechid.plant.block import Extension, Rival, Series
 from mechid.plant.law import Law
 from mechid.plant.layout import Layout
 from mechid.plant.mechanism import Mechanism
@@ -87,7 +87,8 @@ class Superset:
         return {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
 
     def _free(self, name: str, width: float, phase: str | None) -> Iterator[tuple[str, Parameter]]:
-        known, most = self.mechanism.parameters, WIDEST * width
+        known = self.mechanism.parameters
+        most = min(WIDEST * width, known[name].declaration.upper)
         least = 0.0 if phase else max(-most, known[name].declaration.lower)
         yield name, replace(known[name], status=Status.FREE, min=least, max=most)
         if phase:
@@ -119,8 +120,10 @@ def superset_of(
     layout = mechanism.plant.layout
     if layout is None:
         return None
-    listed = (e for e in _extensions(mechanism, layout) if e.grown or not grown_only)
-    extensions = [e for e in (*listed, *further) if only is None or _name(mechanism, e) in only]
+    listed = [e for e in _extensions(mechanism, layout) if e.grown or not grown_only]
+    named = {_name(mechanism, e) for e in listed}
+    every = (*listed, *(e for e in further if _name(mechanism, e) not in named))
+    extensions = [e for e in every if only is None or _name(mechanism, e) in only]
     if not extensions:
         return None
     orders, places = dict(layout.orders), []
@@ -165,7 +168,7 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
     if layout is None:
         return []
     listed = {_name(mechanism, e) for e in _extensions(mechanism, layout)}
-    for series in (s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step])):
+    for series in (s for s in _series(mechanism) if s.is_line):
         seen = round(per_step / abs(float(series.per_step.subs(mechanism.by_symbol))))
         if seen < 1:
             continue
@@ -179,33 +182,32 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
     return found
 
 
-def unlisted_extensions(mechanism: Mechanism, periods: Iterable[int]) -> dict[str, Extension]:
+def unlisted_extensions(mechanism: Mechanism) -> dict[str, Extension]:
     """Return what blocks may have beside with any whole number of periods in a turn, by its name.
 
-    None of those that are in the file or listed by a block; and of those alone that lay out as one and the same plant,
-    whatever their number of periods is.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    periods : iterable of int
-        In a turn of the rotor, or of what else the block turns with.
+    None of those that are in the file, or that growth frees anyway (`Extension.grown`); and of those alone that lay out
+    as one and the same plant, whatever their number of periods is.
     """
     layout = mechanism.plant.layout
     if layout is None:
         return {}
-    listed = {_name(mechanism, e) for e in _extensions(mechanism, layout)}
-    series = [s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step])]
-    entries = (one.entry(number) for one in series for number in periods)
+    listed = {_name(mechanism, e) for e in _extensions(mechanism, layout) if e.grown}
+    entries = (one.entry(number) for one in _series(mechanism) for number in range(1, one.most + 1))
     alike = [e for e in entries if e.order is None and not _is_there(mechanism, layout, e)]
     return {name: e for name, e in ((_name(mechanism, e), e) for e in alike) if name not in listed}
 
 
 def extension_named(mechanism: Mechanism, name: str) -> Extension | None:
     """Return what blocks may have beside beyond what they list, by its name; None where nothing is called so."""
-    series = (s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step]))
-    entries = (one.entry(periods) for one in series for periods in range(1, MOST_PERIODS + 1))
+    entries = (one.entry(periods) for one in _series(mechanism) for periods in range(1, MOST_PERIODS + 1))
     return next((entry for entry in entries if _name(mechanism, entry) == name), None)
+
+
+def _series(mechanism: Mechanism) -> Iterator[Series]:
+    """Yield the series of all blocks whose turns the mechanism sizes."""
+    for series in (s for block in mechanism.plant.blocks for s in block.series):
+        if _known(mechanism, [series.per_step]):
+            yield series
 
 
 def _is_there(mechanism: Mechanism, layout: Layout, extension: Extension) -> bool:
@@ -243,10 +245,12 @@ def words_of(mechanism: Mechanism) -> dict[str, str]:
 
 
 def _extensions(mechanism: Mechanism, layout: Layout) -> Iterator[Extension]:
-    """Yield what blocks may have beside, less what the mechanism does not size (offsets of measured voltages)."""
+    """Yield what blocks may have beside, less what it has and does not size (offsets of measured voltages)."""
     for extension in (e for block in mechanism.plant.blocks for e in block.extensions):
         sizes = (*extension.structure.values(), *extension.widths.values())
-        if not (extension.law and extension.table in layout.own) and _known(mechanism, sizes):
+        of_own = extension.law and extension.table in layout.own
+        is_there = TABLES[extension.table].by_value and _is_there(mechanism, layout, extension)
+        if not (of_own or is_there) and _known(mechanism, sizes):
             yield extension
 
 

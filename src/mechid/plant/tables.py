@@ -50,6 +50,8 @@ class Table:
         Of a list, ``[[name]]``: what one entry is called; empty of a single table.
     told_by : str
         Key of a whole number or a period that shapes the equations: what tells the entries of a list apart.
+    by_value : bool
+        Whether the equations take the number as a value instead, so that one kernel serves any.
     beside : str
         Dotted name of the count that makes an order of `told_by` where that is a period.
     order : int
@@ -70,6 +72,7 @@ class Table:
     own: bool = False
     entry: str = ""
     told_by: str = ""
+    by_value: bool = False
     beside: str = ""
     order: int = 1
     bench: str = ""
@@ -102,8 +105,10 @@ _ALL = (
     Table(current_limit.TABLE, "what limits a current drive; without it currents jump", optional=True),
     Table(supply.TABLE, "source that feeds the driver; without it the voltage stands", optional=True),
     Table("friction", "dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
-    _harmonic(friction_position.ROTOR.table, "one harmonic of dry friction over the angle of the rotor"),
-    _harmonic(friction_position.OUTPUT.table, "one harmonic of dry friction over the angle of the output"),
+    _harmonic(friction_position.ROTOR.table, "one harmonic of dry friction over the angle of the rotor", by_value=True),
+    _harmonic(
+        friction_position.OUTPUT.table, "one harmonic of dry friction over the angle of the output", by_value=True
+    ),
     Table("gear", "gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
     _harmonic("gear.kinematic_error", "one harmonic of the gear's kinematic error over the input angle"),
     Table("load", "test mass on the output", own=True),

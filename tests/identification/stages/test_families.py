@@ -5,12 +5,10 @@ from dataclasses import replace
 import pytest
 
 from detent_bench import AMPLITUDE_NM, FREE, PERIODS, detent_bench
-from mechid.identification.computation.journal import Journal
 from mechid.identification.effects.effect import AddedTerms
 from mechid.identification.identify import make_problem
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import EVERYTHING, RECORDS, TERMS, TERMS_AND_RECORDS, Families
-from mechid.identification.stages.first_look import first_windows, refined_look
 
 RIGHT = "stepper.detent:2.77deg"
 
@@ -37,22 +35,9 @@ def test_a_family_has_what_it_says(families):
     assert {c.name for c in families.bare.problem.space.coordinates} == set(FREE)
 
 
-def test_the_likeliest_single_effect_has_nearly_the_right_number_of_periods(families):
-    """Truth: 130 periods, of which over the first moments 129 or 131 explain nearly as much."""
-    plain, windows = families.plain, first_windows(families.plain)
-    q = refined_look(families.bare, plain.start, Journal()).q
-    found = families.likeliest_unlisted(families.bare, q, windows)
-    assert families.periods(found[0]) == pytest.approx(PERIODS, rel=0.03)
-    near = [families.periods(name) for name in found]
-    assert sum(abs(one / PERIODS - 1.0) < 0.05 for one in near) == 1, "of neighbours the best one alone is ranked"
-    listed = families.likeliest(families.bare, q, windows)
-    assert not any(name in families.unlisted for name in listed)
-    assert "stepper.torque_harmonic:3" not in listed[:2]
-
-
 def test_another_number_of_periods_takes_the_place_of_one(families):
     """Truth: a fit with the right number, which ends at the detent that made the records."""
-    other = families.named(PERIODS - 1)
+    other = families.with_periods(RIGHT, PERIODS - 1)
     model, moved = families.with_other_term(families.with_effect(families.bare, other), other, RIGHT)
     assert families.periods(RIGHT) == PERIODS
     assert model.effects == (RIGHT,)
@@ -61,7 +46,7 @@ def test_another_number_of_periods_takes_the_place_of_one(families):
     whole = model.problem.whole()
     q = solve(model.problem, model.point_of(families.bare, families.plain.start), whole, steps=30).q
     assert model.problem.coordinates.values(q)[amplitude] == pytest.approx(AMPLITUDE_NM, rel=0.1)
-    wrong = families.with_effect(families.bare, families.named(90))
+    wrong = families.with_effect(families.bare, families.with_periods(RIGHT, 90))
     less = solve(wrong.problem, wrong.point_of(families.bare, families.plain.start), whole, steps=30).q
     assert wrong.problem.total_norm(less, whole) > 1.5 * model.problem.total_norm(q, whole)
 

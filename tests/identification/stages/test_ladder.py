@@ -14,7 +14,8 @@ from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.stages import ladder
-from mechid.identification.stages.ladder import Climb, Rung, climb_ladder
+from mechid.identification.stages.first_look import FirstLook
+from mechid.identification.stages.ladder import Climb, Rung, climb_ladder, with_periods_seen
 from mechid.identification.stages.term_growth import Reached
 from mechid.identification.stages.watch import Watch
 from synthetic import bench, displaced, truth
@@ -95,6 +96,27 @@ def test_a_growth_that_follows_all_records_is_settled(climb, monkeypatch):
     assert not refused.complete
     assert refused.state is climb.state
     assert refused.reached is complete
+
+
+def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb, monkeypatch):
+    """Truth: by hand: order 29 leaves less; what then comes less far is not taken."""
+    families, q = climb.families, climb.best.q
+    first, better = (families.with_effect(families.bare, f"friction.position:output:{k}") for k in (28, 29))
+    grown, seen = Reached(first, followed(q, 400)), []
+
+    def look(*given):
+        seen.append(given[3:5])
+        return FirstLook(better, q, 1.0, 600)
+
+    monkeypatch.setattr(ladder, "look_at_periods", look)
+    for samples, taken in ((SAMPLES, True), (300, False)):
+        again = Reached(better, followed(q, samples))
+        monkeypatch.setattr(ladder, "grow_model", lambda *_args, again=again, **_options: again)
+        assert with_periods_seen(climb, families, grown) is (again if taken else grown)
+    assert seen[0] == ("friction.position:output:28", {"full_46": (0, SAMPLES)}), "0.1 s past the horizon at least"
+    bare = Reached(families.bare, followed(q, 400))
+    assert with_periods_seen(climb, families, bare) is bare
+    assert len(seen) == 2
 
 
 def test_what_explains_the_first_moments_is_told_by_the_cost_a_sample(climb):

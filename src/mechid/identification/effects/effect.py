@@ -15,9 +15,6 @@ from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Superset, superset_of, unlisted_extensions, with_tables
 
-MOST_PERIODS = 400
-"""Periods in a turn up to which a detent is looked for: two to a full step of 1.8 deg."""
-
 
 @dataclass(frozen=True)
 class AddedTerms:
@@ -99,7 +96,7 @@ def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = 
     base = replace(base, mechanism=mechanism)
     if not names:
         return base
-    unlisted = unlisted_extensions(mechanism, range(1, MOST_PERIODS + 1))
+    unlisted = unlisted_extensions(mechanism)
     further = [unlisted[name] for name in sorted(unlisted.keys() & set(names))]
     superset = superset_of(mechanism, only=names, further=further)
     return replace(add_terms(superset, names, base), widths={}) if superset else base

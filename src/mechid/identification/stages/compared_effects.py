@@ -14,7 +14,6 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.output_error.problem import Windows, transfer_values
-from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.families import (
     ALL_TERMS,
     EVERYTHING,
@@ -26,6 +25,7 @@ from mechid.identification.stages.families import (
 )
 from mechid.identification.stages.first_look import FirstLook, first_windows, pruned_look, refined_look
 from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.single_effects import look_at_singles, with_best_period
 
 COULOMB, STATIC = "friction.coulomb", "friction.static"
 SMALL, COMBINED = (RECORDS, TERMS, ALL_TERMS), (TERMS_AND_RECORDS, EVERYTHING)
@@ -212,7 +212,7 @@ def look_past_stall(
     base, steps = here.model, STAGES.second_steps
     term = next((name for name in base.effects if name in families.unlisted), None)
     if tune and term is not None:  # a wrong number of periods hides what else is missing
-        tuned = _with_best_period(families, here, term, windows, tell, journal, steps)
+        tuned = with_best_period(families, here, term, windows, tell, journal, steps)
         if tuned is not here:
             yield tuned
     looks = look_at_singles(families, base, here.q, windows, tell, journal, steps, here=here)
@@ -266,71 +266,3 @@ def _law_starts(model: AugmentedModel, points: Iterable[FloatArray]) -> Iterator
             lower = {**values, COULOMB: STAGES.law_coulomb * values[STATIC]}
             yield model.problem.coordinates.clip(model.problem.coordinates.point(lower))
         yield q
-
-
-def look_at_singles(
-    families: Families,
-    base: AugmentedModel,
-    q: FloatArray,
-    windows: Windows,
-    tell: Callable[[str], None],
-    journal: Journal,
-    steps: int = SEARCH.robust_steps,
-    *,
-    here: FirstLook | None = None,
-) -> list[FirstLook]:
-    """Return what a model with one more effect leaves of some windows, for each of the likeliest single effects.
-
-    A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
-    its number roughly. Given the look `here` without any, those that no list has are not looked at where one that is
-    listed explains what it leaves: long windows are seldom explained by what is not the cause, and take long.
-    """
-
-    def look(name: str, start: tuple[AugmentedModel, FloatArray]) -> FirstLook:
-        model = families.with_effect(base, name)
-        found = refined_look(model, model.point_of(*start), journal, windows, steps)
-        tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
-        return found
-
-    looks: list[FirstLook] = []
-    for name in families.likeliest(base, q, windows):
-        looks.append(look(name, (base, q)))
-        if here and looks[-1].explains_what_is_left_of(here):
-            return looks
-    looks += [look(name, (base, q)) for name in families.likeliest_unlisted(base, q, windows)]
-    best = min(looks, key=lambda look: look.cost, default=None)
-    further = [name for name in best.model.effects if name not in base.effects] if best else []
-    term = next((name for name in further if name in families.unlisted), None)
-    if best is not None and term is not None:
-        looks.append(_with_best_period(families, best, term, windows, tell, journal, steps))
-    return looks
-
-
-def _with_best_period(
-    families: Families,
-    look: FirstLook,
-    term: str,
-    windows: Windows,
-    tell: Callable[[str], None],
-    journal: Journal,
-    steps: int,
-) -> FirstLook:
-    """Return a look with the number of periods of a term that leaves least, found uphill in halved strides."""
-    stride, tried = max(round(STAGES.period_stride * families.periods(term)), 1), {term}
-    while stride:
-        here = families.periods(term)
-        for number in (here - stride, here + stride):
-            other = families.named(number)
-            if other is None or other in tried:
-                continue
-            tried.add(other)
-            model, moved = families.with_other_term(look.model, term, other)
-            values = look.model.problem.coordinates.values(look.q)
-            point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
-            found = refined_look(model, point, journal, windows, steps)
-            if found.cost < look.cost:
-                look, term = found, other
-        if families.periods(term) == here:
-            stride //= 2
-    tell(f"{look.model.name}: {look.left:.3g} of the noise left with {families.periods(term)} periods in a turn")
-    return look

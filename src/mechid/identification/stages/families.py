@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain, islice
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
@@ -13,16 +13,12 @@ from mechid.campaign.identify_options import MAINS
 from mechid.identification.effects.augmented import AugmentedModel, augment
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import Disturbance, lacking_tables
-from mechid.identification.effects.effect import MOST_PERIODS, AddedTerms, lay_out, substitute_law
+from mechid.identification.effects.effect import AddedTerms, lay_out, substitute_law
 from mechid.identification.effects.mains import mains
-from mechid.identification.effects.pruning import falls, groups_of
-from mechid.identification.effects.scores import bayesian_penalty
-from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import combine_triangles
-from mechid.identification.search.first_moments import first_window
-from mechid.identification.search.multistart import robust_triangle
+from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.rest import commanded_rest_of
 from mechid.identification.stages.settings import STAGES
+from mechid.plant import friction_position
 from mechid.plant.block import Extension
 from mechid.plant.law import Law
 from mechid.plant.superset import Superset, rivals_of, superset_of, unlisted_extensions
@@ -30,6 +26,8 @@ from mechid.signal.settings import HUM
 
 GAIN_TABLE = "transducer"
 """The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
+SLOW = (friction_position.ROTOR.table, friction_position.OUTPUT.table)
+"""Lists of terms that vary so slowly with the angle that the first moments do not tell their number of periods."""
 OF_RECORDS = ("record.delay", "record.voltage", "record.gain", "clock")
 """Disturbances that are free from the first moments on; a clock, or a temperature, of one record is seen later."""
 
@@ -102,30 +100,48 @@ class Families:
 
     @cached_property
     def unlisted(self) -> Mapping[str, Extension]:
-        """Terms of any other whole number of periods in a turn of the rotor, by name."""
-        return unlisted_extensions(self.base.mechanism, range(1, MOST_PERIODS + 1))
+        """Terms of any other whole number of periods in a turn, by name."""
+        return unlisted_extensions(self.base.mechanism)
+
+    def is_slow(self, name: str) -> bool:
+        """Tell whether an effect is a term whose number of periods the first moments do not tell."""
+        return name in self.unlisted and self.unlisted[name].table in SLOW
 
     def periods(self, name: str) -> int:
         """Return the number of periods in a turn of an unlisted term."""
         return _periods(self.unlisted[name])
 
-    def named(self, periods: int) -> str | None:
-        """Return the name of the unlisted term of a number of periods in a turn; None where there is none."""
-        return self._by_number.get(periods)
+    def with_periods(self, name: str, periods: int) -> str | None:
+        """Return the name of the unlisted term of another's list with a number of periods; None where there is none."""
+        return self.by_periods[self.unlisted[name].table].get(periods)
 
     @cached_property
-    def _by_number(self) -> dict[int, str]:
-        return {_periods(e): name for name, e in self.unlisted.items()}
+    def by_periods(self) -> dict[str, dict[int, str]]:
+        """Names of the unlisted terms by their list and number of periods in a turn."""
+        found: dict[str, dict[int, str]] = {}
+        for name, one in self.unlisted.items():
+            found.setdefault(one.table, {})[_periods(one)] = name
+        return found
 
     def _superset(self, names: Iterable[str]) -> Superset | None:
         """Return the superset with some of the unlisted terms too: the same plant whichever they are."""
         layout = self.base.mechanism.plant.layout
         if layout is None:
             return None
-        chosen = [*names, *(name for name in self.unlisted if name not in names)][: STAGES.unlisted_at_once]
-        further = [self.unlisted[name] for name in chosen] if self.allows_terms else []
+        further = [self.unlisted[name] for name in self._places(list(names))] if self.allows_terms else []
         tables = (GAIN_TABLE,) if layout.flying is None else ()
         return superset_of(self.base.mechanism, grown_only=True, further=further, tables=tables)
+
+    def _places(self, names: Sequence[str]) -> Iterator[str]:
+        """Yield an unlisted term for each place that the plant has: those named, then others at their null value.
+
+        There are places for slow ones only where one is named: 4 % of the time of all steps else.
+        """
+        for table, own in self.by_periods.items():
+            chosen = [name for name in names if self.unlisted[name].table == table]
+            others = (name for name in own.values() if name not in chosen)
+            if chosen or table not in SLOW:
+                yield from islice(chain(chosen, others), places_of(table))
 
     @cached_property
     def _of_records(self) -> tuple[Disturbance, ...]:
@@ -154,7 +170,7 @@ class Families:
             own = (*(one for one in own if not one.lines_hz), *seen)
         listed = self.superset.terms if self.superset and family.terms and self.allows_terms else ()
         names = [t.name for t in listed if t.name not in self.unlisted and (family.rarer or not t.rarer)]
-        return self._with(base, names, own, family.name)
+        return self.with_effects(base, names, own, family.name)
 
     @cached_property
     def unseen_grids(self) -> tuple[float, ...]:
@@ -186,18 +202,19 @@ class Families:
         """Return a model with one more effect, a term or a disturbance, by its name."""
         one = next((one for one in self._of_records if one.name == name), None)
         words = f"{base.name}, {name}" if base.effects else name
-        return self._with(base, () if one else (name,), (one,) if one else (), words)
+        return self.with_effects(base, () if one else (name,), (one,) if one else (), words)
 
     def with_other_term(self, base: AugmentedModel, old: str, new: str) -> tuple[AugmentedModel, dict[str, str]]:
         """Return a model with another term in place of one, and the names of that one's parameters in it."""
         less = base.keeping(self.plain, set(base.effects) - {old}, base.name)
-        other = self._with(less, (new,), (), base.name.replace(old, new))
+        other = self.with_effects(less, (new,), (), base.name.replace(old, new))
         before, after = base.added.names_by_term[old], other.added.names_by_term[new]
         return other, dict(zip(before, after, strict=True))
 
-    def _with(
+    def with_effects(
         self, base: AugmentedModel | None, terms: Sequence[str], own: Sequence[Disturbance], name: str
     ) -> AugmentedModel:
+        """Return the model with some more terms and disturbances beside another one, or beside none."""
         before = base or self.bare
         names = dict.fromkeys((*before.added.terms, *terms))
         there = {one.name for one in before.disturbances}
@@ -230,76 +247,12 @@ class Families:
         problem = added.problem(self.plain, base.disturbances)
         return AugmentedModel(f"{base.name}, {law.name}", problem, added, base.disturbances, None, other.base)
 
-    def likeliest(self, base: AugmentedModel, q: FloatArray, windows: Windows) -> list[str]:
-        """Return the listed single effects that would explain most of some windows beside a model, the likeliest first.
-
-        By the derivatives at a point: with each effect all that the model has is free to make room.
-
-        Parameters
-        ----------
-        base : AugmentedModel
-        q : (n,)
-            A point of it.
-        windows : mapping of record to (first, stop)
-        """
-        return _best(self._scores(base, q, windows, self.model(EVERYTHING, base), None), STAGES.singles)
-
-    def likeliest_unlisted(self, base: AugmentedModel, q: FloatArray, windows: Windows) -> list[str]:
-        """Return the terms of any number of periods that would explain most beside a model, the likeliest first.
-
-        As `likeliest`; long windows are judged by their first moments alone. Of terms with neighbouring numbers of
-        periods, which short windows do not tell apart, the best one is returned.
-        """
-        found, short = dict[str, float](), self._at_most_long(windows)
-        numbers = self._scanned(base)
-        for first in range(0, len(numbers), STAGES.unlisted_at_once):
-            some = [name for _, name in numbers[first : first + STAGES.unlisted_at_once]]
-            found |= self._scores(base, q, short, self._with(base, some, (), "scanned"), some)
-        return _best({n: s for n, s in found.items() if not self._is_beside_better(n, numbers, found)}, STAGES.singles)
-
-    def _at_most_long(self, windows: Windows) -> Windows:
-        """Return windows of so many seconds at most: the shortest as they are, of the others the first moments."""
-        kept, left_s = {}, STAGES.scan_s
-        for target in sorted(self.plain.targets, key=lambda t: windows[t.name][1]):
-            left_s -= windows[target.name][1] / target.base.sample_rate_hz
-            kept[target.name] = windows[target.name] if left_s > 0.0 else first_window(target)
-        return kept
-
-    def _scanned(self, base: AugmentedModel) -> list[tuple[int, str]]:
-        """Return the numbers of periods at which unlisted terms are looked for, with their names, in steps."""
-        if not self.allows_terms or any(name in self.unlisted for name in base.effects):
-            return []
-        chosen, last = [], 0.0
-        for number in sorted(self._by_number):
-            if number >= STAGES.scan_step * last:
-                chosen.append((number, self._by_number[number]))
-                last = number
-        return chosen
-
-    def _scores(
-        self, base: AugmentedModel, q: FloatArray, windows: Windows, wide: AugmentedModel, names: Sequence[str] | None
-    ) -> dict[str, float]:
-        """Return what each effect that a wide model has beside another one explains, less k ln N."""
-        at, problem = wide.point_of(base, q), wide.problem
-        triangle = combine_triangles([robust_triangle(problem, at, windows), *problem.prior_triangles(at)])
-        further = {n: own for n, own in wide.names_by_effect.items() if n not in base.effects}
-        groups = groups_of(problem, {n: own for n, own in further.items() if names is None or n in names})
-        penalty = bayesian_penalty(triangle.samples)
-        found = falls(triangle, groups)
-        return {name: fall - penalty * len(groups[name]) for name, fall in found.items() if math.isfinite(fall)}
-
-    def _is_beside_better(self, name: str, numbers: Sequence[tuple[int, str]], found: Mapping[str, float]) -> bool:
-        names = [one for _, one in numbers]
-        if name not in names:
-            return False
-        k = names.index(name)
-        return any(found[other] > found[name] for other in names[max(k - 1, 0) : k + 2] if other != name)
-
-
-def _best(scores: Mapping[str, float], most: int) -> list[str]:
-    """Return the names of the best scores above none, the best first."""
-    return sorted((name for name, score in scores.items() if score > 0.0), key=lambda name: -scores[name])[:most]
-
 
 def _periods(extension: Extension) -> int:
-    return round(360.0 / float(extension.structure["period_deg"]))
+    shape = extension.structure
+    return int(shape["order"]) if "order" in shape else round(360.0 / float(shape["period_deg"]))
+
+
+def places_of(table: str) -> int:
+    """Return how many unlisted terms of a list one plant has places for."""
+    return STAGES.slow_at_once if table in SLOW else STAGES.unlisted_at_once

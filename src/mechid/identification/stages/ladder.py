@@ -15,6 +15,7 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.effects.settings import IN_DIAGNOSIS
+from mechid.identification.output_error.problem import Windows
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
@@ -29,6 +30,7 @@ from mechid.identification.stages.compared_effects import (
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
 from mechid.identification.stages.first_look import FirstLook, pruned_look, refined_look
 from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.single_effects import look_at_periods
 from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, settle, state_so_far
 from mechid.identification.stages.watch import Watch
 
@@ -221,21 +223,40 @@ def _look_past(climb: Climb, *, tune: bool) -> Climb:
     """Free one family at a time over windows a little past a stall, and grow until one comes much further."""
     furthest = furthest_growth(climb)
     families = _families(climb, furthest)
-    least = {t.name: round(STAGES.past_stall_s * t.base.sample_rate_hz) for t in climb.state.problem.targets}
-    windows = {
-        t.name: (0, min(t.samples, max(round(STAGES.past_stall * n), n + least[t.name])))
-        for t in climb.state.problem.targets
-        for n in [furthest.growth.horizons[t.name]]
-    }
+    windows = _windows_past(furthest)
     tell = _teller(climb, "past the stall")
     journal = climb.watch.journal
     here = refined_look(furthest.model, furthest.q, journal, windows, STAGES.second_steps)
     for look in islice(look_past_stall(families, here, windows, tell, journal, tune=tune), STAGES.second_looks):
         small = pruned_look(families, look, tell, journal, windows)
-        climb = climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+        grown = _grow(climb, small.model, small.q, escapes=STAGES.small_escapes)
+        climb = climb.at(with_periods_seen(climb, families, grown))
         if climb.complete or furthest_growth(climb).share >= STAGES.look_further * furthest.share:
             break
     return climb
+
+
+def _windows_past(reached: Reached) -> Windows:
+    """Return windows that reach a little past what a growth follows."""
+    found = {}
+    for target in reached.problem.targets:
+        followed = reached.growth.horizons[target.name]
+        least = followed + round(STAGES.past_stall_s * target.base.sample_rate_hz)
+        found[target.name] = (0, min(target.samples, max(round(STAGES.past_stall * followed), least)))
+    return found
+
+
+def with_periods_seen(climb: Climb, families: Families, reached: Reached) -> Reached:
+    """Return a growth, grown again where its longer windows tell another order of friction over the angle."""
+    slow = next(filter(families.is_slow, reached.model.effects), None)
+    if slow is None:
+        return reached
+    tell, windows = _teller(climb, "past the stall"), _windows_past(reached)
+    look = look_at_periods(families, reached.model, reached.q, slow, windows, tell, climb.watch.journal)
+    if look.model.effects == reached.model.effects:
+        return reached
+    again = _grow(climb, look.model, look.q, escapes=STAGES.small_escapes)
+    return again if again.share >= reached.share else reached
 
 
 def _free(family: Family) -> Callable[[Climb], Climb]:

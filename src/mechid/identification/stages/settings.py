@@ -67,6 +67,17 @@ class StageSettings:
     of periods."""
     unlisted_at_once: int = 4
     """Terms of any number of periods that one plant has places for."""
+    slow_at_once: int = 2
+    """The same of frictions over the angle of rotor or of output, where there is one: four of each cost 22 % of the
+    time of a step, one of each 4 %."""
+    slow_step: float = 1.1
+    """Factor from one number of periods of these to the next that is looked at: over a sweep of five rotor turns,
+    geared down 50 times, three periods a turn of the output to either side of 33 explain nearly as much."""
+    slow_share: float = 0.3
+    """Share of what the best listed effect explains up to which friction over the angle is passed over."""
+    slow_alone: float = 3.0
+    """Times what the best listed effect explains from which friction over the angle leaves no other number of periods
+    to be looked at: it explained ten times as much where it was missing."""
     scan_s: float = 1.5
     """Time of all windows together in which numbers of periods are gone through."""
     scan_step: float = 1.03

@@ -1,0 +1,97 @@
+"""Single effects looked at one by one beside a model, and the number of periods that a term of it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import chain
+
+from mechid.arrays import FloatArray
+from mechid.identification.computation.journal import Journal
+from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.output_error.problem import Windows
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.families import Families
+from mechid.identification.stages.first_look import FirstLook, refined_look
+from mechid.identification.stages.likeliest import likeliest_effects
+from mechid.identification.stages.settings import STAGES
+
+
+def look_at_singles(
+    families: Families,
+    base: AugmentedModel,
+    q: FloatArray,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int = SEARCH.robust_steps,
+    *,
+    here: FirstLook | None = None,
+) -> list[FirstLook]:
+    """Return what a model with one more effect leaves of some windows, for each of the likeliest single effects.
+
+    A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
+    its number roughly. Given the look `here` without any, no further ones are looked at where one explains what it
+    leaves: long windows are seldom explained by what is not the cause, and take long.
+    """
+
+    def look(name: str, start: tuple[AugmentedModel, FloatArray]) -> FirstLook:
+        model = families.with_effect(base, name)
+        found = refined_look(model, model.point_of(*start), journal, windows, steps)
+        tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
+        return found
+
+    looks: list[FirstLook] = []
+    for name in chain.from_iterable(likeliest_effects(families, base, q, windows)):
+        looks.append(look(name, (base, q)))
+        if here and looks[-1].explains_what_is_left_of(here):
+            break
+    best = min(looks, key=lambda look: look.cost, default=None)
+    further = [name for name in best.model.effects if name not in base.effects] if best else []
+    term = next((name for name in further if name in families.unlisted), None)
+    if best is not None and term is not None:
+        looks.append(with_best_period(families, best, term, windows, tell, journal, steps))
+    return looks
+
+
+def look_at_periods(
+    families: Families,
+    base: AugmentedModel,
+    q: FloatArray,
+    term: str,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+) -> FirstLook:
+    """Return what a model leaves of some windows with the number of periods of one of its terms that leaves least."""
+    here = refined_look(base, q, journal, windows, STAGES.whole_steps)
+    return with_best_period(families, here, term, windows, tell, journal, STAGES.whole_steps)
+
+
+def with_best_period(
+    families: Families,
+    look: FirstLook,
+    term: str,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int,
+) -> FirstLook:
+    """Return a look with the number of periods of a term that leaves least, found uphill in halved strides."""
+    stride, tried = max(round(STAGES.period_stride * families.periods(term)), 1), {term}
+    while stride:
+        here = families.periods(term)
+        for number in (here - stride, here + stride):
+            other = families.with_periods(term, number)
+            if other is None or other in tried:
+                continue
+            tried.add(other)
+            model, moved = families.with_other_term(look.model, term, other)
+            values = look.model.problem.coordinates.values(look.q)
+            point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
+            found = refined_look(model, point, journal, windows, steps)
+            if found.cost < look.cost:
+                look, term = found, other
+        if families.periods(term) == here:
+            stride //= 2
+    tell(f"{look.model.name}: {look.left:.3g} of the noise left with {families.periods(term)} periods in a turn")
+    return look

@@ -1,0 +1,52 @@
+"""Single effects one by one. Truth: a detent of 130 periods that made the records."""
+
+import pytest
+
+from detent_bench import PERIODS, detent_bench
+from mechid.identification.computation.journal import Journal
+from mechid.identification.identify import make_problem
+from mechid.identification.stages import single_effects
+from mechid.identification.stages.families import Families
+from mechid.identification.stages.first_look import first_windows, refined_look
+from mechid.identification.stages.single_effects import look_at_singles
+
+RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
+
+
+@pytest.fixture(scope="module")
+def families():
+    campaign = detent_bench()
+    return Families(make_problem(campaign, 1), campaign)
+
+
+@pytest.fixture(scope="module")
+def plain(families):
+    """Return what the mechanism as written leaves, from its values moved by 5 %."""
+    near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
+    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())
+
+
+def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
+    """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
+    near = families.with_periods(RIGHT, 125)
+    monkeypatch.setattr(single_effects, "likeliest_effects", lambda *_: [[WRONG], [near]])
+    windows, said = first_windows(families.plain), []
+    looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
+    assert [look.model.effects for look in looks[:2]] == [(WRONG,), (near,)]
+    best = looks[-1]
+    (term,) = best.model.effects
+    assert families.periods(term) == pytest.approx(PERIODS, abs=1)
+    assert best.explains
+    assert not looks[1].explains
+    assert said[-1].endswith(f"with {families.periods(term)} periods in a turn")
+
+
+def test_a_listed_effect_that_explains_long_windows_ends_the_comparison(families, plain, monkeypatch):
+    """Truth: the detent, here given as if it were listed; what comes behind it is not looked at."""
+    other = families.with_periods(RIGHT, 90)
+    monkeypatch.setattr(single_effects, "likeliest_effects", lambda *_: [[RIGHT, WRONG], [other]])
+    windows = first_windows(families.plain)
+    looks = look_at_singles(families, families.bare, plain.q, windows, str, Journal(), here=plain)
+    assert [look.model.effects for look in looks] == [(RIGHT,)]
+    every = look_at_singles(families, families.bare, plain.q, windows, str, Journal())
+    assert [look.model.effects for look in every[:3]] == [(RIGHT,), (WRONG,), (other,)]
