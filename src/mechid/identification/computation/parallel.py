@@ -147,6 +147,11 @@ def is_lent() -> bool:
     return _elsewhere.get() is not None
 
 
+def is_alone() -> bool:
+    """Return whether others have the other cores (see `on_one_core`)."""
+    return _alone.get()
+
+
 def directed(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:
     """Return ``[function(t) for t in tasks]``, tasks that do next to nothing but ask `mapped` for one thing at a time.
 

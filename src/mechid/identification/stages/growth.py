@@ -12,6 +12,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.kernels_ahead import LINE
 from mechid.identification.stages.ladder import EFFECTS, FURTHEST, Climb, Rung, climb_ladder
 from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
@@ -35,6 +36,8 @@ def searched(
     if best is None:
         return state, None
     climb = Climb(watch, campaign, seed, state, best, tuple(drawn), found=found)
+    if climb.may_add and not climb.is_explained and watch.compile_ahead(climb.families):
+        watch.tell("kernels", LINE)
     climb = climb_ladder(climb, LADDER if patient else (*AS_WRITTEN, *EFFECTS, FURTHEST))
     assert climb.growth is not None, "the mechanism as written is always grown"
     state, growth = replace(climb.state, path=climb.tried), climb.growth
