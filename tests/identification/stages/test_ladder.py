@@ -8,15 +8,18 @@ import pytest
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.computation.progress import silent
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.identify import make_problem
+from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.stages import ladder
+from mechid.identification.stages.budget import complete_work, effects_budget, ladder_budget
 from mechid.identification.stages.ladder import Climb, Rung, climb_ladder
-from mechid.identification.stages.term_growth import Reached
+from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.term_growth import Reached, grow_model
 from mechid.identification.stages.watch import Watch
+from mechid.simulation.work import count, counted
 from synthetic import bench, displaced, truth
 
 SAMPLES = 1001
@@ -119,3 +122,53 @@ def test_models_of_a_climb_are_of_its_records(climb):
     bare = climb.families.bare
     assert isinstance(bare, AugmentedModel)
     np.testing.assert_array_equal(bare.problem.start, climb.state.problem.start)
+
+
+def test_a_rung_ends_at_its_budget_and_the_next_is_not_tried(climb):
+    """Truth: work by hand; what was grown before is kept, and the rung without a budget is tried all the same."""
+
+    def work(units):
+        def attempt(one):
+            one = replace(one, looks=(*one.looks, units))
+            count(units)
+            return one
+
+        return attempt
+
+    rungs = (
+        Rung("cheap", lambda _: True, work(6), lambda _: 10),
+        Rung("dear", lambda _: True, work(7), lambda _: 10),
+        Rung("for effects", lambda _: True, work(1), lambda _: 10),
+        Rung("for readings", lambda _: True, work(1), lambda _: 20),
+        Rung("in any case", lambda _: True, work(100)),
+    )
+    end = climb_ladder(climb, rungs)
+    assert end.tried == ("cheap", "dear", "for readings", "in any case")
+    assert end.looks == (6, 1, 100), "of the one that was cut off nothing is kept that it had not returned"
+    assert end.state.warnings == (*climb.state.warnings, ladder.BUDGET_SPENT)
+    assert ladder.BUDGET_SPENT not in climb_ladder(climb, rungs[:1]).state.warnings
+    arrives = Rung("arrives", lambda _: True, to(SAMPLES), lambda _: 20)
+    assert ladder.BUDGET_SPENT not in climb_ladder(climb, (rungs[0], rungs[1], arrives)).state.warnings
+
+
+def test_a_growth_that_its_budget_ends_keeps_how_far_it_came(climb):
+    """Truth: a growth of a third of the work that the whole one takes."""
+    model = climb.families.bare
+    with counted() as whole:
+        grow_model(climb.watch, model, climb.best.q, 1)
+    with counted(limit=whole.done // 3):
+        cut = grow_model(climb.watch, model, climb.best.q, 1)
+    assert not cut.growth.complete
+    assert 0.0 < cut.share < 1.0
+    with counted(limit=0):
+        none = grow_model(climb.watch, model, climb.best.q, 1)
+    np.testing.assert_array_equal(none.q, climb.best.q)
+
+
+def test_the_budget_is_that_of_a_complete_campaign_of_the_same_records(climb):
+    """Truth: an identification that lacks nothing, within a factor of two."""
+    problem = climb.state.problem
+    with counted() as work:
+        assert identify(climb.campaign, workers=1).grade.good
+    assert 0.5 < work.done / complete_work(problem) < 2.0
+    assert effects_budget(problem) < ladder_budget(problem) == STAGES.ladder_budget * complete_work(problem)

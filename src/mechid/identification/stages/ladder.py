@@ -6,19 +6,22 @@ those tried are kept, so that a report can say how the search arrived (`outcome.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.effects.settings import IN_DIAGNOSIS
+from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import first_samples
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.budget import effects_budget
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
 from mechid.identification.stages.first_look import (
     FirstLook,
@@ -29,6 +32,12 @@ from mechid.identification.stages.first_look import (
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, settle, state_so_far
 from mechid.identification.stages.watch import Watch
+from mechid.simulation.work import WorkSpentError, counted, uncounted
+
+BUDGET_SPENT = (
+    "all records: the search for what is missing has ended at its budget, as many times the work of a search whose "
+    f"mechanism lacks nothing as it may take ({STAGES.effects_budget} for effects, {STAGES.ladder_budget} in all)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +67,8 @@ class Climb:
         What a raised noise level comes to.
     tried : tuple of str
         Names of the rungs so far.
-    spent : int
-        Rounds of all growths with effects free, each times its coordinates.
+    shared : dict of Problem to Families
+        Those put together so far.
     """
 
     watch: Watch
@@ -74,7 +83,7 @@ class Climb:
     found: Iterator[Candidate] = field(default_factory=lambda: iter(()))
     raised: tuple[SearchState, Growth] | None = None
     tried: tuple[str, ...] = ()
-    spent: int = 0
+    shared: dict[Problem, Families] = field(default_factory=dict, repr=False)
 
     @property
     def at_raised(self) -> tuple[SearchState, Growth]:
@@ -82,10 +91,13 @@ class Climb:
         assert self.growth is not None
         return self.raised or (self.state, self.growth)
 
-    @cached_property
+    @property
     def families(self) -> Families:
-        """Effects that may be beside the mechanism as written."""
-        return Families(self.state.problem, self.campaign)
+        """Effects that may be beside the mechanism as written, put together once for all rungs."""
+        problem = self.state.problem
+        if problem not in self.shared:
+            self.shared[problem] = Families(problem, self.campaign)
+        return self.shared[problem]
 
     @property
     def complete(self) -> bool:
@@ -106,12 +118,12 @@ class Climb:
     def at(self, reached: Reached) -> Climb:
         """Return the climb with a further growth; where it follows all records, with what of it they need."""
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
-        spent = self.spent + reached.growth.rounds * reached.problem.size
         if reached.growth.complete:
-            settled = settle(self.watch, self.state, reached, self.seed)
+            with uncounted():  # what has arrived is not lost for want of a last fit
+                settled = settle(self.watch, self.state, reached, self.seed)
             if settled is not None:
-                return replace(self, state=settled[0], growth=settled[1], reached=best, spent=spent)
-        return replace(self, reached=best, spent=spent)
+                return replace(self, state=settled[0], growth=settled[1], reached=best)
+        return replace(self, reached=best)
 
 
 @dataclass(frozen=True)
@@ -126,22 +138,36 @@ class Rung:
         Whether it can help.
     attempt : callable
         Returns the climb after it.
+    budget : callable or None
+        Work of the whole ladder, of a problem as written, at which it ends, its climb that before it; None of a rung
+        that is tried to its end in any case.
     """
 
     name: str
     applies: Callable[[Climb], bool]
     attempt: Callable[[Climb], Climb]
+    budget: Callable[[Problem], int] | None = None
 
 
 def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
-    """Return the climb after the rungs that apply, in order, until all records are followed to their ends."""
-    for number, rung in enumerate(rungs, 1):
-        if climb.complete:
-            break
-        if rung.applies(climb):
-            climb.watch.tell("ladder", f"rung {number} of {len(rungs)}: {rung.name}")
-            climb = rung.attempt(replace(climb, tried=(*climb.tried, rung.name)))
-    return climb
+    """Return the climb after the rungs that apply, in order, until all records are followed to their ends.
+
+    A rung whose budget is spent is not tried; at work, it ends there.
+    """
+    written, short = climb.state.problem, False
+    with counted() as work:
+        for number, rung in enumerate(rungs, 1):
+            if climb.complete:
+                break
+            work.limit = rung.budget(written) if rung.budget else math.inf
+            short = short or work.is_spent
+            if not work.is_spent and rung.applies(climb):
+                climb.watch.tell("ladder", f"rung {number} of {len(rungs)}: {rung.name}")
+                climb = replace(climb, tried=(*climb.tried, rung.name))
+                with suppress(WorkSpentError):
+                    climb = rung.attempt(climb)
+                short = short or work.is_spent
+    return replace(climb, state=climb.state.saying(BUDGET_SPENT)) if short and not climb.complete else climb
 
 
 def _look(climb: Climb) -> Climb:
@@ -192,7 +218,10 @@ def _look_again(climb: Climb) -> Climb:
     journal = climb.watch.journal
     looks = look_past_stall(families, furthest.model, furthest.q, windows, tell, journal)
     for look in looks[: STAGES.second_looks]:
-        small = pruned_look(families, look, tell, journal, windows)
+        try:
+            small = pruned_look(families, look, tell, journal, windows)
+        except WorkSpentError:
+            break  # what has been grown so far is kept
         climb = climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
         if climb.complete:
             break
@@ -245,7 +274,7 @@ def _teller(climb: Climb, stage: str) -> Callable[[str], None]:
 
 
 def _can_free(climb: Climb) -> bool:
-    return climb.may_add and climb.spent < STAGES.most_work
+    return climb.may_add
 
 
 def _keep_furthest(climb: Climb) -> Climb:
@@ -264,15 +293,19 @@ def _came_much_further(climb: Climb) -> bool:
     return reached.share > STAGES.much_further * growth.reached(climb.state.problem)
 
 
+def _rung(name: str, applies: Callable[[Climb], bool], attempt: Callable[[Climb], Climb]) -> Rung:
+    return Rung(name, applies, attempt, effects_budget)
+
+
 EFFECTS = (
-    Rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
-    Rung("mains hum", _is_unexplained, _grow_with_hum),
-    Rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
-    Rung("effects named where that stalls", _can_free, _look_again),
-    Rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
-    Rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
-    Rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),
-    Rung("grown with all effects", _can_free, _grow_wide),
+    _rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
+    _rung("mains hum", _is_unexplained, _grow_with_hum),
+    _rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
+    _rung("effects named where that stalls", _can_free, _look_again),
+    _rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
+    _rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
+    _rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),
+    _rung("grown with all effects", _can_free, _grow_wide),
 )
 """Rungs that add effects which the mechanism or its records may have."""
 FURTHEST = Rung("the furthest that was reached", _came_much_further, _keep_furthest)
