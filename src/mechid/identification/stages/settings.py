@@ -82,9 +82,10 @@ class StageSettings:
     complete_steps: int = 12
     """Steps over whole records, of growth and joint fits, that an identification takes whose mechanism lacks nothing:
     with its multi-start 0.56 to 0.61e9 units of work were counted where 12 steps give 0.57 to 0.61e9."""
-    ladder_budget: int = 25
-    """Times that work after which the ladder ends. A choice."""
-    effects_budget: int = 18
+    ladder_budget: int = 35
+    """Times that work after which the ladder ends, 25 times the CPU time of such an identification: a unit takes 9 ns
+    there, 6 to 7 ns on the ladder, whose kernels are larger."""
+    effects_budget: int = 28
     """Times that work after which no further effects are freed, so that records can still be compared. A choice."""
     whole_steps: int = 6
     """Robust steps of a look at whole records: they begin at an optimum without the effect."""
