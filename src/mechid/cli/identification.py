@@ -11,7 +11,7 @@ from mechid.cli.ending import INTERRUPTED, advise, say_interrupted
 from mechid.cli.printed import followed, say
 from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import GRADE_WORDS, FitOutcome
+from mechid.identification.result.grade import FitOutcome, grade_words
 from mechid.identification.run import IdentifyRun
 from mechid.reports import print_report
 from mechid.reports.console import console_on
@@ -41,4 +41,4 @@ def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_R
 def _refusal(fit: Fit, folder: Path) -> str:
     """Say why the values are not to be used as they are, and what to do next."""
     said = [f"{reason.text} Next: {reason.next_command}." for reason in fit.reasons[:1]]
-    return " ".join([GRADE_WORDS[fit.grade], *said, f"{folder} holds what was reached"])
+    return " ".join([grade_words(fit.grade, fit.outcome), *said, f"{folder} holds what was reached"])

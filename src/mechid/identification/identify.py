@@ -32,6 +32,7 @@ from mechid.identification.stages.disturbances import asks_for_more, fit_with_di
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import searched, warm_start
 from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
+from mechid.identification.stages.kernels_ahead import LINE, KernelsAhead
 from mechid.identification.stages.masked_growth import fit_followed_again
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
@@ -95,7 +96,8 @@ def identify(
     given = campaign
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     state = SearchState(problem, problem.start, problem.whole())
-    with one_core_algebra():
+    with one_core_algebra(), KernelsAhead(problem, campaign) as ahead:
+        begun = near is None and not campaign.stages and ahead.start_if_new()
         if near is None:
             campaign, state = read_as_found(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
@@ -105,7 +107,9 @@ def identify(
                 so_far = conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
                 keep(replace(so_far, campaign=given))
 
-        watch.keep = keep_so_far
+        watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_lacking
+        if begun:
+            watch.tell("kernels", LINE)
         try:
             if near is None:
                 state = watch.note(state.saying(*_told_before(watch, campaign)))

@@ -17,6 +17,7 @@ from mechid.simulation.interruption import ask
 from mechid.simulation.noted import NO_JUMPS, Jumps, joined
 from mechid.simulation.simulator import Run, outcome_of
 from mechid.simulation.trajectory import SimulationOutcome
+from mechid.simulation.work import count_batch
 
 BLOCK = 4096
 """Samples a block of a batch: what it gives stays in the processor's cache."""
@@ -71,6 +72,7 @@ class Batch:
         for done, stop in pairwise(self._ends(resting)):
             ask()
             count = stop - done
+            count_batch(len(self.runs) * count * self.runs[0].substeps, len(self.runs[0].p))
             part = y[: SETS * count * n_y]
             self.kernel.run(*self.buffers.arguments(excitation.times, values, part))
             outputs = part.reshape(SETS, count, n_y)[: len(self.runs)]

@@ -23,6 +23,7 @@ from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.time_scale import time_scale
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
+from mechid.simulation.work import count_run
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
 """Samples a block, with sensitivities (its Jacobian stays in the cache) and without; blocks end at their multiples."""
@@ -133,7 +134,6 @@ class Simulator:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`.
 
         It logs so many switches; None notes instead, block by block, where outputs jump.
-
         `timing` says how record time becomes command time, and in which of the two the mechanism moves.
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
         `samples` for the first ones alone, `block` for blocks of so many.
@@ -225,6 +225,7 @@ class Run:
         while done < total:
             ask()
             count = min(self.block - done % self.block, total - done)
+            count_run(count * self.substeps, len(self.p), self.moved)
             still = min(max(resting - done, 0), count)
             if still:
                 self._rest(still)
@@ -273,14 +274,13 @@ class Run:
         self.outcome = outcome_of(int(status))
 
     def _block(self, start: int, count: int) -> Block:
-        b, lanes = self.buffers, self.buffers.lanes
-        rows = count if b.sensitive else 0
+        b, rows = self.buffers, count if self.buffers.sensitive else 0
         block = Block(
             start,
             start + count,
             b.y[: count * b.outputs].reshape(count, b.outputs),
             b.y_dot[: rows * b.outputs].reshape(rows, b.outputs),
-            b.J[: rows * b.outputs * lanes].reshape(rows, b.outputs, lanes),
+            b.J[: rows * b.outputs * b.lanes].reshape(rows, b.outputs, b.lanes),
             self.jumps_noted(b.events, b.discrete, start, count),
         )
         return self.scale.block(block) if self.scale else block

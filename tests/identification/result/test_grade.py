@@ -5,6 +5,7 @@ import json
 from mechid.identification.result.grade import (
     CAUSE_WORDS,
     GRADE_WORDS,
+    NOTHING_EXPLAINS,
     Cause,
     Consistency,
     FitOutcome,
@@ -12,6 +13,7 @@ from mechid.identification.result.grade import (
     Reason,
     Scatter,
     grade_of,
+    grade_words,
 )
 
 
@@ -49,3 +51,11 @@ def test_a_search_that_stopped_short_still_has_an_optimum():
     assert short == {FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED}
     assert all(one.has_optimum for one in short)
     assert not any(one.has_optimum for one in (FitOutcome.FAILED, FitOutcome.INTERRUPTED, FitOutcome.HORIZON))
+
+
+def test_the_first_line_says_where_nothing_explains_the_records():
+    """Truth: a grade C has other causes than a search that came to no end; a better grade has come to one."""
+    assert grade_words(Grade.C, FitOutcome.HORIZON) == NOTHING_EXPLAINS
+    assert NOTHING_EXPLAINS.startswith("Grade C: ")
+    assert grade_words(Grade.C, FitOutcome.CONVERGED) == GRADE_WORDS[Grade.C]
+    assert grade_words(Grade.FAILED, FitOutcome.FAILED) == GRADE_WORDS[Grade.FAILED]

@@ -5,36 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.campaign.identify_options import IdentifyOptions
-from mechid.identification.computation.progress import silent
+from ladder_bench import SAMPLES, climb_of_one_record, followed
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.identify import make_problem
-from mechid.identification.result.search_state import SearchState
+from mechid.identification.identify import identify
 from mechid.identification.search.first_moments import first_samples
-from mechid.identification.search.gates import Growth
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.stages import ladder
-from mechid.identification.stages.first_look import FirstLook
-from mechid.identification.stages.ladder import Climb, Rung, climb_ladder, with_periods_seen
-from mechid.identification.stages.term_growth import Reached
+from mechid.identification.stages.budget import complete_work, effects_budget, ladder_budget
+from mechid.identification.stages.ladder import Rung, climb_ladder
+from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.term_growth import Reached, grow_model
 from mechid.identification.stages.watch import Watch
-from synthetic import bench, displaced, truth
-
-SAMPLES = 1001
+from mechid.simulation.work import count, counted
 
 
 @pytest.fixture(scope="module")
 def climb():
-    """Return where a search of one record stands whose mechanism as written follows a tenth of it."""
-    campaign = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.1)
-    problem = make_problem(campaign, 1)
-    state = SearchState(problem, problem.start, problem.whole())
-    best = Candidate(problem.start, 100.0)
-    return Climb(Watch(state, silent, 4), campaign, 1, state, best, growth=followed(problem.start, 100))
-
-
-def followed(q, samples):
-    return Growth(q, {"full_46": samples}, samples == SAMPLES, 3)
+    return climb_of_one_record()
 
 
 def to(samples):
@@ -98,27 +85,6 @@ def test_a_growth_that_follows_all_records_is_settled(climb, monkeypatch):
     assert refused.reached is complete
 
 
-def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb, monkeypatch):
-    """Truth: by hand: order 29 leaves less; what then comes less far is not taken."""
-    families, q = climb.families, climb.best.q
-    first, better = (families.with_effect(families.bare, f"friction.position:output:{k}") for k in (28, 29))
-    grown, seen = Reached(first, followed(q, 400)), []
-
-    def look(*given):
-        seen.append(given[3:5])
-        return FirstLook(better, q, 1.0, 600)
-
-    monkeypatch.setattr(ladder, "look_at_periods", look)
-    for samples, taken in ((SAMPLES, True), (300, False)):
-        again = Reached(better, followed(q, samples))
-        monkeypatch.setattr(ladder, "grow_model", lambda *_args, again=again, **_options: again)
-        assert with_periods_seen(climb, families, grown) is (again if taken else grown)
-    assert seen[0] == ("friction.position:output:28", {"full_46": (0, SAMPLES)}), "0.1 s past the horizon at least"
-    bare = Reached(families.bare, followed(q, 400))
-    assert with_periods_seen(climb, families, bare) is bare
-    assert len(seen) == 2
-
-
 def test_what_explains_the_first_moments_is_told_by_the_cost_a_sample(climb):
     """Truth: a tenth more than noise, by hand."""
     samples = first_samples(climb.state.problem.targets[0])
@@ -127,17 +93,58 @@ def test_what_explains_the_first_moments_is_told_by_the_cost_a_sample(climb):
         assert replace(climb, best=best).is_explained is explained
 
 
-def test_effects_are_added_only_where_the_campaign_lets_them(climb):
-    """Truth: [identify] terms and disturbances."""
-    for terms, disturbances, allowed in ((True, "none", True), (False, "auto", True), (False, "none", False)):
-        options = IdentifyOptions(terms=terms, disturbances=disturbances)
-        one = replace(climb, campaign=replace(climb.campaign, options=options), best=Candidate(climb.best.q, 1e6))
-        assert one.may_add is allowed
-        assert ladder.NAMED_EFFECTS[0].applies(one) is allowed
-
-
 def test_models_of_a_climb_are_of_its_records(climb):
     """Truth: the problem of the mechanism as written."""
     bare = climb.families.bare
     assert isinstance(bare, AugmentedModel)
     np.testing.assert_array_equal(bare.problem.start, climb.state.problem.start)
+
+
+def test_a_rung_ends_at_its_budget_and_the_next_is_not_tried(climb):
+    """Truth: work by hand; what was grown before is kept, and the rung without a budget is tried all the same."""
+
+    def work(units):
+        def attempt(one):
+            one = replace(one, looks=(*one.looks, units))
+            count(units)
+            return one
+
+        return attempt
+
+    rungs = (
+        Rung("cheap", lambda _: True, work(6), lambda _: 10),
+        Rung("dear", lambda _: True, work(7), lambda _: 10),
+        Rung("for effects", lambda _: True, work(1), lambda _: 10),
+        Rung("for readings", lambda _: True, work(1), lambda _: 20),
+        Rung("in any case", lambda _: True, work(100)),
+    )
+    end = climb_ladder(climb, rungs)
+    assert end.tried == ("cheap", "dear", "for readings", "in any case")
+    assert end.looks == (6, 1, 100), "of the one that was cut off nothing is kept that it had not returned"
+    assert end.state.warnings == (*climb.state.warnings, ladder.BUDGET_SPENT)
+    assert ladder.BUDGET_SPENT not in climb_ladder(climb, rungs[:1]).state.warnings
+    arrives = Rung("arrives", lambda _: True, to(SAMPLES), lambda _: 20)
+    assert ladder.BUDGET_SPENT not in climb_ladder(climb, (rungs[0], rungs[1], arrives)).state.warnings
+
+
+def test_a_growth_that_its_budget_ends_keeps_how_far_it_came(climb):
+    """Truth: a growth of a third of the work that the whole one takes."""
+    model = climb.families.bare
+    with counted() as whole:
+        grow_model(climb.watch, model, climb.best.q, 1)
+    with counted(limit=whole.done // 3):
+        cut = grow_model(climb.watch, model, climb.best.q, 1)
+    assert not cut.growth.complete
+    assert 0.0 < cut.share < 1.0
+    with counted(limit=0):
+        none = grow_model(climb.watch, model, climb.best.q, 1)
+    np.testing.assert_array_equal(none.q, climb.best.q)
+
+
+def test_the_budget_is_that_of_a_complete_campaign_of_the_same_records(climb):
+    """Truth: an identification that lacks nothing, within a factor of two."""
+    problem = climb.state.problem
+    with counted() as work:
+        assert identify(climb.campaign, workers=1).grade.good
+    assert 0.5 < work.done / complete_work(problem) < 2.0
+    assert effects_budget(problem) < ladder_budget(problem) == STAGES.ladder_budget * complete_work(problem)

@@ -14,6 +14,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import Any, Self
@@ -21,8 +22,9 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
-from mechid.identification.computation.parallel import Done, mapped
+from mechid.identification.computation.parallel import Done, mapped, with_work
 from mechid.identification.computation.worker import source_digest
+from mechid.simulation.work import count, counted
 from mechid.writing import placed, writable
 
 STARTED, STEP = "started", "step"
@@ -32,7 +34,7 @@ DIGITS = 16
 """Hexadecimal ones, of a line's digest: a line that was damaged passes once in 2e19."""
 NEEDED: Mapping[str, Mapping[str, type | tuple[type, ...]]] = {
     STARTED: {"inputs": dict},
-    STEP: {"step": str, "key": str, "seconds": (int, float), "result": object, "rng": object},
+    STEP: {"step": str, "key": str, "seconds": (int, float), "work": int, "result": object, "rng": object},
 }
 """Keys that an event's line has to have, and of which type."""
 
@@ -127,7 +129,7 @@ class Journal:
     Attributes
     ----------
     saved_s : float
-        What the steps taken from the journal took when they were worked out.
+        What the steps taken from the journal took when they were worked out. Their work counts as if it were done now.
     notice : str
         What was found damaged in the file, in a line; empty where nothing was.
     """
@@ -199,9 +201,10 @@ class Journal:
         if found := self._recalled(key, rng):
             return found[0]
         began = time.perf_counter()
-        result = pack(work())
+        with counted() as own:
+            result = pack(work())
         left = pack(rng.bit_generator.state) if rng else None
-        self._append([_step(kind, key, time.perf_counter() - began, result, left)])
+        self._append([_step(kind, key, time.perf_counter() - began, own.done, result, left)])
         return unpack(result)
 
     def mapped(
@@ -224,13 +227,13 @@ class Journal:
         left = [i for i in range(len(tasks)) if i not in results]
 
         def ended(done: Sequence[Done[Any]]) -> None:
-            fresh = [(left[number], pack(result) if self.path else result, s) for number, result, s in done]
-            self._append([_step(kind, keys[i], seconds, result) for i, result, seconds in fresh])
-            for i, result, _ in fresh:
+            fresh = [(left[n], pack(result) if self.path else result, work, s) for n, (result, work), s in done]
+            self._append([_step(kind, keys[i], seconds, work, result) for i, result, work, seconds in fresh])
+            for i, result, _, _ in fresh:
                 results[i] = unpack(result) if self.path else result
                 on_result(tasks[i], results[i])
 
-        mapped(function, [tasks[i] for i in left], workers, ended)
+        mapped(partial(with_work, function), [tasks[i] for i in left], workers, ended)
         return [results[i] for i in range(len(tasks))]
 
     def _key(self, kind: str, inputs: Any, rng: np.random.Generator | None = None) -> str:
@@ -252,11 +255,12 @@ class Journal:
                 rng.bit_generator.state = before
             return None
         self.saved_s += line["seconds"]
+        count(line["work"])
         return (result,)
 
 
-def _step(kind: str, key: str, seconds: float, result: object, rng: object = None) -> dict[str, object]:
-    return {"event": STEP, "step": kind, "key": key, "seconds": seconds, "result": result, "rng": rng}
+def _step(kind: str, key: str, seconds: float, work: int, result: object, rng: object = None) -> dict[str, object]:
+    return {"event": STEP, "step": kind, "key": key, "seconds": seconds, "work": work, "result": result, "rng": rng}
 
 
 def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:

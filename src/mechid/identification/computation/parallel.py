@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
+from functools import partial
 from threading import Event
 from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from mechid.simulation.interruption import interrupted_by
+from mechid.simulation.work import count, counted
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -82,8 +84,19 @@ def mapped(
     """
     elsewhere = _elsewhere.get()
     if elsewhere is not None:
-        return elsewhere.mapped(function, tasks, ended)
+        found = elsewhere.mapped(
+            partial(with_work, function), tasks, lambda done: ended([(n, result, s) for n, (result, _), s in done])
+        )
+        count(sum(work for _, work in found))
+        return [result for result, _ in found]
     return in_threads(function, tasks, workers, ended)
+
+
+def with_work(function: Callable[[Task], Result], task: Task) -> tuple[Result, int]:
+    """Return what a function gives of a task, and the work that it took."""
+    with counted() as own:
+        result = function(task)
+    return result, own.done
 
 
 def in_threads(
@@ -145,6 +158,11 @@ def _raise_what_failed(futures: Sequence[Future[Any]]) -> None:
 def is_lent() -> bool:
     """Return whether `mapped` is done elsewhere."""
     return _elsewhere.get() is not None
+
+
+def is_alone() -> bool:
+    """Return whether others have the other cores (see `on_one_core`)."""
+    return _alone.get()
 
 
 def directed(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:

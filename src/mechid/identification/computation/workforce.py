@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from statistics import median
 from typing import Any
 
@@ -126,7 +127,7 @@ class Workforce:
     def _packed(self, function: Callable[[Any], Any]) -> _Parcel:
         """Return a function ready to be sent; the last one is kept, since maps over one problem follow one another."""
         last = self.parcel
-        if last is not None and last.function is function:
+        if last is not None and _is_same(last.function, function):
             return last
         content = pickle.dumps(function, protocol=pickle.HIGHEST_PROTOCOL)
         digest = hashlib.sha256(content).hexdigest()
@@ -134,6 +135,14 @@ class Workforce:
         made = _Parcel(function, digest, content, _on_cluster(client, content) if client else None, self.width())
         self.parcel = made
         return made
+
+
+def _is_same(one: object, other: object) -> bool:
+    """Tell whether two functions are one and the same, or were made of the same one and the same arguments."""
+    if one is other or not (isinstance(one, partial) and isinstance(other, partial)):
+        return one is other
+    made_of = [(each.func, *each.args, *each.keywords.values()) for each in (one, other)]
+    return [*one.keywords] == [*other.keywords] and all(map(_is_same, *made_of)) and len(made_of[0]) == len(made_of[1])
 
 
 def _dask_client(executor: Executor) -> Any | None:

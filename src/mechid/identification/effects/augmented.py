@@ -134,4 +134,7 @@ def augment(
         What the model is called.
     """
     added = add_terms(superset, terms, base) if superset else base
-    return AugmentedModel(name, added.problem(plain, disturbances), added, tuple(disturbances), superset, base)
+    problem = added.problem(plain, disturbances)
+    if superset:  # one kernel for all, whichever are free; lanes that nothing moves take no time
+        problem = replace(problem, capacity=len(superset.mechanism.plant.parameters))
+    return AugmentedModel(name, problem, added, tuple(disturbances), superset, base)

@@ -78,6 +78,8 @@ class Coordinates:
     shrinkage : mapping of str to float
         Standard deviation about 0 of the mechanism's coordinates by dotted name, in their own scale: both parts of a
         detent have that of its amplitude, which itself has no derivative at 0.
+    capacity : int
+        Lanes that the kernel has at least, so that models of one plant share it.
     """
 
     space: SearchSpace
@@ -85,6 +87,7 @@ class Coordinates:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     means: tuple[Mean, ...] = ()
     shrinkage: Mapping[str, float] = field(default_factory=dict)
+    capacity: int = 0
     _latest: PointCache = field(default_factory=PointCache, repr=False)
 
     @property
@@ -240,8 +243,8 @@ class Coordinates:
 
     @property
     def lanes(self) -> int:
-        """Number of lanes that any run asks for: the mechanism's, and those of the record that has most of its own."""
-        return max(self.space.size, *(c.lane + 1 for c in self.own if c.lane is not None), 0)
+        """Number of lanes of any run: the mechanism's and those of the record that has most, `capacity` at least."""
+        return max(self.space.size, *(c.lane + 1 for c in self.own if c.lane is not None), self.capacity)
 
     def timing(self, target: Target, q: FloatArray) -> Timing:
         """Return how record time becomes command time for a target at `q`."""

@@ -45,6 +45,8 @@ class Problem:
         Standard deviation about 0 of coordinates that are wanted small, by dotted name, in the coordinates' scale.
     substeps : int
         Integration steps a sample.
+    capacity : int
+        Derivatives that the kernel has lanes for at least: problems of one plant share a kernel.
     workers : int
         Threads over records.
     latest : LatestTriangles
@@ -56,13 +58,15 @@ class Problem:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     shrinkage: Mapping[str, float] = field(default_factory=dict)
     substeps: int = 1
+    capacity: int = 0
     workers: int = 1
     latest: TriangleCache = field(init=False, repr=False, default_factory=TriangleCache)
 
     @cached_property
     def coordinates(self) -> Coordinates:
         """All that is moved, whose it is, and the maps from and to the file's values."""
-        return coordinates_of(self.space, self.targets, self.priors, self.shrinkage)
+        found = coordinates_of(self.space, self.targets, self.priors, self.shrinkage)
+        return replace(found, capacity=self.capacity)
 
     @cached_property
     def model(self) -> Model:

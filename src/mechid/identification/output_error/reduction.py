@@ -22,6 +22,7 @@ from mechid.identification.output_error.misfit import Misfit, Model, Piece, Wind
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.kernel.compiled import aligned, compiled_module
 from mechid.signal.trend import waves_at
+from mechid.simulation.work import count, counted
 
 
 @lru_cache(maxsize=1)
@@ -242,13 +243,19 @@ class TriangleCache:
     """
 
     def __init__(self) -> None:
-        self._by_record: dict[str, tuple[tuple[Target, bytes, Window], Triangle]] = {}
+        self._by_record: dict[str, tuple[tuple[Target, bytes, Window], Triangle, int]] = {}
 
     def of(self, model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
-        """Return the triangle of a target at a point, worked out unless it is the one that was worked out last."""
+        """Return the triangle of a target at a point, worked out unless it is the one that was worked out last.
+
+        Either counts as the same work: a resumed search, which has not worked the last one out, counts as the first.
+        """
         key = target, q.tobytes(), window
         last = self._by_record.get(target.name)
-        if last is None or last[0] != key:
-            last = key, triangle(model, target, q, window)
-            self._by_record[target.name] = last
-        return last[1]
+        if last is not None and last[0] == key:
+            count(last[2])
+            return last[1]
+        with counted() as own:
+            found = triangle(model, target, q, window)
+        self._by_record[target.name] = key, found, own.done
+        return found

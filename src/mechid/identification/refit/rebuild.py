@@ -16,7 +16,7 @@ from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.as_fitted import campaign_as_fitted
 from mechid.identification.result.fit import MOVED, Fit, Optimum
-from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.grade import grade_words
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.masks import with_masks
@@ -89,7 +89,10 @@ def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, fl
 
 def grade_lines(fit: Fit) -> Iterable[str]:
     """Return the grade of a fit in words, and its first reason with the next step."""
-    return [GRADE_WORDS[fit.grade], *(f"{reason.text} Next: {reason.next_command}" for reason in fit.reasons[:1])]
+    return [
+        grade_words(fit.grade, fit.outcome),
+        *(f"{reason.text} Next: {reason.next_command}" for reason in fit.reasons[:1]),
+    ]
 
 
 def refuse_other_files(fit: Fit) -> None:

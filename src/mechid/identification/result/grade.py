@@ -142,6 +142,12 @@ GRADE_WORDS: Mapping[Grade, str] = {
     Grade.FAILED: "Failed: there is no estimate to use.",
 }
 """A grade as its reader sees it, everywhere."""
+NOTHING_EXPLAINS = "Grade C: nothing that was tried explains all records; use no value before its reasons are settled."
+
+
+def grade_words(grade: Grade, outcome: FitOutcome) -> str:
+    """Return a report's first line: the grade, and whether nothing explains all records."""
+    return NOTHING_EXPLAINS if grade is Grade.C and outcome is FitOutcome.HORIZON else GRADE_WORDS[grade]
 
 
 class Cause(StrEnum):

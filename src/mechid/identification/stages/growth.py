@@ -15,14 +15,9 @@ from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.masks import mask_near
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.stages.ladder import (
-    FREED_EFFECTS,
-    FURTHEST,
-    NAMED_EFFECTS,
-    Climb,
-    Rung,
-    climb_ladder,
-)
+from mechid.identification.stages.effect_rungs import FREED_EFFECTS, FURTHEST, NAMED_EFFECTS
+from mechid.identification.stages.kernels_ahead import LINE
+from mechid.identification.stages.ladder import Climb, Rung, climb_ladder
 from mechid.identification.stages.masked_growth import MASKED_AS_WRITTEN, MASKED_FURTHEST, MASKED_WITH_EFFECTS
 from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
@@ -46,6 +41,8 @@ def searched(
     if best is None:
         return state, None
     climb = Climb(watch, campaign, seed, state, best, tuple(drawn), found=found)
+    if climb.may_add and not climb.is_explained and watch.compile_ahead(climb.families):
+        watch.tell("kernels", LINE)
     climb = climb_ladder(climb, LADDER if patient else (*OF_MECHANISM, FURTHEST))
     assert climb.growth is not None, "the mechanism as written is always grown"
     state, growth = replace(climb.state, path=climb.tried), climb.growth

@@ -21,6 +21,7 @@ from mechid.identification.readings.all_records import common_readings
 from mechid.identification.readings.file_values import wrong_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
+from mechid.identification.stages.budget import ladder_budget
 from mechid.identification.stages.ladder import Climb, Rung
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_starts, left_early, refined_starts
@@ -142,9 +143,9 @@ def _always(climb: Climb) -> bool:
 
 
 READINGS = (
-    Rung("noise level raised", _always, _raise),
-    Rung("records at a raised noise level read otherwise", _always, _read_raised_otherwise),
-    Rung("raised noise level kept", _always, _keep_raised),
-    Rung("records compared, other starts", _always, _compare_records),
+    Rung("noise level raised", _always, _raise, ladder_budget),
+    Rung("records at a raised noise level read otherwise", _always, _read_raised_otherwise, ladder_budget),
+    Rung("raised noise level kept", _always, _keep_raised, ladder_budget),
+    Rung("records compared, other starts", _always, _compare_records, ladder_budget),
 )
 """Rungs for records that are not as declared, or not followed at their noise level."""

@@ -7,6 +7,7 @@ and freed again where that stalls; what is kept in the end is what the records n
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from mechid.identification.effects.settings import DURING_FIT, IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons
-from mechid.identification.search.horizons import unfollowed_records
+from mechid.identification.search.horizons import least_horizons, unfollowed_records
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families, Family
 from mechid.identification.stages.first_look import effect_words
@@ -31,6 +32,7 @@ from mechid.identification.stages.needed_terms import drop_unneeded_terms, lay_o
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import explains_most
+from mechid.simulation.work import WorkSpentError
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +66,21 @@ class Reached:
 def grow_model(
     watch: Watch, model: AugmentedModel, q: FloatArray, seed: int, *, escapes: int = STAGES.term_escapes, leaps: int = 0
 ) -> Reached:
-    """Return how far a model with effects free grows from a point of it."""
+    """Return how far a model with effects free grows from a point of it; or, its budget spent, where it was then."""
     tell, rng = tell_growth(watch, model), np.random.default_rng((seed, 0, 7))
-    growth = grow_horizons(model.problem, q, rng, tell, escapes=escapes, leaps=leaps, journal=watch.journal)
-    return Reached(model, growth)
+    furthest = Growth(q, least_horizons(model.problem), False, 0)
+
+    def on_progress(at: FloatArray, gates: Mapping[str, int]) -> None:
+        nonlocal furthest
+        if sum(gates.values()) >= sum(furthest.horizons.values()):
+            furthest = Growth(at, dict(gates), False, furthest.rounds + 1)
+        tell(at, gates)
+
+    with suppress(WorkSpentError):
+        furthest = grow_horizons(
+            model.problem, q, rng, on_progress, escapes=escapes, leaps=leaps, journal=watch.journal
+        )
+    return Reached(model, furthest)
 
 
 def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Mapping[str, int]], None]:

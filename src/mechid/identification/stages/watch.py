@@ -21,6 +21,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.fit import StageReport
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.stages.families import Families
 from mechid.identification.stages.settings import STAGES
 
 
@@ -78,7 +79,8 @@ def _counted(target: Target) -> int:
 class Watch:
     """The listener, journal and clock of a search, and its latest state, which an interruption leaves usable.
 
-    `keep` is called with states worth a result of their own, before work that whoever ends the search may cut off.
+    `keep` is called with states worth a result of their own, before work that whoever ends the search may cut off;
+    `compile_ahead` with the families of effects that are about to be needed, and tells whether it has begun anything.
     `note` is the one place where a search changes anything here; `noise` keeps its own time for looks at all records. A
     step notes what it has come to, and returns it.
 
@@ -96,6 +98,7 @@ class Watch:
     def __init__(self, state: SearchState, listener: Listener, total: int, journal: Journal | None = None) -> None:
         self.latest = state
         self.keep: Callable[[SearchState], None] = lambda state: None
+        self.compile_ahead: Callable[[Families], bool] = lambda families: False
         self.listener, self.total, self.journal = listener, total, journal or Journal()
         self.began = time.perf_counter()
         self.noise = ResidualToNoise(state.problem)

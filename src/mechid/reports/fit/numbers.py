@@ -10,7 +10,7 @@ from typing import Any
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
 from mechid.identification.result.fit import Fit, StageReport
-from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
+from mechid.identification.result.grade import CAUSE_WORDS, Reason, grade_words
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_result import ChannelFit, MaskedMoment, RecordFit
 from mechid.parameter import Status
@@ -57,7 +57,7 @@ def report_data(
         "format": FORMAT,
         "synthetic": fit.synthetic or synthetic,
         "grade": str(fit.grade),
-        "grade_words": GRADE_WORDS[fit.grade],
+        "grade_words": grade_words(fit.grade, fit.outcome),
         "reasons": [_reason(reason) for reason in fit.reasons],
         "outcome": {"code": fit.outcome.code, "message": fit.outcome.value, "path": list(fit.path)},
         "has_truth": bool(truth),

@@ -17,7 +17,7 @@ from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import json_text, signed
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
-from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.grade import grade_words
 from mechid.reading.whole import read_result
 from mechid.reports.fit.lacking import added_comment, added_notes
 from mechid.writing import write_together, write_whole
@@ -99,7 +99,7 @@ def estimated_text(fit: Fit, *, synthetic: bool = False) -> str:
     lines = [f"{ESTIMATED}; standard errors and all else stand in {ESTIMATE_NAME}."]
     if fit.synthetic or synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
-    lines += [GRADE_WORDS[fit.grade], *added_comment(fit), fit.outcome.value]
+    lines += [grade_words(fit.grade, fit.outcome), *added_comment(fit), fit.outcome.value]
     return mechanism_text(fit.mechanism, "\n".join(lines), added_notes(fit))
 
 

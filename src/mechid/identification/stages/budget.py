@@ -1,0 +1,33 @@
+"""Budget of the ladder: so many times the work that a complete campaign of the same records takes."""
+
+from __future__ import annotations
+
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.search.first_moments import first_window
+from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.settings import STAGES
+from mechid.simulation.work import RUNS_A_BATCH, work_of_run
+
+
+def complete_work(problem: Problem) -> int:
+    """Return about what work an identification takes whose mechanism lacks nothing (see `mechid.simulation.work`).
+
+    The multi-start over the first moments, its best starts refined there, and growth and joint fits over whole records,
+    which count as so many steps, each a run with derivatives and one without.
+    """
+    parameters, free = len(problem.space.mechanism.plant.parameters), problem.coordinates.lanes
+    first = sum(first_window(t)[1] for t in problem.targets)
+    whole = sum(t.samples for t in problem.targets)
+    drawn = SEARCH.points * work_of_run(first, parameters, 0) // RUNS_A_BATCH
+    steps = SEARCH.starts * SEARCH.robust_steps * first + STAGES.complete_steps * whole
+    return problem.substeps * (drawn + work_of_run(steps, parameters, 0) + work_of_run(steps, parameters, free))
+
+
+def effects_budget(problem: Problem) -> int:
+    """Return the work up to which rungs free effects."""
+    return STAGES.effects_budget * complete_work(problem)
+
+
+def ladder_budget(problem: Problem) -> int:
+    """Return the work at which the ladder ends."""
+    return STAGES.ladder_budget * complete_work(problem)

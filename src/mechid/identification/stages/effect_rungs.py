@@ -1,0 +1,214 @@
+"""Rungs of the ladder that add effects which a mechanism or its records may have, and the last one, the furthest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from itertools import islice
+
+from mechid.arrays import FloatArray
+from mechid.identification.effects.augmented import AugmentedModel
+from mechid.identification.effects.settings import IN_DIAGNOSIS
+from mechid.identification.output_error.problem import Windows
+from mechid.identification.stages.budget import effects_budget
+from mechid.identification.stages.compared_effects import (
+    look_at_first_moments,
+    look_at_hum,
+    look_from_other_starts,
+    look_past_stall,
+)
+from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
+from mechid.identification.stages.first_look import pruned_look, refined_look
+from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
+from mechid.identification.stages.settings import STAGES
+from mechid.identification.stages.single_effects import look_at_periods
+from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, state_so_far
+from mechid.simulation.work import WorkSpentError
+
+
+def _look(climb: Climb) -> Climb:
+    """Free one family of effects at a time over the first moments, from the best start."""
+    looks = look_at_first_moments(climb.families, climb.best.q, _teller(climb, "first moments"), climb.watch.journal)
+    return _grow_law(replace(climb, looks=tuple(looks)))
+
+
+def _look_elsewhere(climb: Climb) -> Climb:
+    """Free them from other starts."""
+    tell, others = _teller(climb, "first moments"), climb.starts[: STAGES.other_starts]
+    looks = look_from_other_starts(climb.families, climb.looks, climb.best.q, others, tell, climb.watch.journal)
+    return _grow_law(replace(climb, looks=tuple(looks)))
+
+
+def _grow_law(climb: Climb) -> Climb:
+    """Grow the law that explains most of the first moments, where one does."""
+    law = climb.looks[-1] if climb.looks else None
+    if law is None or not law.model.added.law:
+        return climb
+    return climb.at(_grow(climb, law.model, law.q, escapes=STAGES.law_escapes))
+
+
+def _grow_with_hum(climb: Climb) -> Climb:
+    """Grow the mechanism as written with mains hum projected out: the first moments do not tell hum from motion.
+
+    Its frequency is read again where that stalls, from what is followed by then, as long as that leads further.
+    """
+    families, none, tell = climb.families, growth_as_written(climb).growth, _teller(climb, "mains hum")
+    points = [climb.best.q, *climb.starts[: STAGES.other_starts]]
+    for grid_hz in families.unseen_grids:
+        look = look_at_hum(families, grid_hz, points, tell, climb.watch.journal)
+        if look is None:
+            continue
+        q, horizons, share = look.q, none.horizons, 0.0
+        while (model := families.with_hum(grid_hz, q, horizons)) and not climb.complete:
+            reached = _grow(climb, model, q, escapes=STAGES.small_escapes)
+            if reached.growth.complete:
+                whole = families.with_hum(grid_hz, reached.q, reached.growth.horizons)
+                reached = replace(reached, model=whole or model)
+            climb = climb.at(reached)
+            if reached.share < STAGES.hum_further * share:
+                break
+            q, horizons, share = reached.q, reached.growth.horizons, reached.share
+        if climb.complete:
+            break
+    return climb
+
+
+def _is_unexplained(climb: Climb) -> bool:
+    return climb.may_add and not climb.is_explained and not any(look.explains for look in climb.looks)
+
+
+def _grow_small(climb: Climb) -> Climb:
+    """Grow the effects that the first moments need."""
+    looks = [look for look in climb.looks if not look.model.added.law]
+    best = min(looks, key=lambda look: look.criterion)
+    small = pruned_look(climb.families, best, _teller(climb, "first moments"), climb.watch.journal)
+    return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+
+
+def _look_again(climb: Climb) -> Climb:
+    """Compare effects where the furthest growth has stalled, and again where that comes much further."""
+    tune = True
+    while not climb.complete and _can_free(climb):
+        before = furthest_growth(climb).share
+        climb = _look_past(climb, tune=tune)
+        if furthest_growth(climb).share < STAGES.look_further * before:
+            break
+        tune = False
+    return climb
+
+
+def _look_past(climb: Climb, *, tune: bool) -> Climb:
+    """Free one family at a time over windows a little past a stall, and grow until one comes much further."""
+    furthest = furthest_growth(climb)
+    families = _families(climb, furthest)
+    windows = _windows_past(furthest)
+    tell = _teller(climb, "past the stall")
+    journal = climb.watch.journal
+    here = refined_look(furthest.model, furthest.q, journal, windows, STAGES.second_steps)
+    with suppress(WorkSpentError):  # what has been grown so far is kept
+        for look in islice(look_past_stall(families, here, windows, tell, journal, tune=tune), STAGES.second_looks):
+            small = pruned_look(families, look, tell, journal, windows)
+            grown = _grow(climb, small.model, small.q, escapes=STAGES.small_escapes)
+            climb = climb.at(with_periods_seen(climb, families, grown))
+            if climb.complete or furthest_growth(climb).share >= STAGES.look_further * furthest.share:
+                break
+    return climb
+
+
+def _windows_past(reached: Reached) -> Windows:
+    """Return windows that reach a little past what a growth follows."""
+    found = {}
+    for target in reached.problem.targets:
+        followed = reached.growth.horizons[target.name]
+        least = followed + round(STAGES.past_stall_s * target.base.sample_rate_hz)
+        found[target.name] = (0, min(target.samples, max(round(STAGES.past_stall * followed), least)))
+    return found
+
+
+def with_periods_seen(climb: Climb, families: Families, reached: Reached) -> Reached:
+    """Return a growth, grown again where its longer windows tell another order of friction over the angle."""
+    slow = next(filter(families.is_slow, reached.model.effects), None)
+    if slow is None:
+        return reached
+    tell, windows = _teller(climb, "past the stall"), _windows_past(reached)
+    look = look_at_periods(families, reached.model, reached.q, slow, windows, tell, climb.watch.journal)
+    if look.model.effects == reached.model.effects:
+        return reached
+    again = _grow(climb, look.model, look.q, escapes=STAGES.small_escapes)
+    return again if again.share >= reached.share else reached
+
+
+def _free(family: Family) -> Callable[[Climb], Climb]:
+    """Return the rung that frees a family where the furthest growth has stalled, and grows what is needed there."""
+
+    def attempt(climb: Climb) -> Climb:
+        furthest = furthest_growth(climb)
+        _, small = free_where_stalled(climb.watch, _families(climb, furthest), furthest, family)
+        return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+
+    return attempt
+
+
+def _grow_wide(climb: Climb) -> Climb:
+    """Grow with all effects free, from where the furthest growth has stalled."""
+    furthest = furthest_growth(climb)
+    wide, _ = free_where_stalled(climb.watch, _families(climb, furthest), furthest, EVERYTHING)
+    return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
+
+
+def _families(climb: Climb, reached: Reached) -> Families:
+    """Return the families with the law of a growth."""
+    law = reached.model.added.law
+    return next((climb.families.with_law(one) for one in climb.families.laws() if one.name == law), climb.families)
+
+
+def _grow(climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int) -> Reached:
+    return grow_model(climb.watch, model, q, climb.seed, escapes=escapes, leaps=STAGES.small_leaps)
+
+
+def _teller(climb: Climb, stage: str) -> Callable[[str], None]:
+    return lambda line: climb.watch.tell(stage, line)
+
+
+def _can_free(climb: Climb) -> bool:
+    return climb.may_add
+
+
+def _keep_furthest(climb: Climb) -> Climb:
+    """Keep the growth that has come furthest, with its effects, where no rung has come to the ends of all records."""
+    reached = climb.reached
+    assert climb.growth is not None
+    assert reached is not None
+    state = climb.watch.note(state_so_far(climb.state, reached))
+    return replace(climb, state=state, growth=replace(reached.growth, q=state.q))
+
+
+def _came_much_further(climb: Climb) -> bool:
+    reached, growth = climb.reached, climb.growth
+    if reached is None or growth is None or len(reached.model.effects) > IN_DIAGNOSIS.few:
+        return False  # many effects together imitate whatever it is that is missing
+    return reached.share > STAGES.much_further * growth.reached(climb.state.problem)
+
+
+def _rung(name: str, applies: Callable[[Climb], bool], attempt: Callable[[Climb], Climb]) -> Rung:
+    return Rung(name, applies, attempt, effects_budget)
+
+
+NAMED_EFFECTS = (
+    _rung("mains hum", _is_unexplained, _grow_with_hum),
+    _rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
+    _rung("effects named by the first moments of other starts", _is_unexplained, _look_elsewhere),
+    _rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
+)
+"""Rungs that add the effects which the first moments name."""
+FREED_EFFECTS = (
+    _rung("effects named where that stalls", _can_free, _look_again),
+    _rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
+    _rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
+    _rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),
+    _rung("grown with all effects", _can_free, _grow_wide),
+)
+"""Rungs that add effects where the furthest growth has stalled."""
+FURTHEST = Rung("the furthest that was reached", _came_much_further, _keep_furthest)
+"""The last rung, which keeps what the others have come to."""

@@ -1,0 +1,48 @@
+"""Rungs that add effects. Truth: growths and looks made by hand, and options of a campaign."""
+
+from dataclasses import replace
+
+import pytest
+
+from ladder_bench import SAMPLES, climb_of_one_record, followed
+from mechid.campaign.identify_options import IdentifyOptions
+from mechid.identification.search.multistart import Candidate
+from mechid.identification.stages import effect_rungs
+from mechid.identification.stages.effect_rungs import with_periods_seen
+from mechid.identification.stages.first_look import FirstLook
+from mechid.identification.stages.term_growth import Reached
+
+
+@pytest.fixture(scope="module")
+def climb():
+    return climb_of_one_record()
+
+
+def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb, monkeypatch):
+    """Truth: by hand: order 29 leaves less; what then comes less far is not taken."""
+    families, q = climb.families, climb.best.q
+    first, better = (families.with_effect(families.bare, f"friction.position:output:{k}") for k in (28, 29))
+    grown, seen = Reached(first, followed(q, 400)), []
+
+    def look(*given):
+        seen.append(given[3:5])
+        return FirstLook(better, q, 1.0, 600)
+
+    monkeypatch.setattr(effect_rungs, "look_at_periods", look)
+    for samples, taken in ((SAMPLES, True), (300, False)):
+        again = Reached(better, followed(q, samples))
+        monkeypatch.setattr(effect_rungs, "grow_model", lambda *_args, again=again, **_options: again)
+        assert with_periods_seen(climb, families, grown) is (again if taken else grown)
+    assert seen[0] == ("friction.position:output:28", {"full_46": (0, SAMPLES)}), "0.1 s past the horizon at least"
+    bare = Reached(families.bare, followed(q, 400))
+    assert with_periods_seen(climb, families, bare) is bare
+    assert len(seen) == 2
+
+
+def test_effects_are_added_only_where_the_campaign_lets_them(climb):
+    """Truth: [identify] terms and disturbances."""
+    for terms, disturbances, allowed in ((True, "none", True), (False, "auto", True), (False, "none", False)):
+        options = IdentifyOptions(terms=terms, disturbances=disturbances)
+        one = replace(climb, campaign=replace(climb.campaign, options=options), best=Candidate(climb.best.q, 1e6))
+        assert one.may_add is allowed
+        assert effect_rungs.NAMED_EFFECTS[0].applies(one) is allowed
