@@ -41,7 +41,7 @@ def test_a_campaign_that_nothing_explains_ends_at_its_budget_and_says_so_first(a
     fit, work = ended(resume=False)
     assert (fit.outcome, fit.grade) == (FitOutcome.HORIZON, Grade.C)
     assert BUDGET_SPENT in fit.warnings
-    assert fit.path[:2] == ("as written", "effects named by the first moments")
+    assert fit.path[:3] == ("as written", "mains hum", "effects named by the first moments")
     assert "records compared, other starts" not in fit.path
     assert work < (ALL + 3) * complete_work(make_problem(another, 1))
     assert report_data(fit)["grade_words"] == NOTHING_EXPLAINS

@@ -31,23 +31,31 @@ def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(famil
     near = families.with_periods(RIGHT, 125)
     monkeypatch.setattr(single_effects, "likeliest_effects", lambda *_: [[WRONG], [near]])
     windows, said = first_windows(families.plain), []
-    looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
-    assert [look.model.effects for look in looks[:2]] == [(WRONG,), (near,)]
+    listed, looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
+    assert [look.model.effects for look in [*listed, *looks[:1]]] == [(WRONG,), (near,)]
     best = looks[-1]
     (term,) = best.model.effects
     assert families.periods(term) == pytest.approx(PERIODS, abs=1)
     assert best.explains
-    assert not looks[1].explains
+    assert not looks[0].explains
     assert said[-1].endswith(f"with {families.periods(term)} periods in a turn")
 
 
-def test_a_listed_effect_that_explains_long_windows_ends_the_comparison(families, plain, monkeypatch):
+def test_a_kind_is_looked_at_when_it_is_asked_for(families, plain, monkeypatch):
     """Truth: the detent, here given as if it were listed; what comes behind it is not looked at."""
-    other = families.with_periods(RIGHT, 90)
-    monkeypatch.setattr(single_effects, "likeliest_effects", lambda *_: [[RIGHT, WRONG], [other]])
-    windows = first_windows(families.plain)
-    looks = look_at_singles(families, families.bare, plain.q, windows, str, Journal(), here=plain)
-    assert [look.model.effects for look in looks[:1]] == [(RIGHT,)]
-    assert not any({WRONG, other} & set(look.model.effects) for look in looks)
-    every = look_at_singles(families, families.bare, plain.q, windows, str, Journal())
-    assert [look.model.effects for look in every[:3]] == [(RIGHT,), (WRONG,), (other,)]
+    asked = []
+
+    def kinds(*_):
+        for names in ([RIGHT, WRONG], [families.with_periods(RIGHT, 90)]):
+            asked.append(names)
+            yield names
+
+    monkeypatch.setattr(single_effects, "likeliest_effects", kinds)
+    looks = look_at_singles(families, families.bare, plain.q, first_windows(families.plain), str, Journal())
+    first = next(looks)
+    assert [look.model.effects for look in first[:2]] == [(RIGHT,), (WRONG,)]
+    assert first[0].explains
+    assert len(asked) == 1
+    (behind,) = next(looks)
+    assert not behind.explains
+    assert len(asked) == 2

@@ -61,7 +61,8 @@ class _FirstLooks:
         if bare.explains:
             self.found[bare.model.name] = bare
             return True
-        looks = look_at_singles(families, families.bare, q, first_windows(families.plain), self.tell, self.journal)
+        kinds = look_at_singles(families, families.bare, q, first_windows(families.plain), self.tell, self.journal)
+        looks = [look for kind in kinds for look in kind]
         self.found.update({look.model.name: look for look in looks})
         return any(look.explains for look in looks)
 
@@ -215,14 +216,17 @@ def look_past_stall(
         tuned = with_best_period(families, here, term, windows, tell, journal, steps)
         if tuned is not here:
             yield tuned
-    looks = look_at_singles(families, base, here.q, windows, tell, journal, steps, here=here)
-    looks.sort(key=lambda look: look.criterion)
-    gains = [here.cost - look.cost for look in looks]
-    clear = looks[:1] if gains and gains[0] > STAGES.clearly_more * max([0.0, *gains[1:]]) else []
-    yield from clear
-    if any(look.explains_what_is_left_of(here) for look in looks):
-        yield from looks[len(clear) :]
-        return
+    looks, grown = list[FirstLook](), list[FirstLook]()
+    for kind in look_at_singles(families, base, here.q, windows, tell, journal, steps):
+        looks = sorted([*looks, *kind], key=lambda look: look.criterion)
+        gains = [here.cost - look.cost for look in looks]
+        is_clear = gains and gains[0] > STAGES.clearly_more * max([0.0, *gains[1:]])
+        if is_clear and looks[0] not in grown:
+            grown.append(looks[0])
+            yield looks[0]
+        if any(look.explains_what_is_left_of(here) for look in looks):
+            yield from (look for look in looks if look not in grown)
+            return
     laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
     wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
     for model in [*laws, *wide]:
@@ -231,7 +235,7 @@ def look_past_stall(
         look = refined_look(model, model.point_of(base, here.q), journal, windows, steps)
         tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
         looks.append(look)
-    yield from (look for look in sorted(looks, key=lambda look: look.criterion) if look not in clear)
+    yield from (look for look in sorted(looks, key=lambda look: look.criterion) if look not in grown)
 
 
 def look_at_whole_records(
@@ -239,7 +243,8 @@ def look_at_whole_records(
 ) -> list[FirstLook]:
     """Return what the likeliest single effects, and each law, leave of whole records from an optimum without them."""
     base, whole = families.bare, families.plain.whole()
-    looks = look_at_singles(families, base, q, whole, tell, journal, STAGES.whole_steps)
+    kinds = look_at_singles(families, base, q, whole, tell, journal, STAGES.whole_steps)
+    looks = [look for kind in kinds for look in kind]
     for law in families.laws():
         model = families.by_law(law)
         look = refined_look(model, model.point_of(base, q), journal, whole, STAGES.whole_steps)

@@ -43,8 +43,17 @@ def _has_grown(climb: Climb) -> bool:
     return climb.growth is not None
 
 
-MASKED_AS_WRITTEN = Rung("as written, single moments left out", _has_grown, _mask)
-MASKED_WITH_EFFECTS = Rung("needed effects, single moments left out", lambda climb: climb.reached is not None, _mask)
+def _lacks_nothing_at_first(climb: Climb) -> bool:
+    """Tell whether the mechanism as written leaves noise of the first moments: else more is missing than a moment."""
+    return _has_grown(climb) and climb.is_explained
+
+
+def _come_furthest_with_effects(climb: Climb) -> bool:
+    return climb.reached is not None and climb.reached is furthest_growth(climb)
+
+
+MASKED_AS_WRITTEN = Rung("as written, single moments left out", _lacks_nothing_at_first, _mask)
+MASKED_WITH_EFFECTS = Rung("needed effects, single moments left out", _come_furthest_with_effects, _mask)
 MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mask)
 
 

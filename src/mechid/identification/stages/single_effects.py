@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import chain
+import math
+from collections.abc import Callable, Iterator
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
@@ -24,33 +24,28 @@ def look_at_singles(
     tell: Callable[[str], None],
     journal: Journal,
     steps: int = SEARCH.robust_steps,
-    *,
-    here: FirstLook | None = None,
-) -> list[FirstLook]:
-    """Return what a model with one more effect leaves of some windows, for each of the likeliest single effects.
+) -> Iterator[list[FirstLook]]:
+    """Yield what a model with one more effect leaves of some windows, for the likeliest single effects of each kind.
 
     A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
-    its number roughly. Given the look `here` without any, no further ones are looked at where one explains what it
-    leaves: long windows are seldom explained by what is not the cause, and take long.
+    its number roughly. A kind is looked at when it is asked for: looks at long windows take seconds.
     """
 
-    def look(name: str, start: tuple[AugmentedModel, FloatArray]) -> FirstLook:
+    def look(name: str) -> FirstLook:
         model = families.with_effect(base, name)
-        found = refined_look(model, model.point_of(*start), journal, windows, steps)
+        found = refined_look(model, model.point_of(base, q), journal, windows, steps)
         tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
         return found
 
-    looks: list[FirstLook] = []
-    for name in chain.from_iterable(likeliest_effects(families, base, q, windows)):
-        looks.append(look(name, (base, q)))
-        if here and looks[-1].explains_what_is_left_of(here):
-            break
-    best = min(looks, key=lambda look: look.cost, default=None)
-    further = [name for name in best.model.effects if name not in base.effects] if best else []
-    term = next((name for name in further if name in families.unlisted), None)
-    if best is not None and term is not None:
-        looks.append(with_best_period(families, best, term, windows, tell, journal, steps))
-    return looks
+    least = math.inf
+    for names in likeliest_effects(families, base, q, windows):
+        looks = {name: look(name) for name in names}
+        name = min(looks, key=lambda one: looks[one].cost, default=None)
+        found = [*looks.values()]
+        if name is not None and name in families.unlisted and looks[name].cost < least:
+            found.append(with_best_period(families, looks[name], name, windows, tell, journal, steps))
+        least = min([least, *(look.cost for look in found)])
+        yield found
 
 
 def look_at_periods(
