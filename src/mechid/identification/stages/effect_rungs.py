@@ -79,11 +79,22 @@ def _is_unexplained(climb: Climb) -> bool:
 
 
 def _grow_small(climb: Climb) -> Climb:
-    """Grow the effects that the first moments need."""
-    looks = [look for look in climb.looks if not look.model.added.law]
-    best = min(looks, key=lambda look: look.criterion)
-    small = pruned_look(climb.families, best, _teller(climb, "first moments"), climb.watch.journal)
-    return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+    """Grow the effects that the first moments need; where these do not tell some apart, the one that comes furthest."""
+    looks = sorted((look for look in climb.looks if not look.model.added.law), key=lambda look: look.criterion)
+    alike = [look for look in looks[1:] if look.criterion - looks[0].criterion < STAGES.alike_looks]
+    tell, journal = _teller(climb, "first moments"), climb.watch.journal
+    small = [pruned_look(climb.families, look, tell, journal) for look in [looks[0], *alike[: STAGES.singles - 1]]]
+    small = list({look.model.effects: look for look in reversed(small)}.values())[::-1]
+    model, q, grown = small[0].model, small[0].q, list[Reached]()
+    if len(small) > 1:
+        for look in small:
+            grown.append(_grow(climb, look.model, look.q, escapes=0))
+            climb = climb.at(grown[-1])
+            if climb.complete:
+                return climb
+        best = max(grown, key=lambda one: one.share)
+        model, q = best.model, best.q
+    return climb.at(_grow(climb, model, q, escapes=STAGES.small_escapes))
 
 
 def _look_again(climb: Climb) -> Climb:

@@ -91,12 +91,15 @@ class StageSettings:
     """Time past the horizon up to which they are compared at least."""
     second_steps: int = 12
     """Robust steps of that comparison: they begin where the growth has ended."""
+    alike_looks: float = 20.0
+    """Difference of the Bayesian criterion up to which effects are all grown: kinematic errors of orders 5 to 8 left
+    1.02 each of the first moments."""
     look_further: float = 1.2
     """Times as far that a growth has to come after such a comparison, to have effects compared once more."""
     left_of_excess: float = 0.1
     """Share of what a model leaves beyond noise that one more effect may leave of it, and explains it still: with a
     clock of 90 ppm 0.11 of 1.6 were left, as the noise level of one record was 11 % too low, by delays 0.39."""
-    clearly_more: float = 3.0
+    clearly_more: float = 2.0
     """Times as much as the next that a single effect has to explain to be grown before others are looked at."""
     second_looks: int = 3
     """Models that are grown after it at most."""
