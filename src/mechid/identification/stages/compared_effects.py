@@ -176,10 +176,11 @@ def look_at_hum(
         look = refined_look(model, q, journal)
         tell(f"{model.name}: {look.left:.3g} of the noise left of the first moments, {plain.left:.3g} without")
         best = min(best, look, key=lambda one: one.cost)
+        excess = (best.left - 1.0) / (plain.left - 1.0)
+        if excess > STAGES.hum_helps:
+            return None
         if best.explains:
             return best
-        if best.left > STAGES.hum_helps * plain.left:
-            return None
     return best
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -88,7 +89,7 @@ def _grow_small(climb: Climb) -> Climb:
     model, q, grown = small[0].model, small[0].q, list[Reached]()
     if len(small) > 1:
         for look in small:
-            grown.append(_grow(climb, look.model, look.q, escapes=0))
+            grown.append(_grow(climb, look.model, look.q, escapes=0, leaps=0))
             climb = climb.at(grown[-1])
             if climb.complete:
                 return climb
@@ -128,13 +129,17 @@ def _look_past(climb: Climb, *, tune: bool) -> Climb:
 
 
 def _windows_past(reached: Reached) -> Windows:
-    """Return windows that reach a little past what a growth follows."""
-    found = {}
+    """Return windows that reach a little past what a growth follows; of a followed record none longer than others'."""
+    ends_s, stalled_s = dict[str, float](), list[float]()
     for target in reached.problem.targets:
-        followed = reached.growth.horizons[target.name]
-        least = followed + round(STAGES.past_stall_s * target.base.sample_rate_hz)
-        found[target.name] = (0, min(target.samples, max(round(STAGES.past_stall * followed), least)))
-    return found
+        whole_s, followed = target.samples / target.base.sample_rate_hz, reached.growth.horizons[target.name]
+        followed_s = followed / target.base.sample_rate_hz
+        further_s = max(STAGES.past_stall * followed_s, followed_s + STAGES.past_stall_s)
+        ends_s[target.name] = min(whole_s, further_s)
+        if followed < target.samples:
+            stalled_s.append(ends_s[target.name])
+    longest_s = max(stalled_s, default=math.inf)
+    return {t.name: (0, round(min(ends_s[t.name], longest_s) * t.base.sample_rate_hz)) for t in reached.problem.targets}
 
 
 def with_periods_seen(climb: Climb, families: Families, reached: Reached) -> Reached:
@@ -174,8 +179,10 @@ def _families(climb: Climb, reached: Reached) -> Families:
     return next((climb.families.with_law(one) for one in climb.families.laws() if one.name == law), climb.families)
 
 
-def _grow(climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int) -> Reached:
-    return grow_model(climb.watch, model, q, climb.seed, escapes=escapes, leaps=STAGES.small_leaps)
+def _grow(
+    climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int, leaps: int = STAGES.small_leaps
+) -> Reached:
+    return grow_model(climb.watch, model, q, climb.seed, escapes=escapes, leaps=leaps)
 
 
 def _teller(climb: Climb, stage: str) -> Callable[[str], None]:
