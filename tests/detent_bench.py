@@ -5,6 +5,10 @@ import numpy as np
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
+from mechid.identification.computation.journal import Journal
+from mechid.identification.identify import make_problem
+from mechid.identification.stages.families import Families
+from mechid.identification.stages.first_look import refined_look
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
 PERIODS = 130
@@ -23,3 +27,15 @@ def detent_bench(seconds=0.12):
         for k, name in enumerate(("full_46", "micro_46", "micro_92"))
     ]
     return campaign(catalogue_mechanism().with_values(TRUTH).with_free(FREE), *records)
+
+
+def detent_families():
+    """Return what may be free beside the mechanism of that campaign."""
+    made = detent_bench()
+    return Families(make_problem(made, 1), made)
+
+
+def look_without_the_detent(families):
+    """Return what the mechanism as written leaves, from its values moved by 5 %."""
+    near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
+    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())

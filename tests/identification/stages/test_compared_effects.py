@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from detent_bench import PERIODS, detent_bench
+from detent_bench import PERIODS, detent_families, look_without_the_detent
 from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.compared_effects import look_at_first_moments, look_at_hum
@@ -14,15 +14,12 @@ from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, measured, record, t
 
 @pytest.fixture(scope="module")
 def families():
-    campaign = detent_bench()
-    return Families(make_problem(campaign, 1), campaign)
+    return detent_families()
 
 
 @pytest.fixture(scope="module")
 def plain(families):
-    """Return what the mechanism as written leaves, from its values moved by 5 %."""
-    near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
-    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())
+    return look_without_the_detent(families)
 
 
 def test_the_first_moments_name_the_detent(families, plain):

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from detent_bench import detent_bench
+from detent_bench import detent_families, look_without_the_detent
 from mechid.identification.computation.journal import Journal
-from mechid.identification.identify import make_problem
-from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
+from mechid.identification.stages.families import TERMS_AND_RECORDS
 from mechid.identification.stages.first_look import effect_words, first_windows, pruned_look, refined_look
 from mechid.identification.stages.settings import STAGES
 
@@ -15,15 +14,12 @@ RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
 
 @pytest.fixture(scope="module")
 def families():
-    campaign = detent_bench()
-    return Families(make_problem(campaign, 1), campaign)
+    return detent_families()
 
 
 @pytest.fixture(scope="module")
 def plain(families):
-    """Return what the mechanism as written leaves, from its values moved by 5 %."""
-    near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
-    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())
+    return look_without_the_detent(families)
 
 
 def look_with(families, plain, *names):

@@ -2,12 +2,10 @@
 
 import pytest
 
-from detent_bench import PERIODS, detent_bench
+from detent_bench import PERIODS, detent_families, look_without_the_detent
 from mechid.identification.computation.journal import Journal
-from mechid.identification.identify import make_problem
 from mechid.identification.stages import single_effects
-from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import first_windows, refined_look
+from mechid.identification.stages.first_look import first_windows
 from mechid.identification.stages.single_effects import look_at_singles
 
 RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
@@ -15,15 +13,12 @@ RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
 
 @pytest.fixture(scope="module")
 def families():
-    campaign = detent_bench()
-    return Families(make_problem(campaign, 1), campaign)
+    return detent_families()
 
 
 @pytest.fixture(scope="module")
 def plain(families):
-    """Return what the mechanism as written leaves, from its values moved by 5 %."""
-    near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
-    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())
+    return look_without_the_detent(families)
 
 
 def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
