@@ -22,21 +22,21 @@ def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb,
     """Truth: by hand: order 29 leaves less; what then comes less far is not taken."""
     families, q = climb.families, climb.best.q
     first, better = (families.with_effect(families.bare, f"friction.position:output:{k}") for k in (28, 29))
-    grown, seen = Reached(first, followed(q, 400)), []
+    grown, seen = Reached(first, followed(first.problem.start, 400)), []
 
     def look(*given):
         seen.append(given[3:5])
-        return FirstLook(better, q, 1.0, 600)
+        return FirstLook(better, better.problem.start, 1.0, 600)
 
     monkeypatch.setattr(effect_rungs, "look_at_periods", look)
     for samples, taken in ((SAMPLES, True), (300, False)):
-        again = Reached(better, followed(q, samples))
+        again = Reached(better, followed(better.problem.start, samples))
         monkeypatch.setattr(effect_rungs, "grow_model", lambda *_args, again=again, **_options: again)
         assert with_periods_seen(climb, families, grown) is (again if taken else grown)
     assert seen[0] == ("friction.position:output:28", {"full_46": (0, SAMPLES)}), "0.1 s past the horizon at least"
     bare = Reached(families.bare, followed(q, 400))
     assert with_periods_seen(climb, families, bare) is bare
-    assert len(seen) == 2
+    assert [term for term, _ in seen] == [f"friction.position:output:{k}" for k in (28, 29, 28)], "none of the bare one"
 
 
 def test_effects_are_added_only_where_the_campaign_lets_them(climb):

@@ -20,7 +20,7 @@ def families():
 
 
 def test_a_family_has_what_it_says(families):
-    """Truth: the kinds by hand; every family has the parameters of the mechanism too, and all terms are one plant."""
+    """Truth: the kinds by hand; every family has the mechanism's parameters too; those with terms are one plant."""
     of_records = {"clock", "record.delay", "record.voltage", "record.gain"}
     assert families.bare.effects == ()
     assert set(families.model(RECORDS).effects) == of_records, "gains too, although the file has no transducer"
@@ -30,8 +30,10 @@ def test_a_family_has_what_it_says(families):
     assert set(families.model(TERMS_AND_RECORDS).effects) == usual | of_records
     rarer = set(families.model(EVERYTHING).effects) - usual - of_records
     assert {"stepper.detent:1.2deg", "gear.kinematic_error:7"} <= rarer
-    plants = {id(families.model(one).problem.space.mechanism.plant) for one in (RECORDS, TERMS, EVERYTHING)}
+    plants = {id(families.model(one).problem.space.mechanism.plant) for one in (TERMS, TERMS_AND_RECORDS, EVERYTHING)}
     assert len(plants) == 1
+    places = families.model(RECORDS).problem.space.mechanism.parameters.keys()
+    assert places == {*families.plain.space.mechanism.parameters, "transducer.gain"}, "no place for terms"
     assert {c.name for c in families.bare.problem.space.coordinates} == set(FREE)
 
 

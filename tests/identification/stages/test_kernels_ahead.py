@@ -30,12 +30,15 @@ def two_cores(monkeypatch, tmp_path):
     monkeypatch.setattr(kernels_ahead, "usable_cores", lambda: 2)
 
 
-def test_the_superset_comes_first_then_the_laws_in_their_order(campaign, problem):
+def test_values_of_records_come_first_then_the_superset_and_the_laws_in_their_order(campaign, problem):
     families = Families(problem, campaign)
     found = list(layouts(families))
-    assert found[0][0] is families.superset.mechanism.plant
-    assert [plant for plant, _ in found[1:]] == [law.mechanism.plant for law in families.laws()]
-    assert [wanted for _, wanted in found[1:]] == [families.by_law(law).problem.size for law in families.laws()]
+    records = families.model(RECORDS).problem
+    assert found[0][0].digest == records.space.mechanism.plant.digest
+    assert found[0][1] == records.coordinates.lanes
+    assert found[1][0] is families.superset.mechanism.plant
+    assert [plant for plant, _ in found[2:]] == [law.mechanism.plant for law in families.laws()]
+    assert [wanted for _, wanted in found[2:]] == [families.by_law(law).problem.size for law in families.laws()]
 
 
 def test_without_terms_there_is_no_law_to_compile(campaign, problem):
@@ -48,7 +51,7 @@ def test_models_of_one_plant_share_a_kernel(campaign, problem):
     families = Families(problem, campaign)
     wide = families.model(EVERYTHING)
     single = families.with_effect(families.bare, families.superset.terms[0].name)
-    lanes = {m.problem.coordinates.lanes for m in (wide, single, families.model(RECORDS), families.model(ALL_TERMS))}
+    lanes = {m.problem.coordinates.lanes for m in (wide, single, families.model(ALL_TERMS))}
     assert lanes == {len(families.superset.mechanism.plant.parameters)}
     assert lanes.pop() >= wide.problem.space.size
     tight = replace(single.problem, capacity=0)

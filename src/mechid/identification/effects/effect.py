@@ -102,6 +102,18 @@ def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = 
     return replace(add_terms(superset, names, base), widths={}) if superset else base
 
 
+def renamed(values: Mapping[str, float], of: AddedTerms, other: AddedTerms) -> dict[str, float]:
+    """Return values by the names that the terms of a mechanism have in another one; those that it lacks are left out.
+
+    Entries of a list have other places where others stand beside them.
+    """
+    here, there = other.names_by_term, of.names_by_term
+    common = here.keys() & there.keys()
+    moved = {old: new for term in common for old, new in zip(there[term], here[term], strict=True)}
+    lost = {name for name, term in of.new.items() if term not in common and term != of.law}
+    return {moved.get(name, name): value for name, value in values.items() if name not in lost}
+
+
 def distance_from_null(problem: Problem, q: FloatArray) -> FloatArray:
     """Return how far each coordinate of an effect is from its null value, (n,).
 

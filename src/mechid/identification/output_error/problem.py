@@ -209,13 +209,16 @@ def transfer_coordinates(problem: Problem, q: FloatArray, other: Problem) -> Flo
     return np.concatenate([problem.coordinates.of_mechanism(q), other.coordinates.records_point(records)])
 
 
-def transfer_values(problem: Problem, q: FloatArray, other: Problem) -> FloatArray:
+def transfer_values(
+    problem: Problem, q: FloatArray, other: Problem, values: Mapping[str, float] | None = None
+) -> FloatArray:
     """Return a point in a problem of the same records whose mechanism and records may have other parameters.
 
-    By the file's values. What is new begins at its start, as the null value of a term; a new parameter of a record
-    begins as in `transfer_coordinates`.
+    By the file's values, or by some that go by the names of the other one. What is new begins at its start, as the null
+    value of a term; a new parameter of a record begins as in `transfer_coordinates`.
     """
-    return other.coordinates.point({**_values_to_replace(problem, q, other), **problem.coordinates.values(q)})
+    values = problem.coordinates.values(q) if values is None else values
+    return other.coordinates.point({**_values_to_replace(problem, q, other), **values})
 
 
 def _values_to_replace(problem: Problem, q: FloatArray, other: Problem) -> dict[str, float]:

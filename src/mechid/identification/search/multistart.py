@@ -239,6 +239,12 @@ def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candi
             yield candidate
 
 
+def cost_with_priors(problem: Problem, q: FloatArray, windows: Windows = NO_WINDOWS, *, priors: bool = True) -> float:
+    """Return the robust cost of a point over windows, in sigmas squared, the priors counted where asked."""
+    away = problem.coordinates.prior_rows(q)[0] if priors else ()
+    return capped_costs(problem, [q], targets=problem.targets, windows=windows)[0] + float(np.sum(np.square(away)))
+
+
 def refine(
     problem: Problem, candidate: Candidate, steps: int, windows: Windows = NO_WINDOWS, *, priors: bool = False
 ) -> Candidate:
@@ -248,10 +254,7 @@ def refine(
     """
 
     def cost_norm(q: FloatArray) -> float:
-        away = problem.coordinates.prior_rows(q)[0] if priors else ()
-        return math.sqrt(
-            capped_costs(problem, [q], targets=problem.targets, windows=windows)[0] + np.sum(np.square(away))
-        )
+        return math.sqrt(cost_with_priors(problem, q, windows, priors=priors))
 
     def triangle(q: FloatArray) -> Triangle:
         alone = robust_triangle(problem, q, windows)

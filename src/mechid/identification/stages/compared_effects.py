@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
@@ -27,7 +28,10 @@ from mechid.identification.stages.first_look import FirstLook, first_windows, pr
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_singles, with_best_period
 
+DELAY = "record.delay"
 COULOMB, STATIC = "friction.coulomb", "friction.static"
+KINDS_BEFORE_LAWS = 3
+"""Kinds of single effects that are compared before laws over long windows: of records, listed terms, slow terms."""
 SMALL, COMBINED = (RECORDS, TERMS, ALL_TERMS), (TERMS_AND_RECORDS, EVERYTHING)
 
 
@@ -78,12 +82,15 @@ class _FirstLooks:
 
     def laws(self, points: Sequence[FloatArray], q: FloatArray) -> bool:
         """Look at laws from some points; first at those that a delay imitates, where delays help at `q`."""
-        delays = self.found.get(RECORDS.name)
+        delays = self.found.get(DELAY)
         plain = refined_look(self.families.bare, q, self.journal)
         delayed = delays is not None and delays.cost < STAGES.delays_help * plain.cost
         some = sorted(self.families.laws(), key=lambda law: not (law.imitated_by and delayed))
-        models = map(self.families.by_law, some)
-        return any(self._refined(model, _law_starts(model, self._plain(model, points))) for model in models)
+        for model in map(self.families.by_law, some):
+            self._refined(model, _law_starts(model, self._plain(model, points)))
+            if self.found[model.name].explains_surely:
+                break
+        return any(look.explains for look in self.found.values())
 
     def _refined(self, model: AugmentedModel, points: Iterable[FloatArray]) -> bool:
         for point in points:
@@ -106,9 +113,9 @@ class _FirstLooks:
 def look_at_first_moments(
     families: Families, q: FloatArray, tell: Callable[[str], None], journal: Journal
 ) -> list[FirstLook]:
-    """Return what families leave of the first moments from the best start as written; the least criterion last.
+    """Return what single effects leave of the first moments from the best start as written; the least criterion last.
 
-    Single effects first, then small families, laws, and all at once, until one explains them.
+    Laws too where what explains them leaves more than the noise of a record is uncertain by.
 
     Parameters
     ----------
@@ -120,29 +127,47 @@ def look_at_first_moments(
     journal : Journal
     """
     looks = _FirstLooks(families, tell, journal)
-    _ = (
-        looks.singles(q)
-        or looks.of(SMALL, [q], nearest=True)
-        or looks.laws([q], q)
-        or looks.of(COMBINED, [q], nearest=True)
-    )
+    looks.singles(q)
+    if not any(look.explains_surely for look in looks.found.values()):
+        looks.laws([q], q)
     return looks.ordered()
 
 
-def look_from_other_starts(
-    families: Families,
-    before: Sequence[FirstLook],
-    q: FloatArray,
-    others: Sequence[FloatArray],
-    tell: Callable[[str], None],
-    journal: Journal,
+def look_beside_best(
+    families: Families, before: Sequence[FirstLook], tell: Callable[[str], None], journal: Journal
 ) -> list[FirstLook]:
-    """Return what they leave from other starts, as these were drawn, where the best one does not do.
+    """Return what two effects leave of them: the one that leaves least, term and law, and one more beside it.
 
-    Parameters as of `look_at_first_moments`, and the looks from the best start.
+    Parameters
+    ----------
+    families : Families
+    before : sequence of FirstLook
+    tell, journal
+        As of `look_at_first_moments`.
     """
     looks = _FirstLooks(families, tell, journal, {look.model.name: look for look in before})
-    _ = looks.of(SMALL, others, nearest=False) or looks.laws(others[: STAGES.law_starts], q)
+    ordered, windows = sorted(before, key=lambda look: look.criterion), first_windows(families.plain)
+    kinds = {bool(look.model.added.law): look for look in reversed(ordered)}
+    for base in sorted(kinds.values(), key=lambda look: look.criterion):
+        if base.left - 1.0 > STAGES.beside_worse * (ordered[0].left - 1.0):
+            continue
+        of = next((families.with_law(law) for law in families.laws() if law.name == base.model.added.law), families)
+        found = [one for kind in look_at_singles(of, base.model, base.q, windows, tell, journal) for one in kind]
+        looks.found.update({look.model.name: look for look in found})
+        if any(look.explains for look in found):
+            break
+    return looks.ordered()
+
+
+def look_at_families(
+    families: Families, before: Sequence[FirstLook], q: FloatArray, tell: Callable[[str], None], journal: Journal
+) -> list[FirstLook]:
+    """Return what effects of a kind leave of them together, and all at once.
+
+    Parameters as of `look_at_first_moments`, and the looks at single effects.
+    """
+    looks = _FirstLooks(families, tell, journal, {look.model.name: look for look in before})
+    _ = looks.of(SMALL, [q], nearest=True) or looks.of(COMBINED, [q], nearest=True)
     return looks.ordered()
 
 
@@ -196,7 +221,7 @@ def look_past_stall(
     """Yield looks that may be grown, over windows that reach a little past where a growth has stalled.
 
     First the model with another number of periods of a term that it has, where that leaves less; then a single effect
-    that explains far more than the others; at last the best of these, of the laws and of wide families, by the
+    or a law that explains far more than those before; the best of them; at last the best of wide families, by the
     Bayesian criterion. Each is looked at only when it is asked for: long windows take seconds a look.
 
     Parameters
@@ -218,40 +243,62 @@ def look_past_stall(
         if tuned is not here:
             yield tuned
     looks, grown = list[FirstLook](), list[FirstLook]()
-    for kind in look_at_singles(families, base, here.q, windows, tell, journal, steps):
-        looks = sorted([*looks, *kind], key=lambda look: look.criterion)
-        gains = [here.cost - look.cost for look in looks]
-        is_clear = gains and gains[0] > STAGES.clearly_more * max([0.0, *gains[1:]])
-        if is_clear and looks[0] not in grown:
+    for number, kind in enumerate(_looks_by_kind(families, here, windows, tell, journal, steps)):
+        looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
+        may_grow = (number > 0 and _is_clear(looks, here)) or kind is None  # records' own values imitate terms
+        if looks and may_grow and looks[0] not in grown:
             grown.append(looks[0])
             yield looks[0]
         if any(look.explains_what_is_left_of(here) for look in looks):
-            yield from (look for look in looks if look not in grown)
-            return
-    laws = [families.by_law(law, base) for law in families.laws()] if not base.added.law else []
-    wide = [families.model(family, base) for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING)]
-    for model in [*laws, *wide]:
-        if model is wide[0] and any(look.explains_what_is_left_of(here) for look in looks):
             break
-        look = refined_look(model, model.point_of(base, here.q), journal, windows, steps)
-        tell(f"{model.name}: {model.problem.size} free, {look.left:.3g} of the noise left a little past the horizons")
-        looks.append(look)
+    else:
+        for family in (RECORDS, TERMS_AND_RECORDS, EVERYTHING):
+            model = families.model(family, base)
+            looks.append(refined_look(model, model.point_of(base, here.q), journal, windows, steps))
+            tell(f"{model.name}: {looks[-1].left:.3g} of the noise left")
     yield from (look for look in sorted(looks, key=lambda look: look.criterion) if look not in grown)
 
 
 def look_at_whole_records(
     families: Families, q: FloatArray, tell: Callable[[str], None], journal: Journal
 ) -> list[FirstLook]:
-    """Return what the likeliest single effects, and each law, leave of whole records from an optimum without them."""
-    base, whole = families.bare, families.plain.whole()
-    kinds = look_at_singles(families, base, q, whole, tell, journal, STAGES.whole_steps)
-    looks = [look for kind in kinds for look in kind]
-    for law in families.laws():
-        model = families.by_law(law)
-        look = refined_look(model, model.point_of(base, q), journal, whole, STAGES.whole_steps)
-        tell(f"{law.name}: {look.left:.4g} of the noise left")
-        looks.append(look)
+    """Return what the likeliest single effects, and each law, leave of whole records from an optimum without them.
+
+    Detents of any number of periods only where none of the others stands out.
+    """
+    whole = families.plain.whole()
+    here = refined_look(families.bare, q, journal, whole, STAGES.whole_steps)
+    looks = list[FirstLook]()
+    for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps):
+        looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
+        if kind is None and _is_clear(looks, here):
+            break
     return looks
+
+
+def _looks_by_kind(
+    families: Families, here: FirstLook, windows: Windows, tell: Callable[[str], None], journal: Journal, steps: int
+) -> Iterator[list[FirstLook] | None]:
+    """Yield what one more effect leaves, kind by kind; None before detents of any number of periods.
+
+    Where a model follows more than the first moments these come last: a detent shows there, and a scan takes longest.
+    """
+    base = here.model
+    singles = look_at_singles(families, base, here.q, windows, tell, journal, steps)
+    yield from islice(singles, KINDS_BEFORE_LAWS)
+    for law in families.laws() if not base.added.law else ():
+        model = families.by_law(law, base)
+        look = refined_look(model, model.point_of(base, here.q), journal, windows, steps)
+        tell(f"{law.name} beside {base.name}: {look.left:.3g} of the noise left")
+        yield [look]
+    yield None
+    yield from singles
+
+
+def _is_clear(looks: Sequence[FirstLook], here: FirstLook) -> bool:
+    """Tell whether the first of some looks explains far more than all others."""
+    gains = [here.cost - look.cost for look in looks]
+    return bool(gains) and gains[0] > STAGES.clearly_more * max([0.0, *gains[1:]])
 
 
 def _from_nearest(model: AugmentedModel, looks: Iterable[FirstLook]) -> list[FloatArray]:

@@ -14,39 +14,66 @@ from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Windows
 from mechid.identification.stages.budget import effects_budget
 from mechid.identification.stages.compared_effects import (
+    look_at_families,
     look_at_first_moments,
     look_at_hum,
-    look_from_other_starts,
+    look_beside_best,
     look_past_stall,
 )
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
-from mechid.identification.stages.first_look import pruned_look, refined_look
+from mechid.identification.stages.first_look import FirstLook, pruned_look, refined_look
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.single_effects import look_at_periods
+from mechid.identification.stages.single_effects import look_at_periods, look_at_singles
 from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, state_so_far
 from mechid.simulation.work import WorkSpentError
 
+KINDS_LISTED = 2
+"""Kinds of single effects that are listed: of records and terms."""
+
 
 def _look(climb: Climb) -> Climb:
-    """Free one family of effects at a time over the first moments, from the best start."""
+    """Free one effect at a time over the first moments, from the best start."""
     looks = look_at_first_moments(climb.families, climb.best.q, _teller(climb, "first moments"), climb.watch.journal)
     return _grow_law(replace(climb, looks=tuple(looks)))
 
 
-def _look_elsewhere(climb: Climb) -> Climb:
-    """Free them from other starts."""
-    tell, others = _teller(climb, "first moments"), climb.starts[: STAGES.other_starts]
-    looks = look_from_other_starts(climb.families, climb.looks, climb.best.q, others, tell, climb.watch.journal)
+def _look_far(climb: Climb) -> Climb:
+    """Free one listed effect at a time past the stall of the furthest growth, and grow one that explains it."""
+    furthest = furthest_growth(climb)
+    windows, tell, journal = _windows_past(furthest), _teller(climb, "past the stall"), climb.watch.journal
+    here = refined_look(furthest.model, furthest.q, journal, windows, STAGES.second_steps)
+    families = _families(climb, furthest)
+    singles = look_at_singles(families, here.model, here.q, windows, tell, journal, STAGES.second_steps)
+    for kind in islice(singles, KINDS_LISTED):
+        look = min(kind, key=lambda one: one.criterion, default=here)
+        if look is not here and look.explains_what_is_left_of(here):
+            small = pruned_look(families, look, tell, journal, windows)
+            return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
+    return climb
+
+
+def _look_beside(climb: Climb) -> Climb:
+    """Free one more effect over the first moments beside the one that explains most."""
+    looks = look_beside_best(climb.families, climb.looks, _teller(climb, "first moments"), climb.watch.journal)
     return _grow_law(replace(climb, looks=tuple(looks)))
 
 
+def _look_at_families(climb: Climb) -> Climb:
+    """Free the effects of a kind together over the first moments, from the best start."""
+    tell, journal = _teller(climb, "first moments"), climb.watch.journal
+    looks = look_at_families(climb.families, climb.looks, climb.best.q, tell, journal)
+    return replace(climb, looks=tuple(looks))
+
+
 def _grow_law(climb: Climb) -> Climb:
-    """Grow the law that explains most of the first moments, where one does."""
+    """Grow the law that explains most of the first moments, where one does; compare listed effects where it stalls."""
     law = climb.looks[-1] if climb.looks else None
-    if law is None or not law.model.added.law:
+    if law is None or not law.model.added.law or law.left >= STAGES.growable:
         return climb
-    return climb.at(_grow(climb, law.model, law.q, escapes=STAGES.law_escapes))
+    escapes, leaps = (STAGES.law_escapes, STAGES.small_leaps) if law.explains else (0, 0)
+    climb = climb.at(_grow(climb, law.model, law.q, escapes=escapes, leaps=leaps))
+    return climb if climb.complete or climb.reached is not furthest_growth(climb) else _look_far(climb)
 
 
 def _grow_with_hum(climb: Climb) -> Climb:
@@ -79,9 +106,17 @@ def _is_unexplained(climb: Climb) -> bool:
     return climb.may_add and not climb.is_explained and not any(look.explains for look in climb.looks)
 
 
+def _comes_far_unexplained(climb: Climb) -> bool:
+    return _is_unexplained(climb) and growth_as_written(climb).share > STAGES.comes_far
+
+
+def _growable(climb: Climb) -> list[FirstLook]:
+    return [look for look in climb.looks if not look.model.added.law and look.left < STAGES.growable]
+
+
 def _grow_small(climb: Climb) -> Climb:
     """Grow the effects that the first moments need; where these do not tell some apart, the one that comes furthest."""
-    looks = sorted((look for look in climb.looks if not look.model.added.law), key=lambda look: look.criterion)
+    looks = sorted(_growable(climb), key=lambda look: look.criterion)
     alike = [look for look in looks[1:] if look.criterion - looks[0].criterion < STAGES.alike_looks]
     tell, journal = _teller(climb, "first moments"), climb.watch.journal
     small = [pruned_look(climb.families, look, tell, journal) for look in [looks[0], *alike[: STAGES.singles - 1]]]
@@ -95,7 +130,8 @@ def _grow_small(climb: Climb) -> Climb:
                 return climb
         best = max(grown, key=lambda one: one.share)
         model, q = best.model, best.q
-    return climb.at(_grow(climb, model, q, escapes=STAGES.small_escapes))
+    escapes, leaps = (STAGES.small_escapes, STAGES.small_leaps) if model.effects else (0, 0)
+    return climb.at(_grow(climb, model, q, escapes=escapes, leaps=leaps))
 
 
 def _look_again(climb: Climb) -> Climb:
@@ -104,6 +140,9 @@ def _look_again(climb: Climb) -> Climb:
     while not climb.complete and _can_free(climb):
         before = furthest_growth(climb).share
         climb = _look_past(climb, tune=tune)
+        if not climb.complete and furthest_growth(climb).share < STAGES.look_further * before:
+            furthest = furthest_growth(climb)  # what stalls a growth is mostly another effect: an escape comes last
+            climb = climb.at(_grow(climb, furthest.model, furthest.q, escapes=STAGES.small_escapes))
         if furthest_growth(climb).share < STAGES.look_further * before:
             break
         tune = False
@@ -121,7 +160,7 @@ def _look_past(climb: Climb, *, tune: bool) -> Climb:
     with suppress(WorkSpentError):  # what has been grown so far is kept
         for look in islice(look_past_stall(families, here, windows, tell, journal, tune=tune), STAGES.second_looks):
             small = pruned_look(families, look, tell, journal, windows)
-            grown = _grow(climb, small.model, small.q, escapes=STAGES.small_escapes)
+            grown = _grow(climb, small.model, small.q, escapes=0, leaps=0)
             climb = climb.at(with_periods_seen(climb, families, grown))
             if climb.complete or furthest_growth(climb).share >= STAGES.look_further * furthest.share:
                 break
@@ -144,15 +183,17 @@ def _windows_past(reached: Reached) -> Windows:
 
 def with_periods_seen(climb: Climb, families: Families, reached: Reached) -> Reached:
     """Return a growth, grown again where its longer windows tell another order of friction over the angle."""
-    slow = next(filter(families.is_slow, reached.model.effects), None)
-    if slow is None:
-        return reached
-    tell, windows = _teller(climb, "past the stall"), _windows_past(reached)
-    look = look_at_periods(families, reached.model, reached.q, slow, windows, tell, climb.watch.journal)
-    if look.model.effects == reached.model.effects:
-        return reached
-    again = _grow(climb, look.model, look.q, escapes=STAGES.small_escapes)
-    return again if again.share >= reached.share else reached
+    tell = _teller(climb, "past the stall")
+    while slow := next(filter(families.is_slow, reached.model.effects), None):
+        windows = _windows_past(reached)
+        look = look_at_periods(families, reached.model, reached.q, slow, windows, tell, climb.watch.journal)
+        if look.model.effects == reached.model.effects:
+            break
+        again = _grow(climb, look.model, look.q, escapes=STAGES.small_escapes)
+        if again.share < reached.share:
+            break
+        reached = again
+    return reached
 
 
 def _free(family: Family) -> Callable[[Climb], Climb]:
@@ -182,6 +223,9 @@ def _families(climb: Climb, reached: Reached) -> Families:
 def _grow(
     climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int, leaps: int = STAGES.small_leaps
 ) -> Reached:
+    if model.superset is not None and len(model.effects) <= IN_DIAGNOSIS.few:
+        compact = model.laid_out(climb.families.plain)
+        model, q = compact, compact.point_of(model, q)
     return grow_model(climb.watch, model, q, climb.seed, escapes=escapes, leaps=leaps)
 
 
@@ -216,8 +260,10 @@ def _rung(name: str, applies: Callable[[Climb], bool], attempt: Callable[[Climb]
 NAMED_EFFECTS = (
     _rung("mains hum", _is_unexplained, _grow_with_hum),
     _rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
-    _rung("effects named by the first moments of other starts", _is_unexplained, _look_elsewhere),
-    _rung("those needed there, grown", lambda climb: any(not l.model.added.law for l in climb.looks), _grow_small),
+    _rung("an effect named where the mechanism as written stalls", _comes_far_unexplained, _look_far),
+    _rung("two effects named by the first moments", lambda c: _is_unexplained(c) and bool(c.looks), _look_beside),
+    _rung("effects of a kind named by the first moments", _is_unexplained, _look_at_families),
+    _rung("those needed there, grown", lambda climb: bool(_growable(climb)), _grow_small),
 )
 """Rungs that add the effects which the first moments name."""
 FREED_EFFECTS = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, islice
@@ -21,7 +21,8 @@ from mechid.identification.stages.settings import STAGES
 from mechid.plant import friction_position
 from mechid.plant.block import Extension
 from mechid.plant.law import Law
-from mechid.plant.superset import Superset, rivals_of, superset_of, unlisted_extensions
+from mechid.plant.plant import Plant
+from mechid.plant.superset import Superset, rivals_of, superset_of, unlisted_extensions, with_tables
 from mechid.signal.settings import HUM
 
 GAIN_TABLE = "transducer"
@@ -123,14 +124,34 @@ class Families:
             found.setdefault(one.table, {})[_periods(one)] = name
         return found
 
-    def _superset(self, names: Iterable[str]) -> Superset | None:
+    def _superset(self, names: Sequence[str]) -> Superset | None:
         """Return the superset with some of the unlisted terms too: the same plant whichever they are."""
+        key = tuple(names)
+        if key not in self._supersets:
+            self._supersets[key] = self._superset_with(key)
+        return self._supersets[key]
+
+    @cached_property
+    def _supersets(self) -> dict[tuple[str, ...], Superset | None]:
+        return {}
+
+    def _superset_with(self, names: tuple[str, ...]) -> Superset | None:
         layout = self.base.mechanism.plant.layout
         if layout is None:
             return None
-        further = [self.unlisted[name] for name in self._places(list(names))] if self.allows_terms else []
-        tables = (GAIN_TABLE,) if layout.flying is None else ()
-        return superset_of(self.base.mechanism, grown_only=True, further=further, tables=tables)
+        further = [self.unlisted[name] for name in self._places(names)] if self.allows_terms else []
+        return superset_of(self.base.mechanism, grown_only=True, further=further, tables=self._tables)
+
+    @property
+    def _tables(self) -> tuple[str, ...]:
+        """Tables that values of single records may need."""
+        layout = self.base.mechanism.plant.layout
+        return (GAIN_TABLE,) if layout is not None and layout.flying is None else ()
+
+    @property
+    def record_layout(self) -> Plant:
+        """The plant of models that have values of single records beside the mechanism, and no term."""
+        return with_tables(self.base.mechanism, self._tables).plant
 
     def _places(self, names: Sequence[str]) -> Iterator[str]:
         """Yield an unlisted term for each place that the plant has: those named, then others at their null value.
@@ -219,6 +240,10 @@ class Families:
         names = dict.fromkeys((*before.added.terms, *terms))
         there = {one.name for one in before.disturbances}
         disturbances = (*before.disturbances, *(one for one in own if one.name not in there))
+        if not names:  # no place for terms, and one kernel whichever values of records are free
+            model = replace(self.bare, name=name, disturbances=disturbances).laid_out(self.plain, self._tables)
+            lanes = self.plain.coordinates.lanes + len(OF_RECORDS)
+            return replace(model, problem=replace(model.problem, capacity=lanes))
         return augment(
             self.plain,
             self.base,

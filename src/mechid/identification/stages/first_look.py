@@ -12,7 +12,7 @@ from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.first_moments import first_window
-from mechid.identification.search.multistart import NO_WINDOWS, Candidate, refine
+from mechid.identification.search.multistart import NO_WINDOWS, Candidate, cost_with_priors, refine
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.families import (
     Families,
@@ -49,6 +49,11 @@ class FirstLook:
         """Whether it leaves no more than noise of the first moments."""
         return self.left < SEARCH.explained
 
+    @property
+    def explains_surely(self) -> bool:
+        """Whether it leaves no more than what the noise of a record is uncertain by."""
+        return self.left < STAGES.surely_explained
+
     def explains_what_is_left_of(self, other: FirstLook) -> bool:
         """Whether it leaves no more than noise, or little of what another one leaves beyond noise.
 
@@ -72,6 +77,7 @@ def refined_look(
     """Return a model refined over the first moments, or over other windows, from a point of it.
 
     Over the first half of them before the whole: there fewer switches between sticking and sliding have gone wrong.
+    Over the whole from the point itself where that has led to more than it leaves.
     """
     windows = windows or first_windows(model.problem)
     halves = {name: (first, first + (stop - first) // 2) for name, (first, stop) in windows.items()}
@@ -79,6 +85,8 @@ def refined_look(
     def work() -> dict[str, object]:
         begun = refine(model.problem, Candidate(q, 0.0), steps // 2, halves, priors=True)
         found = refine(model.problem, begun, steps, windows, priors=True)
+        if found.cost > cost_with_priors(model.problem, q, windows):
+            found = refine(model.problem, Candidate(q, 0.0), steps, windows, priors=True)
         return {"q": found.q, "cost": found.cost}
 
     found = journal.step("first look", [identity(model.problem), q, windows, steps], work)

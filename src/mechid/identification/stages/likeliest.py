@@ -17,7 +17,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import robust_triangle
-from mechid.identification.stages.families import EVERYTHING, SLOW, Families, places_of
+from mechid.identification.stages.families import ALL_TERMS, EVERYTHING, RECORDS, SLOW, Families, places_of
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.detent import DETENT
 
@@ -25,9 +25,10 @@ from mechid.plant.detent import DETENT
 def likeliest_effects(families: Families, base: AugmentedModel, q: FloatArray, windows: Windows) -> Iterator[list[str]]:
     """Yield single effects that would explain most of some windows beside a model, by kind, the likeliest first.
 
-    First those that are listed; then friction over the angle, whose period the first moments do not tell, over longer
-    windows only; then detents of any number of periods, of which long windows are judged by their first moments alone,
-    unless friction over the angle explains far more than anything listed. A kind is ranked when it is asked for.
+    First those of records, by themselves where the windows are longer than the first moments, with terms that are
+    listed else; then friction over the angle, whose period the first moments do not tell, over longer windows only;
+    then detents of any number of periods, of which long windows are judged by their first moments alone, unless
+    friction over the angle explains far more than anything listed. A kind is ranked when it is asked for.
 
     Parameters
     ----------
@@ -37,10 +38,13 @@ def likeliest_effects(families: Families, base: AugmentedModel, q: FloatArray, w
         A point of it.
     windows : mapping of record to (first, stop)
     """
-    listed = _scores(base, q, windows, families.model(EVERYTHING, base), None)
-    yield _best(listed, STAGES.singles)
+    listed = dict[str, float]()
+    for family in (EVERYTHING,) if _are_first(families, windows) else (RECORDS, ALL_TERMS):
+        scores = _scores(base, q, windows, families.model(family, base), None)
+        listed |= scores
+        yield _best(scores, STAGES.singles)
     most, slow = max(listed.values(), default=0.0), _scan_slow(families, base, q, windows)
-    yield _best({name: score for name, score in slow.items() if score > STAGES.slow_share * most}, 1)
+    yield _best({name: score for name, score in slow.items() if score > STAGES.slow_share * most}, len(SLOW))
     if max(slow.values(), default=0.0) > STAGES.slow_alone * most:
         return
     numbers = _in_steps(families, base, DETENT)
@@ -49,13 +53,18 @@ def likeliest_effects(families: Families, base: AugmentedModel, q: FloatArray, w
     yield _best(detents, STAGES.singles)
 
 
+def _are_first(families: Families, windows: Windows) -> bool:
+    """Tell whether windows are the first moments."""
+    return all(windows[t.name] == first_window(t) for t in families.plain.targets)
+
+
 def _scan_slow(families: Families, base: AugmentedModel, q: FloatArray, windows: Windows) -> dict[str, float]:
     """Return what the likeliest slow term of each list explains beside a model; none over the first moments.
 
     First in steps, then every number of periods within one step of the likeliest.
     """
     found: dict[str, float] = {}
-    if all(windows[t.name] == first_window(t) for t in families.plain.targets):
+    if _are_first(families, windows):
         return found
     for table in SLOW:
         scores = _scan(families, base, q, windows, _in_steps(families, base, table))

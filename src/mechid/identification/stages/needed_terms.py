@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.effect import AddedTerms, lay_out
+from mechid.identification.effects.effect import AddedTerms, lay_out, renamed
 from mechid.identification.effects.pruning import Linearisation, linearise
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
@@ -125,7 +125,7 @@ def _laid_out(
     base = AddedTerms(plain.space.mechanism, new=law, law=wide.law)
     added = replace(lay_out(base, fit.names), aliases=aliases)
     problem = added.problem(plain)
-    values = _renamed(fit.problem.coordinates.values(fit.q), wide, added)
+    values = renamed(fit.problem.coordinates.values(fit.q), wide, added)
     return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
 
 
@@ -135,10 +135,3 @@ def lay_out_state(state: SearchState, plain: Problem) -> SearchState:
         return state
     fit = TermSelection(frozenset(state.added.terms), state.problem, state.q, math.nan)
     return _laid_out(state, state.added, fit, plain, {})
-
-
-def _renamed(values: Mapping[str, float], wide: AddedTerms, compact: AddedTerms) -> dict[str, float]:
-    """Return values, by the names of the wide mechanism, by those of a compact one, in whose lists entries moved up."""
-    here, there = compact.names_by_term, wide.names_by_term
-    moved = {old: new for term in here for old, new in zip(there[term], here[term], strict=True)}
-    return {moved.get(name, name): value for name, value in values.items() if name in moved or name not in wide.new}

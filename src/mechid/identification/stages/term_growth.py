@@ -6,7 +6,7 @@ and freed again where that stalls; what is kept in the end is what the records n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -16,9 +16,9 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.effects.disturbance import Disturbance, Found, lacking_tables, without
-from mechid.identification.effects.effect import AddedTerms, distance_from_null, lay_out
+from mechid.identification.effects.effect import AddedTerms, distance_from_null, lay_out, renamed
 from mechid.identification.effects.pruning import groups_of, linearise, needed_groups
-from mechid.identification.effects.scores import Score
+from mechid.identification.effects.scores import Score, bayesian_penalty
 from mechid.identification.effects.selection import is_significant
 from mechid.identification.effects.settings import DURING_FIT, IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
@@ -144,7 +144,36 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     at = drop_unneeded_terms(replace(at.of(problem), added=reached.model.added).at(q, whole), plain)
     if at.added is not None and len(at.added.terms) > IN_DIAGNOSIS.few:
         return None  # so many that none is needed imitate what is missing: a value that its bounds leave out
+    at = _without_idle_law(at, state.problem, own)
     return watch.note(at), Growth(at.q, whole, True, rounds)
+
+
+def _without_idle_law(state: SearchState, written: Problem, own: Sequence[Disturbance]) -> SearchState:
+    """Return a state with the law as written in place of an added one beside which terms explain all that is missing.
+
+    Parameters
+    ----------
+    state : SearchState
+        With all records followed.
+    written : Problem
+        Of the mechanism as written.
+    own : sequence of Disturbance
+        Of the state's records.
+    """
+    added = state.added
+    if added is None or not added.law or not added.terms:
+        return state
+    mechanism = written.space.mechanism
+    fewer = replace(lay_out(AddedTerms(mechanism), added.terms, lacking_tables(mechanism, own)), aliases=added.aliases)
+    problem = fewer.problem(written, own)
+    values = renamed(state.problem.coordinates.values(state.q), added, fewer)
+    begun, whole = problem.coordinates.clip(problem.coordinates.point(values)), problem.whole()
+    q = solve(problem, begun, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
+    penalty = bayesian_penalty(sum(t.samples for t in problem.targets)) * (state.problem.size - problem.size)
+    with_law = state.problem.total_norm(state.q, whole) ** 2
+    if unfollowed_records(problem, q) or problem.total_norm(q, whole) ** 2 > with_law + penalty:
+        return state
+    return replace(state.of(problem), added=fewer).at(q)
 
 
 def state_so_far(state: SearchState, reached: Reached) -> SearchState:
