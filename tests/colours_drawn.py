@@ -4,7 +4,7 @@ from matplotlib.collections import Collection
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 
-from mechid.reports.palette import MEASURED, MODELLED, NOISE, RESIDUAL
+from mechid.ink.palette import MEASURED, MODELLED, NOISE, RESIDUAL
 
 SAID = {
     MEASURED: ("measured", "amplitude"),

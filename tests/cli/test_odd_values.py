@@ -8,8 +8,8 @@ import shutil
 import numpy as np
 import pytest
 
-from mechid.reports.pens import Pens
-from mechid.reports.sheet import Sheet
+from mechid.ink.pens import Pens
+from mechid.ink.sheet import Sheet
 
 
 @pytest.fixture

@@ -12,12 +12,12 @@ from matplotlib.colors import to_rgb
 
 from colours_drawn import wrong_colours
 from mechid.analysis.look import look_at
+from mechid.ink.drawings import draw
+from mechid.ink.palette import MEANINGS, SERIES, colour_style
+from mechid.ink.pens import Pens
 from mechid.interface.plots import plot_fit, plot_record
-from mechid.reports.drawings import draw
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.look.figures import look_figures
-from mechid.reports.palette import MEANINGS, SERIES, colour_style
-from mechid.reports.pens import Pens
 from mechid.reports.record_figures import record_figures
 
 FOUR = ("measured", "modelled", "residual", "noise")

@@ -21,10 +21,10 @@ def check(
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.cli.printed import print_result
     from mechid.errors import UsageError
+    from mechid.ink.console import console_on
     from mechid.interface.check import check as checked
     from mechid.reading.whole import is_folder
     from mechid.reports import file_data, print_file
-    from mechid.reports.console import console_on
 
     if campaign.suffix.lower() not in ("", ".toml") and not is_folder(campaign):
         if out is not None:

@@ -13,8 +13,8 @@ from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome, grade_words
 from mechid.identification.run import IdentifyRun
+from mechid.ink.console import console_on
 from mechid.reports import print_report
-from mechid.reports.console import console_on
 from mechid.reports.identified import DEFAULT_RUN, Audience, identify_into_folder
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import typer
 
 from mechid.identification.computation.progress import Listener
+from mechid.ink.console import console_on
 from mechid.interface.presenters import show_written
 from mechid.interface.progress_line import ProgressLine
-from mechid.reports.console import console_on
 
 
 def print_result(result: object, out: Path | None) -> None:

@@ -24,7 +24,7 @@ def simulate(
     from mechid.campaign.trajectory_file import refuse_measured, write_trajectories
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.holding import held
-    from mechid.reports.console import console_on, print_lines
+    from mechid.ink.console import console_on, print_lines
     from mechid.reports.simulated import print_simulated, simulated_data
 
     loaded = load_campaign(campaign, need_files=False)

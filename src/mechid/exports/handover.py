@@ -18,10 +18,11 @@ from mechid.command import Command, MeasuredCommand
 from mechid.errors import FitError
 from mechid.exports.stand import which_mechanism
 from mechid.identification.result.as_fitted import error_covariance, refuse_failed
-from mechid.identification.result.estimate_file import DIGEST, SYNTHETIC
+from mechid.identification.result.estimate_file import DIGEST
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.plant.mechanism import Mechanism
+from mechid.shown import SYNTHETIC
 from mechid.simulation.simulator import TimeBase
 
 NAME = "mechanism"

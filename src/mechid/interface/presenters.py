@@ -117,7 +117,7 @@ def _survey() -> Presenter:
 
 
 def _understanding() -> Presenter:
-    from mechid.reports.console import print_lines
+    from mechid.ink.console import print_lines
     from mechid.reports.overview import campaign_data, print_campaign
 
     def files(found: Any, data: Mapping[str, Any], folder: Path) -> list[Path]:

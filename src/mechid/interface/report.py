@@ -11,12 +11,12 @@ from mechid.campaign import Campaign
 from mechid.holding import held
 from mechid.identification.result.estimate_file import read_estimate, signed
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
+from mechid.ink.pens import Pens
 from mechid.reports.fit.files import write_report
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import estimated_text, read_truth, write_components, write_residual, write_results
 from mechid.reports.identified import mechanism_name
-from mechid.reports.pens import Pens
 
 
 def report(

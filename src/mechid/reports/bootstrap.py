@@ -10,9 +10,9 @@ from rich.console import Console
 
 from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.console import print_lines, say, say_if_synthetic
-from mechid.reports.digits import digits, like, with_sigma
-from mechid.reports.text_table import Column, print_tables
+from mechid.ink.console import print_lines, say, say_if_synthetic
+from mechid.ink.digits import digits, like, with_sigma
+from mechid.ink.text_table import Column, print_tables
 from mechid.signal.autoregression import Autoregression
 from mechid.writing import write_together
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.ink.console import print_lines, say
+from mechid.ink.digits import digits, plain
+from mechid.ink.text_table import Column as Shown
+from mechid.ink.text_table import print_tables
 from mechid.records import Channel, Column, Record, Sampling, open_table, samplings
-from mechid.reports.console import print_lines, say
-from mechid.reports.digits import digits, plain
-from mechid.reports.text_table import Column as Shown
-from mechid.reports.text_table import print_tables
 from mechid.signal.moments import extremes, mean, root_mean_square
 
 CHANNEL = Shown("channel", "quantity", words=True)

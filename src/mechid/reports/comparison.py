@@ -14,9 +14,9 @@ from mechid.analysis.comparison import Comparison, ParameterComparison, RecordCo
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.console import print_lines, say, say_if_synthetic
-from mechid.reports.digits import digits, rounded, with_sigma
-from mechid.reports.text_table import Column, print_tables
+from mechid.ink.console import print_lines, say, say_if_synthetic
+from mechid.ink.digits import digits, rounded, with_sigma
+from mechid.ink.text_table import Column, print_tables
 from mechid.writing import write_together
 
 FORMAT = "mechid-comparison/1"

@@ -16,8 +16,8 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import ChannelFit
+from mechid.ink.quantities import channel_key
 from mechid.reports.outline import Outline, outline_of
-from mechid.reports.quantities import channel_key
 from mechid.reports.trace import Trace, trace_of
 from mechid.signal import autocorrelation, peak_spectrum
 from mechid.signal.envelope import envelope

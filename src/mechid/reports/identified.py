@@ -21,10 +21,10 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.identification.run import Companion, IdentifyRun, mark_unexamined, run_identification
+from mechid.ink.pens import Pens
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
 from mechid.reports.fit.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
-from mechid.reports.pens import Pens
 
 if TYPE_CHECKING:
     from mechid.identification.diagnosis.diagnosis import Diagnosis

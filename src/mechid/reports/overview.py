@@ -11,13 +11,13 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import START, key_in_record, names_start
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand, RateProfile
+from mechid.ink.console import print_lines, say, say_if_synthetic
+from mechid.ink.digits import digits, plain
+from mechid.ink.text_table import Column, print_table
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record
 from mechid.reports.channels import channel_rows, print_channels
-from mechid.reports.console import print_lines, say, say_if_synthetic
-from mechid.reports.digits import digits, plain
-from mechid.reports.text_table import Column, print_table
 from mechid.signal.moments import extremes, root_mean_square
 from mechid.signal.stored import is_long
 from mechid.units import unit_words

@@ -20,7 +20,7 @@ from bokeh.models.annotations import ColorBar, Legend
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
-from mechid.reports.quantities import AMPLITUDE, CORRELATION, DENSITY, FREQUENCY, LAG, RESIDUAL, TIME, TORQUE
+from mechid.ink.quantities import AMPLITUDE, CORRELATION, DENSITY, FREQUENCY, LAG, RESIDUAL, TIME, TORQUE
 
 Item: TypeAlias = dict[str, Any]
 SCRIPTS = ("bokeh.min.js",)

@@ -8,9 +8,9 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines
-from mechid.reports.digits import digits
-from mechid.reports.text_table import Column, print_table
+from mechid.ink.console import print_lines
+from mechid.ink.digits import digits
+from mechid.ink.text_table import Column, print_table
 from mechid.signal.moments import extremes, root_mean_square
 from mechid.simulation.accuracy import PROMISE
 from mechid.simulation.trajectory import Trajectory

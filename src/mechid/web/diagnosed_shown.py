@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechid.reports.digits import plain
+from mechid.ink.digits import plain
 from mechid.web.diagnosed import Diagnosed
 from mechid.web.named_effect import OF_RECORDS, NamedEffect
 

@@ -10,9 +10,9 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.reports.palette import series
+from mechid.ink.palette import series
+from mechid.ink.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
 from mechid.reports.plots import empty_plot, hover_on, stacked
-from mechid.reports.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
 from mechid.signal.envelope import envelope
 from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechid.identification.computation.progress import Progress
-from mechid.reports.digits import digits
+from mechid.ink.digits import digits
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.knobs import Knob

@@ -9,8 +9,8 @@ from typing import Any
 from mechid.analysis.against_noise import NoiseLevel
 from mechid.analysis.hypothesis import LEFT_OUT
 from mechid.campaign import Campaign
+from mechid.ink.digits import digits, plain, with_sigma
 from mechid.parameter import Parameter
-from mechid.reports.digits import digits, plain, with_sigma
 from mechid.reports.fit.noise import level_words
 from mechid.reports.fit.payload import order_word
 from mechid.web.estimate import Estimate

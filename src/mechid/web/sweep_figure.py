@@ -8,8 +8,8 @@ import numpy as np
 from bokeh.models import ColumnDataSource, HoverTool, LogColorMapper, Range1d
 from bokeh.palettes import Cividis256
 
+from mechid.ink.quantities import AMPLITUDE, FREQUENCY, TIME, axis_labels
 from mechid.reports.plots import amplitude_bar, empty_plot, stacked
-from mechid.reports.quantities import AMPLITUDE, FREQUENCY, TIME, axis_labels
 from mechid.web.figures import LEFT, hold, largest, round_up
 from mechid.web.picture import Scene
 from mechid.web.sweep import SweepPicture

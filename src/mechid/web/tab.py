@@ -18,7 +18,7 @@ from bokeh.server.contexts import BokehSessionContext
 from jinja2 import Template
 
 from mechid.errors import MechidError, UsageError
-from mechid.reports.template import asset, environment, page_style
+from mechid.ink.template import asset, environment, page_style
 from mechid.web.diagnosed_shown import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot

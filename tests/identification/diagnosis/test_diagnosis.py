@@ -18,8 +18,8 @@ from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import Cause, Grade, Reason
+from mechid.ink.console import console_on
 from mechid.reports import report_data
-from mechid.reports.console import console_on
 from mechid.reports.diagnosis.contents import diagnosis_data
 from mechid.reports.diagnosis.figures import diagnosis_figures
 from mechid.reports.diagnosis.files import DATA_NAME, PROPOSED_NAME, write_diagnosis

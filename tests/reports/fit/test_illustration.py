@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mechid.analysis import validate
-from mechid.reports import pens as pens_module
+from mechid.ink import pens as pens_module
+from mechid.ink.pens import Pens
+from mechid.ink.sheet import Sheet
 from mechid.reports.fit.illustration import Illustration
-from mechid.reports.pens import Pens
-from mechid.reports.sheet import Sheet
 
 HZ = np.arange(1.0, 200.0)
 

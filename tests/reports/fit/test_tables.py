@@ -1,8 +1,8 @@
 """The tables of a fit's report. Truth: the rows that are handed to them."""
 
+from mechid.ink.table import Table
+from mechid.ink.text_table import Column, OnPage
 from mechid.reports.fit.tables import NAME, VALUE, stage_table
-from mechid.reports.table import Table
-from mechid.reports.text_table import Column, OnPage
 from printing import printed
 
 ROWS = [

@@ -22,7 +22,6 @@ TABLES = ("outcome", "parameters")
 """Without these there is nothing to read."""
 WITH_ERRORS = (*TABLES, "correlation")
 """What everybody rests on who carries the errors of the parameters on."""
-SYNTHETIC = "SYNTHETIC: the records were simulated, nothing of this was measured."
 
 
 def is_synthetic(content: Mapping[str, Any]) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from mechid.ink.data import Data
+from mechid.ink.digits import plain, with_sigma
+from mechid.ink.quantities import quantity_words
 from mechid.reports.budget.verdict import budget_verdict, drivers, standing_word
-from mechid.reports.data import Data
-from mechid.reports.digits import plain, with_sigma
-from mechid.reports.quantities import quantity_words
 
 NO_NUMBER = "–"
 SHOWN_STEADY = 16

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from mechid.arrays import FloatArray
+from mechid.ink.data import Data
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made
+from mechid.ink.palette import GRID, INK, LIMIT, MARK, MODELLED, ORDER, series
 from mechid.reports.budget.mode_figures import course, line_of_sight, over_rate
-from mechid.reports.data import Data
-from mechid.reports.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made
-from mechid.reports.palette import GRID, INK, LIMIT, MARK, MODELLED, ORDER, series
 
 RATE, FREQUENCY, TORQUE = "rate, full steps/s", "frequency, Hz", "torque amplitude, N m"
 DECADES = 4.0

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.ink.figures import write_figures
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.budget.contents import budget_contents
 from mechid.reports.budget.figures import budget_figures
 from mechid.reports.budget.markdown import budget_markdown
 from mechid.reports.budget.page import budget_page
-from mechid.reports.figures import write_figures
-from mechid.reports.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME, TABLES_NAME = "budget.html", "budget.md"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.ink.markdown_text import bullets, cell, synthetic_words
 from mechid.reports.budget.tables import (
     crossing_table,
     emission_table,
@@ -14,7 +15,6 @@ from mechid.reports.budget.tables import (
     steady_table,
 )
 from mechid.reports.fit.side import SIDE_TITLE
-from mechid.reports.markdown_text import bullets, cell, synthetic_words
 
 
 def budget_markdown(data: Mapping[str, Any]) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.reports.data import Data
-from mechid.reports.figures import in_powers
-from mechid.reports.palette import INK, LIMIT, series
+from mechid.ink.data import Data
+from mechid.ink.figures import in_powers
+from mechid.ink.palette import INK, LIMIT, series
 
 LEVELS = 3
 """Place in the series of the first requirement's colour, behind those of the lines of sight."""

@@ -7,9 +7,9 @@ from typing import Any
 
 from markupsafe import Markup
 
+from mechid.ink.template import environment, page_style
+from mechid.ink.themed import themed
 from mechid.reports.budget import tables
-from mechid.reports.template import environment, page_style
-from mechid.reports.themed import themed
 
 
 def budget_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:

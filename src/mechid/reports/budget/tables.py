@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from mechid.reports.data import Data
-from mechid.reports.table import Table
-from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
+from mechid.ink.data import Data
+from mechid.ink.table import Table
+from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 
 TEXTS, DOCUMENTS = (TERMINAL, MARKDOWN), (MARKDOWN, PAGE)
 

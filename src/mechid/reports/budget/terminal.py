@@ -8,10 +8,10 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.reports.budget.contents import budget_contents
 from mechid.reports.budget.tables import mode_table, requirement_table, side_table
 from mechid.reports.budget.verdict import deciding_coupling
-from mechid.reports.console import print_lines, say, say_if_synthetic
 
 SHOWN_SHARES, SHOWN_CROSSINGS = 3, 12
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mechid.reports.data import Data
-from mechid.reports.digits import plain
+from mechid.ink.data import Data
+from mechid.ink.digits import plain
 from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 
 HEADLINE = {

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from mechid.reports.figures import STYLE, WIDTH_IN, made
-from mechid.reports.palette import INK, series
+from mechid.ink.figures import STYLE, WIDTH_IN, made
+from mechid.ink.palette import INK, series
 
 STEPPINGS = {"full": (series(0), "-"), "half": (series(1), "--"), "micro": (series(2), "-")}
 """Colour and style of each stepping."""

@@ -13,11 +13,11 @@ from mechid.designs.numbers import design_data, rate_rows
 from mechid.designs.proposal import has_file, proposed_campaign, proposed_options
 from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import json_text
+from mechid.ink.figures import write_figures
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.design.figures import design_figures
 from mechid.reports.design.markdown import design_markdown
 from mechid.reports.design.verdict import JSON_NAME
-from mechid.reports.figures import write_figures
-from mechid.reports.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 MARKDOWN_NAME, CAMPAIGN_NAME, OPTIONS_NAME = "design.md", "campaign.toml", "design.toml"

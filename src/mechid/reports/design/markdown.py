@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from mechid.reports.data import Data
+from mechid.ink.data import Data
+from mechid.ink.markdown_text import bullets, synthetic_words
 from mechid.reports.design.rivals import rival_lines
 from mechid.reports.design.tables import loss_table, pair_table, parameter_table, record_table
 from mechid.reports.design.verdict import RIVALS, headline, hole_lines, left_out_lines, loss_words, peak_lines
-from mechid.reports.markdown_text import bullets, synthetic_words
 
 
 def design_markdown(data: Data) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from mechid.reports.data import Data
-from mechid.reports.digits import plain
-from mechid.reports.text_table import Column
+from mechid.ink.data import Data
+from mechid.ink.digits import plain
+from mechid.ink.text_table import Column
 
 PAIRS = (
     Column("if true", "if_true", words=True),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from mechid.reports.data import Data
+from mechid.ink.data import Data
+from mechid.ink.digits import plain
+from mechid.ink.table import Table
+from mechid.ink.text_table import Column
 from mechid.reports.design.rivals import PAIRS, pair_rows
-from mechid.reports.digits import plain
-from mechid.reports.table import Table
-from mechid.reports.text_table import Column
 
 RECORDS = (
     Column("chosen record", "name", words=True),

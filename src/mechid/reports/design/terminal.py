@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines, say, say_if_synthetic
-from mechid.reports.data import Data
+from mechid.ink.console import print_lines, say, say_if_synthetic
+from mechid.ink.data import Data
 from mechid.reports.design.rivals import rival_lines
 from mechid.reports.design.tables import loss_table, pair_table, parameter_table, record_table
 from mechid.reports.design.verdict import RIVALS, headline, hole_lines, left_out_lines, loss_words, peak_lines

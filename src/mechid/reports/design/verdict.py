@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mechid.designs.proposal import criterion_words
-from mechid.reports.data import Data
+from mechid.ink.data import Data
 
 JSON_NAME = "design.json"
 RIVALS = "Effects that the records so far cannot tell apart"

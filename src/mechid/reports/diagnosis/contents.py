@@ -12,8 +12,8 @@ from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.diagnosis.pictures import Pictures
 from mechid.identification.diagnosis.proposal import HeldOut
 from mechid.identification.result.diagnosis_file import FORMAT
+from mechid.ink.digits import digits
 from mechid.reports.diagnosis.figures import STRETCH_NAME, hertz, spectrum_name
-from mechid.reports.digits import digits
 from mechid.reports.fit.lacking import missing_data
 from mechid.reports.fit.path import path_rows
 from mechid.signal.strongest import Strongest

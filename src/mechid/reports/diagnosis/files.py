@@ -11,11 +11,11 @@ from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.result.diagnosis_file import FILE_NAME as DATA_NAME
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.identification.result.estimate_file import json_text
+from mechid.ink.figures import write_figures
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.diagnosis.figures import diagnosis_figures
 from mechid.reports.diagnosis.markdown import diagnosis_markdown
 from mechid.reports.diagnosis.page import diagnosis_page
-from mechid.reports.figures import write_figures
-from mechid.reports.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME, MARKDOWN_NAME = "diagnose.html", "diagnose.md"

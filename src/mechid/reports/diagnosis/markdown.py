@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.ink.markdown_text import bullets, cell, synthetic_words, table
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.diagnosis.verdict import ACTS, DOTTED, PATH_TITLE, SPECTRUM, STRETCH, next_lines, sentence
 from mechid.reports.fit.path import MEANING
 from mechid.reports.fit.tables import own_table, path_table
-from mechid.reports.markdown_text import bullets, cell, synthetic_words, table
-from mechid.reports.sheet import FOLDER_NAME
 
 
 def diagnosis_markdown(data: Mapping[str, Any]) -> str:

@@ -7,11 +7,11 @@ from typing import Any
 
 from markupsafe import Markup
 
+from mechid.ink.template import environment, page_style
+from mechid.ink.themed import themed
 from mechid.reports.diagnosis.verdict import ACTS, DOTTED, PATH_TITLE, SPECTRUM, STRETCH, next_lines, sentence
 from mechid.reports.fit.path import MEANING
 from mechid.reports.fit.tables import own_table, path_table
-from mechid.reports.template import environment, page_style
-from mechid.reports.themed import themed
 
 
 def diagnosis_page(data: Mapping[str, Any], figures: Mapping[str, str]) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.reports.table import Table
-from mechid.reports.text_table import Column
+from mechid.ink.table import Table
+from mechid.ink.text_table import Column
 
 EFFECTS = (
     Column("effect", "name", words=True),

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines, say, say_if_synthetic
+from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.reports.diagnosis.tables import effect_table, value_table
 from mechid.reports.diagnosis.verdict import PATH_TITLE, acts_line, next_lines
 from mechid.reports.fit.tables import path_table

@@ -13,7 +13,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import parameters_of
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
-from mechid.reports.digits import digits
+from mechid.ink.digits import digits
 from mechid.reports.fit.use import use_word
 from mechid.reports.overview import command_words
 from mechid.simulation.resonances import Resonance

@@ -20,7 +20,12 @@ from mechid.kernel.compiled import version_folder
 from mechid.reports.packing import pack_text
 from mechid.writing import write_whole
 
-MAKERS = ("fit/embedded.py", "plots.py", "quantities.py", "packing.py")
+MAKERS = (
+    ("mechid.reports", "fit/embedded.py"),
+    ("mechid.reports", "plots.py"),
+    ("mechid.ink", "quantities.py"),
+    ("mechid.reports", "packing.py"),
+)
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,6 @@ def embedded() -> Embedded:
 
 
 def _path() -> Path:
-    texts = [files("mechid.reports").joinpath(name).read_text(encoding="utf-8") for name in MAKERS]
+    texts = [files(package).joinpath(name).read_text(encoding="utf-8") for package, name in MAKERS]
     digest = hashlib.sha256("\n".join([version("bokeh"), *texts]).encode()).hexdigest()
     return version_folder() / f"page_{digest[:24]}.json"

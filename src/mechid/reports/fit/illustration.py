@@ -19,11 +19,11 @@ from mechid.analysis.validation import RecordValidation
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.fit import Fit
+from mechid.ink.pens import Pens
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.curves import Curves, record_curves
 from mechid.reports.fit.details import resonance_data
 from mechid.reports.fit.paper import channel_sheets, matrix_sheets
-from mechid.reports.pens import Pens
-from mechid.reports.sheet import FOLDER_NAME
 from mechid.simulation.resonances import resonances
 from mechid.writing import writable
 

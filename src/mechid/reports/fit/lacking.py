@@ -9,7 +9,7 @@ from typing import Any
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import AsWritten, Missing, OwnValue
-from mechid.reports.digits import with_sigma
+from mechid.ink.digits import with_sigma
 
 CLEAR = 3.0
 """Standard errors by which a record's value has to differ from the others' to be named; a choice, not measured."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.ink.markdown_text import bullets, cell, synthetic_words, table
+from mechid.ink.quantities import quantity_words
 from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.fit.tables import (
@@ -17,8 +19,6 @@ from mechid.reports.fit.tables import (
     side_table,
     stage_table,
 )
-from mechid.reports.markdown_text import bullets, cell, synthetic_words, table
-from mechid.reports.quantities import quantity_words
 
 
 def report_markdown(data: Mapping[str, Any]) -> str:

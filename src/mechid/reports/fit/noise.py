@@ -7,8 +7,8 @@ import math
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.uncertainty.settings import NOISE
-from mechid.reports.data import Data
-from mechid.reports.digits import digits, plain, rounded
+from mechid.ink.data import Data
+from mechid.ink.digits import digits, plain, rounded
 
 DIGITS = (3, 4, 5, 6)
 """As many as tell a ratio from the largest by chance."""

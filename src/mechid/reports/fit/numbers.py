@@ -13,14 +13,14 @@ from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, Reason, grade_words
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_result import ChannelFit, MaskedMoment, RecordFit
+from mechid.ink.digits import digits, like, plain, with_sigma
+from mechid.ink.quantities import quantity_words
 from mechid.parameter import Status
-from mechid.reports.digits import digits, like, plain, with_sigma
 from mechid.reports.fit.lacking import lacking_lines, missing_data
 from mechid.reports.fit.path import completed_data
 from mechid.reports.fit.side import side_rows
 from mechid.reports.fit.use import with_left_out, with_use
 from mechid.reports.fit.validation import order_rows, validation_rows
-from mechid.reports.quantities import quantity_words
 from mechid.units import angle_difference, unit_words
 
 FORMAT = "mechid-report/1"

@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mechid.ink.quantities import quantity_words
+from mechid.ink.table import Table
+from mechid.ink.template import asset, environment, page_style
 from mechid.kernel.equation_text import Section
 from mechid.reports.curves import Curves
 from mechid.reports.fit import tables
@@ -15,9 +18,6 @@ from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.payload import payload
 from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.outline import DETAIL_S, Outline
-from mechid.reports.quantities import quantity_words
-from mechid.reports.table import Table
-from mechid.reports.template import asset, environment, page_style
 from mechid.units import unit_words
 
 MOST_PICTURES = 200

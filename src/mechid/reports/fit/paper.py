@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from mechid.analysis.order_tracking import ORDERS
+from mechid.ink.quantities import quantity_words
+from mechid.ink.sheet import Sheet
 from mechid.reports.curves import Curves, Lines, Spectrogram
 from mechid.reports.fit.payload import order_marks, shown_hz
-from mechid.reports.quantities import quantity_words
-from mechid.reports.sheet import Sheet
 
 Resonances = Sequence[Mapping[str, Any]]
 SHARE = "share of the information, %"

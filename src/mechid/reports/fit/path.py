@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from mechid.reports.digits import digits
-from mechid.reports.text_table import Column
+from mechid.ink.digits import digits
+from mechid.ink.text_table import Column
 
 AS_WRITTEN = "the mechanism as written"
 COMPLETED_TITLE = "How the mechanism was completed"

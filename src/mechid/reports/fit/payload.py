@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mechid.analysis.order_tracking import ORDERS
+from mechid.ink.quantities import axis_labels, quantity_words
 from mechid.reports.curves import START_S, WORST, Curves, Spectrogram
 from mechid.reports.outline import Outline
 from mechid.reports.packing import pack_floats, pack_integers
-from mechid.reports.quantities import axis_labels, quantity_words
 from mechid.reports.trace import Trace
 from mechid.units import unit_words
 

@@ -11,9 +11,9 @@ import numpy as np
 from mechid.analysis.residual_emission import TRACKED
 from mechid.analysis.side_components import side_lines
 from mechid.analysis.validation import RecordValidation
-from mechid.reports.digits import plain, with_sigma
-from mechid.reports.quantities import quantity_words
-from mechid.reports.text_table import Column
+from mechid.ink.digits import plain, with_sigma
+from mechid.ink.quantities import quantity_words
+from mechid.ink.text_table import Column
 from mechid.units import unit_words
 
 SIDE_TITLE = "Forces and moments beside the torque"

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from mechid.reports.data import Data
+from mechid.ink.data import Data
+from mechid.ink.quantities import torque_alone
+from mechid.ink.table import Table
+from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 from mechid.reports.fit.path import PATH_COLUMNS
 from mechid.reports.fit.side import SIDE_COLUMNS
 from mechid.reports.fit.validation import CHANNEL, RECORD, VALIDATION_LAYOUTS
-from mechid.reports.quantities import torque_alone
-from mechid.reports.table import Table
-from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 
 PARAMETER = Column("parameter", "key", words=True, where=(TERMINAL, PAGE))
 FULL_NAME = Column("parameter", "name", words=True)

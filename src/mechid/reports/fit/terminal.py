@@ -9,7 +9,8 @@ from typing import Any
 from rich.console import Console
 
 from mechid.identification.result.grade import OF_MECHANISM_FILE
-from mechid.reports.console import print_lines, say, say_if_synthetic
+from mechid.ink.console import print_lines, say, say_if_synthetic
+from mechid.ink.quantities import torque_alone
 from mechid.reports.fit.lacking import LACKING
 from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_TITLE
@@ -25,7 +26,6 @@ from mechid.reports.fit.tables import (
     validation_table,
 )
 from mechid.reports.fit.use import held_out, left_out
-from mechid.reports.quantities import torque_alone
 
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
 ABOUT_ALL = "all records"

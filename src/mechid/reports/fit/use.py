@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from mechid.analysis.hypothesis import LEFT_OUT
-from mechid.reports.data import Data
+from mechid.ink.data import Data
 
 
 def use_word(use: str, *, left_out: bool) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
-from mechid.reports.digits import digits, plain, rounded
-from mechid.reports.quantities import quantity_words, torque_alone
-from mechid.reports.text_table import Column
+from mechid.ink.digits import digits, plain, rounded
+from mechid.ink.quantities import quantity_words, torque_alone
+from mechid.ink.text_table import Column
 from mechid.units import unit_words
 
 RECORD = Column("record", "name", words=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mechid.reports.data import Data
-from mechid.reports.digits import digits, plain, with_sigma
+from mechid.ink.data import Data
+from mechid.ink.digits import digits, plain, with_sigma
 from mechid.reports.fleet.verdict import fleet_verdict
 
 NO_NUMBER = "–"

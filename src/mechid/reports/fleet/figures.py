@@ -10,9 +10,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from mechid.reports.data import Data
-from mechid.reports.figures import STYLE, made
-from mechid.reports.palette import ESTIMATE, INK, series
+from mechid.ink.data import Data
+from mechid.ink.figures import STYLE, made
+from mechid.ink.palette import ESTIMATE, INK, series
 
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
 OFF, MEAN = series(1), series(5)

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.reports.figures import write_figures
+from mechid.ink.figures import write_figures
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.fleet.contents import fleet_contents
 from mechid.reports.fleet.figures import fleet_figures
 from mechid.reports.fleet.page import fleet_page
-from mechid.reports.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME = "fleet.html"

@@ -7,10 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
+from mechid.ink.template import environment, page_style
+from mechid.ink.themed import themed
 from mechid.reports.fleet import tables
 from mechid.reports.fleet.verdict import SYNTHETIC
-from mechid.reports.template import environment, page_style
-from mechid.reports.themed import themed
 
 
 def fleet_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:

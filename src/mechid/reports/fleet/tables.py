@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 from markupsafe import Markup
 
-from mechid.reports.data import Data
-from mechid.reports.table import Table
-from mechid.reports.text_table import PAGE, TERMINAL, Column, OnPage, Row, cell_of
+from mechid.ink.data import Data
+from mechid.ink.table import Table
+from mechid.ink.text_table import PAGE, TERMINAL, Column, OnPage, Row, cell_of
 
 NAME = Column("parameter", "name", words=True)
 CHANCE = Column("q", "q")

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines, say
+from mechid.ink.console import print_lines, say
 from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 from mechid.reports.fleet.contents import fleet_contents
 from mechid.reports.fleet.tables import campaign_table, parameter_table

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mechid.reports.data import Data
-from mechid.reports.digits import digits, plain, with_sigma
+from mechid.ink.data import Data
+from mechid.ink.digits import digits, plain, with_sigma
 from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 
 SHOWN = 8

@@ -15,9 +15,9 @@ from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import StepLine
+from mechid.ink.data import Data
+from mechid.ink.digits import digits, plain, with_sigma
 from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
-from mechid.reports.data import Data
-from mechid.reports.digits import digits, plain, with_sigma
 from mechid.reports.look.words import (
     channel_words,
     driven_words,

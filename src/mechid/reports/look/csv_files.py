@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from mechid.analysis.look import RecordLook
-from mechid.reports.data import Data
+from mechid.ink.data import Data
 from mechid.reports.look.contents import channel_keys
 from mechid.reports.look.figures import spectrum_groups
 

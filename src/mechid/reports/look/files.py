@@ -8,11 +8,11 @@ from typing import Any
 
 from mechid.analysis.look import RecordLook
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.figures import write_figures
+from mechid.ink.figures import write_figures
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.look.csv_files import look_tables
 from mechid.reports.look.figures import look_figures
 from mechid.reports.look.page import look_page
-from mechid.reports.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME, JSON_NAME, CSV_FOLDER = "look.html", "look.json", "csv"

@@ -7,9 +7,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from mechid.reports.quantities import quantity_words
-from mechid.reports.template import environment, page_style
-from mechid.reports.themed import themed
+from mechid.ink.quantities import quantity_words
+from mechid.ink.template import environment, page_style
+from mechid.ink.themed import themed
 
 
 def look_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:

@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.reports.console import print_lines, say
-from mechid.reports.quantities import quantity_words
+from mechid.ink.console import print_lines, say
+from mechid.ink.quantities import quantity_words
 
 ABOUT = ("health", "noise", "lines", "mains", "resonances")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mechid.reports.data import Data
-from mechid.reports.digits import digits, plain, with_sigma
+from mechid.ink.data import Data
+from mechid.ink.digits import digits, plain, with_sigma
 
 SHOWN_LINES = 3
 QUARTER_WORDS = {0.25: "¼", 0.5: "½", 0.75: "¾"}

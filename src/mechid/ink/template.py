@@ -7,19 +7,20 @@ import math
 from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from mechid.reports.palette import colour_style
+from mechid.ink.palette import colour_style
 
+INK = "mechid.ink"
 DARKEST = 0.75
 """Opacity of a cell's colour at most, so that its number stays legible."""
 
 
 def environment(package: str = "mechid.reports") -> Environment:
-    """Return the environment of a package's templates; texts are escaped."""
+    """Return the environment of a package's templates and those that all pages share; texts are escaped."""
     environment = Environment(
-        loader=PackageLoader(package),
+        loader=ChoiceLoader([PackageLoader(package), PackageLoader(INK)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -59,4 +60,4 @@ def page_style() -> str:
 
 def asset(name: str) -> str:
     """Return the text of a file beside the templates."""
-    return files("mechid.reports").joinpath("templates", name).read_text(encoding="utf-8")
+    return files(INK).joinpath("templates", name).read_text(encoding="utf-8")

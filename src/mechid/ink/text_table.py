@@ -9,7 +9,7 @@ from typing import TypeAlias
 from rich.console import Console
 from rich.text import Text
 
-from mechid.reports.data import Data
+from mechid.ink.data import Data
 
 GAP = "  "
 INDENT = "  "

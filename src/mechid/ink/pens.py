@@ -21,8 +21,8 @@ from threading import Lock, local
 from types import TracebackType
 from typing import IO, Any, TypeAlias
 
+from mechid.ink.sheet import Sheet
 from mechid.reading.child import ENDINGS
-from mechid.reports.sheet import Sheet
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
 MOST = 4
@@ -32,7 +32,7 @@ OBJECTS_UNSEEN = 50_000
 SCRIPT = (
     f"import signal; own = [getattr(signal, name) for name in {ENDINGS} if hasattr(signal, name)];"
     "[signal.signal(number, signal.SIG_IGN) for number in own];"
-    "import sys; sys.path[:] = PATH; from mechid.reports.pens import serve; serve()"
+    "import sys; sys.path[:] = PATH; from mechid.ink.pens import serve; serve()"
 )
 """A pen ignores the signals that end a command, first of all: the process that waits decides, its pipe ends the pen.
 
@@ -117,8 +117,8 @@ def _send(stream: IO[bytes], message: Any) -> None:
 
 
 def _written(sheet: Sheet, folder: Path) -> None:
-    from mechid.reports.drawings import draw
-    from mechid.reports.figures import write_figure
+    from mechid.ink.drawings import draw
+    from mechid.ink.figures import write_figure
 
     write_figure(sheet.name, draw(sheet), folder)
 
@@ -126,7 +126,7 @@ def _written(sheet: Sheet, folder: Path) -> None:
 def serve() -> None:
     """Draw the sheets that come on stdin until it ends, and answer each on stdout: with None, or the error."""
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
-    import_module("mechid.reports.drawings")
+    import_module("mechid.ink.drawings")
     gc.set_threshold(OBJECTS_UNSEEN)
     gc.freeze()  # what has been loaded stays; only what a figure makes is looked through
     while True:

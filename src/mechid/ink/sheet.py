@@ -20,7 +20,7 @@ class Sheet:
     height_in : float
         Inches; it is two columns wide.
     drawing : str
-        Which function of `mechid.reports.drawings` draws it.
+        Which function of `mechid.ink.drawings` draws it.
     data : mapping
         What that function is given: texts, numbers, arrays.
     """

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from mechid.reports.digits import digits, plain, with_sigma
+from mechid.ink.digits import digits, plain, with_sigma
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,10 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
-from mechid.reports.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made, over_time
-from mechid.reports.palette import MARK, MARK_OVER, MEASURED, MODELLED, NOISE
-from mechid.reports.palette import RESIDUAL as RESIDUAL_COLOUR
-from mechid.reports.quantities import (
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made, over_time
+from mechid.ink.palette import MARK, MARK_OVER, MEASURED, MODELLED, NOISE
+from mechid.ink.palette import RESIDUAL as RESIDUAL_COLOUR
+from mechid.ink.quantities import (
     AMPLITUDE,
     CORRELATION,
     DENSITY,
@@ -29,7 +29,7 @@ from mechid.reports.quantities import (
     TORQUE,
     axis_labels,
 )
-from mechid.reports.sheet import Sheet
+from mechid.ink.sheet import Sheet
 
 Span = Sequence[FloatArray]
 """Measured, modelled, residual: of a stretch times in s and samples, (2, n) each; of a spectrum amplitudes, (n,)."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mechid.reports.drawings import draw
-from mechid.reports.sheet import Sheet
+from mechid.ink.drawings import draw
+from mechid.ink.sheet import Sheet
 
 TIME = np.linspace(0.0, 1.0, 50)
 

@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from mechid.identification.result.estimate_file import SYNTHETIC
+from mechid.shown import SYNTHETIC
 
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""

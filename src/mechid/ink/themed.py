@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from mechid.reports.palette import PAGE_NAMES
+from mechid.ink.palette import PAGE_NAMES
 
 _HEAD = re.compile(r"^.*?(?=<svg)", re.DOTALL)
 _PAINT = re.compile(r"(fill|stroke): ?(#[0-9a-fA-F]{6})")

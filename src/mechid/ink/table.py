@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 from rich.console import Console
 
-from mechid.reports.markdown_text import Strong
-from mechid.reports.markdown_text import table as markdown_table
-from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, Row, cell_of, print_tables
+from mechid.ink.markdown_text import Strong
+from mechid.ink.markdown_text import table as markdown_table
+from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, Row, cell_of, print_tables
 
 GROUP = "table"
 """Key of the name under which a row stands."""
