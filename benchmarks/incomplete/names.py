@@ -39,7 +39,7 @@ def name_of(effect: str, size: Size) -> str:
     """Return the name of one effect of a size; empty where it has none."""
     match effect.removesuffix("_between"):
         case "detent":
-            return f"stepper.detent:{360.0 / size['detent_order_3']:.3g}deg"
+            return f"stepper.detent:{_period_text(round(size['detent_order_3']))}deg"
         case "torque_harmonic":
             return f"stepper.torque_harmonic:{size['harmonic_order']:g}"
         case "kinematic_error":
@@ -51,6 +51,12 @@ def name_of(effect: str, size: Size) -> str:
             return f"mains:{size['mains_hz']:g}Hz"
         case other:
             return "" if other in (NOTHING, *NAMELESS) else PLAIN[other]
+
+
+def _period_text(periods: int) -> str:
+    """Return the degrees of a period to as many digits, three at least, as tell the number in a turn."""
+    texts = (f"{360.0 / periods:.{digits}g}" for digits in range(3, 9))
+    return next(text for text in texts if round(360.0 / float(text)) == periods)
 
 
 def names_of(effect: str, size: Size) -> list[str]:

@@ -28,6 +28,11 @@ def effects_budget(problem: Problem) -> int:
     return STAGES.effects_budget * complete_work(problem)
 
 
+def whole_records_budget(problem: Problem) -> int:
+    """Return the work that a comparison of effects over whole records, all of them followed already, may take."""
+    return STAGES.whole_records_budget * complete_work(problem)
+
+
 def ladder_budget(problem: Problem) -> int:
     """Return the work at which the ladder ends."""
     return STAGES.ladder_budget * complete_work(problem)

@@ -8,6 +8,7 @@ anything is grown, and growth begins with few freedoms (docs/identification.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -15,6 +16,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.output_error.problem import Windows, transfer_values
+from mechid.identification.stages.budget import whole_records_budget
 from mechid.identification.stages.families import (
     ALL_TERMS,
     EVERYTHING,
@@ -27,6 +29,7 @@ from mechid.identification.stages.families import (
 from mechid.identification.stages.first_look import FirstLook, first_windows, pruned_look, refined_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_singles, with_best_period
+from mechid.simulation.work import WorkSpentError, counted
 
 DELAY = "record.delay"
 COULOMB, STATIC = "friction.coulomb", "friction.static"
@@ -173,29 +176,32 @@ def look_at_families(
 
 def look_at_hum(
     families: Families,
+    base: AugmentedModel,
     grid_hz: float,
     points: Sequence[FloatArray],
     tell: Callable[[str], None],
     journal: Journal,
 ) -> FirstLook | None:
-    """Return what the mechanism as written leaves of the first moments with hum of a grid projected out of them.
+    """Return what a model leaves of the first moments with hum of a grid projected out of them.
 
     None where that explains too little of what it leaves without: then it is not hum.
 
     Parameters
     ----------
     families : Families
+    base : AugmentedModel
+        Laid out, or with nothing beside.
     grid_hz : float
     points : sequence of (n,)
-        Of the mechanism as written, tried until one explains them, the best one first.
+        Of that model, tried until one explains them, the best one first.
     tell, journal
         As of `look_at_first_moments`.
     """
     first = {name: stop for name, (_, stop) in first_windows(families.plain).items()}
-    plain = refined_look(families.bare, points[0], journal)
+    plain = refined_look(base, points[0], journal)
     best = plain
     for q in points:
-        model = families.with_hum(grid_hz, q, first)
+        model = families.with_hum(base, grid_hz, q, first)
         if model is None or plain.explains:
             return None
         look = refined_look(model, q, journal)
@@ -264,15 +270,16 @@ def look_at_whole_records(
 ) -> list[FirstLook]:
     """Return what the likeliest single effects, and each law, leave of whole records from an optimum without them.
 
-    Detents of any number of periods only where none of the others stands out.
+    Detents of any number of periods only where none of the others stands out; what its budget allows in any case.
     """
     whole = families.plain.whole()
     here = refined_look(families.bare, q, journal, whole, STAGES.whole_steps)
     looks = list[FirstLook]()
-    for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps):
-        looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
-        if kind is None and _is_clear(looks, here):
-            break
+    with suppress(WorkSpentError), counted(whole_records_budget(families.plain)):
+        for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps):
+            looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
+            if kind is None and _is_clear(looks, here):
+                break
     return looks
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
@@ -21,7 +21,7 @@ from mechid.identification.stages.compared_effects import (
     look_past_stall,
 )
 from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
-from mechid.identification.stages.first_look import FirstLook, pruned_look, refined_look
+from mechid.identification.stages.first_look import FirstLook, first_windows, pruned_look, refined_look
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_periods, look_at_singles
@@ -56,7 +56,13 @@ def _look_far(climb: Climb) -> Climb:
 def _look_beside(climb: Climb) -> Climb:
     """Free one more effect over the first moments beside the one that explains most."""
     looks = look_beside_best(climb.families, climb.looks, _teller(climb, "first moments"), climb.watch.journal)
-    return _grow_law(replace(climb, looks=tuple(looks)))
+    climb = _grow_law(replace(climb, looks=tuple(looks)))
+    best = min(climb.looks, key=lambda look: look.criterion)
+    if climb.complete or best.explains:
+        return climb
+    base = best.model.laid_out(climb.families.plain)
+    first = {name: stop for name, (_, stop) in first_windows(base.problem).items()}
+    return _grow_beside_hum(climb, base, [base.point_of(best.model, best.q)], first)
 
 
 def _look_at_families(climb: Climb) -> Climb:
@@ -77,21 +83,37 @@ def _grow_law(climb: Climb) -> Climb:
 
 
 def _grow_with_hum(climb: Climb) -> Climb:
-    """Grow the mechanism as written with mains hum projected out: the first moments do not tell hum from motion.
-
-    Its frequency is read again where that stalls, from what is followed by then, as long as that leads further.
-    """
-    families, none, tell = climb.families, growth_as_written(climb).growth, _teller(climb, "mains hum")
+    """Grow the mechanism as written with mains hum projected out: the first moments do not tell hum from motion."""
     points = [climb.best.q, *climb.starts[: STAGES.other_starts]]
+    return _grow_beside_hum(climb, climb.families.bare, points, growth_as_written(climb).growth.horizons)
+
+
+def _grow_beside_hum(
+    climb: Climb, base: AugmentedModel, points: Sequence[FloatArray], followed: Mapping[str, int]
+) -> Climb:
+    """Grow a model with mains hum projected out, where that explains most of what it leaves.
+
+    The frequency is read again where that stalls, from what is followed by then, as long as that leads further.
+
+    Parameters
+    ----------
+    climb : Climb
+    base : AugmentedModel
+        Laid out, or with nothing beside.
+    points : sequence of (n,)
+    followed : mapping of record to int
+        Samples that it follows at the points.
+    """
+    families, tell = climb.families, _teller(climb, "mains hum")
     for grid_hz in families.unseen_grids:
-        look = look_at_hum(families, grid_hz, points, tell, climb.watch.journal)
+        look = look_at_hum(families, base, grid_hz, points, tell, climb.watch.journal)
         if look is None:
             continue
-        q, horizons, share = look.q, none.horizons, 0.0
-        while (model := families.with_hum(grid_hz, q, horizons)) and not climb.complete:
+        q, horizons, share = look.q, followed, 0.0
+        while (model := families.with_hum(base, grid_hz, q, horizons)) and not climb.complete:
             reached = _grow(climb, model, q, escapes=STAGES.small_escapes)
             if reached.growth.complete:
-                whole = families.with_hum(grid_hz, reached.q, reached.growth.horizons)
+                whole = families.with_hum(base, grid_hz, reached.q, reached.growth.horizons)
                 reached = replace(reached, model=whole or model)
             climb = climb.at(reached)
             if reached.share < STAGES.hum_further * share:
@@ -104,10 +126,6 @@ def _grow_with_hum(climb: Climb) -> Climb:
 
 def _is_unexplained(climb: Climb) -> bool:
     return climb.may_add and not climb.is_explained and not any(look.explains for look in climb.looks)
-
-
-def _comes_far_unexplained(climb: Climb) -> bool:
-    return _is_unexplained(climb) and growth_as_written(climb).share > STAGES.comes_far
 
 
 def _growable(climb: Climb) -> list[FirstLook]:
@@ -161,6 +179,8 @@ def _look_past(climb: Climb, *, tune: bool) -> Climb:
         for look in islice(look_past_stall(families, here, windows, tell, journal, tune=tune), STAGES.second_looks):
             small = pruned_look(families, look, tell, journal, windows)
             grown = _grow(climb, small.model, small.q, escapes=0, leaps=0)
+            if not grown.growth.complete and grown.share > STAGES.nearly_followed:
+                grown = _grow(climb, grown.model, grown.q, escapes=STAGES.small_escapes)
             climb = climb.at(with_periods_seen(climb, families, grown))
             if climb.complete or furthest_growth(climb).share >= STAGES.look_further * furthest.share:
                 break
@@ -260,7 +280,7 @@ def _rung(name: str, applies: Callable[[Climb], bool], attempt: Callable[[Climb]
 NAMED_EFFECTS = (
     _rung("mains hum", _is_unexplained, _grow_with_hum),
     _rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _look),
-    _rung("an effect named where the mechanism as written stalls", _comes_far_unexplained, _look_far),
+    _rung("an effect named where the mechanism as written stalls", _is_unexplained, _look_far),
     _rung("two effects named by the first moments", lambda c: _is_unexplained(c) and bool(c.looks), _look_beside),
     _rung("effects of a kind named by the first moments", _is_unexplained, _look_at_families),
     _rung("those needed there, grown", lambda climb: bool(_growable(climb)), _grow_small),

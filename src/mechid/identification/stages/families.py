@@ -27,6 +27,7 @@ from mechid.signal.settings import HUM
 
 GAIN_TABLE = "transducer"
 """The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
+RATIO = "gear.ratio"
 SLOW = (friction_position.ROTOR.table, friction_position.OUTPUT.table)
 """Lists of terms that vary so slowly with the angle that the first moments do not tell their number of periods."""
 OF_RECORDS = ("record.delay", "record.voltage", "record.gain", "clock")
@@ -112,6 +113,18 @@ class Families:
         """Return the number of periods in a turn of an unlisted term."""
         return _periods(self.unlisted[name])
 
+    def counterpart(self, name: str) -> str | None:
+        """Return the friction over the output's angle that goes by about as fast as one over the rotor's, or the other.
+
+        None where there is none.
+        """
+        ratio = self.plain.space.mechanism.parameters.get(RATIO)
+        if not self.is_slow(name) or ratio is None:
+            return None
+        of_rotor = self.unlisted[name].table == SLOW[0]
+        periods = self.periods(name) * abs(ratio.value) ** (1 if of_rotor else -1)
+        return self.by_periods.get(SLOW[1] if of_rotor else SLOW[0], {}).get(round(periods))
+
     def with_periods(self, name: str, periods: int) -> str | None:
         """Return the name of the unlisted term of another's list with a number of periods; None where there is none."""
         return self.by_periods[self.unlisted[name].table].get(periods)
@@ -172,6 +185,11 @@ class Families:
             one for one in possible(bare, self.campaign, rests=rests) if one.name in OF_RECORDS or one.lines_hz
         )
 
+    @property
+    def seen_lines(self) -> tuple[str, ...]:
+        """Names of disturbances that have lines alone, as hum that the records show."""
+        return tuple(one.name for one in self._of_records if one.lines_hz and not one.parameters)
+
     def model(
         self, family: Family, base: AugmentedModel | None = None, near: FloatArray | None = None
     ) -> AugmentedModel:
@@ -201,23 +219,33 @@ class Families:
             return ()
         return () if any(t.leading.turns for t in self.plain.targets) else HUM.mains_hz
 
-    def with_hum(self, grid_hz: float, q: FloatArray, horizons: Mapping[str, int]) -> AugmentedModel | None:
-        """Return the model with nothing beside but hum, at the frequency that what is followed of the records tells.
+    def with_hum(
+        self, base: AugmentedModel, grid_hz: float, q: FloatArray, horizons: Mapping[str, int]
+    ) -> AugmentedModel | None:
+        """Return a model with hum too, at the frequency that what is followed of the records tells.
+
+        It has the coordinates of the other, since hum is projected out, and no place for further terms.
 
         None where too little is followed of any record.
 
         Parameters
         ----------
+        base : AugmentedModel
+            Laid out, or with nothing beside.
         grid_hz : float
             Nominal frequency, which holds where they do not tell it.
         q : (n,)
-            Of the mechanism as written.
+            Of that model.
         horizons : mapping of record to int
             Samples that it follows there.
         """
-        followed = replace(self.plain, targets=tuple(t.beginning(horizons[t.name]) for t in self.plain.targets))
+        problem = base.problem
+        followed = replace(problem, targets=tuple(t.beginning(horizons[t.name]) for t in problem.targets))
         hum = mains(followed, q, grid_hz)
-        return augment(self.plain, self.base, None, (), (hum,), hum.name) if hum else None
+        if hum is None:
+            return None
+        name = f"{base.name}, {hum.name}" if base.effects else hum.name
+        return replace(base, name=name, disturbances=(*base.disturbances, hum)).laid_out(self.plain)
 
     def with_effect(self, base: AugmentedModel, name: str) -> AugmentedModel:
         """Return a model with one more effect, a term or a disturbance, by its name."""

@@ -42,7 +42,8 @@ def likeliest_effects(families: Families, base: AugmentedModel, q: FloatArray, w
     for family in (EVERYTHING,) if _are_first(families, windows) else (RECORDS, ALL_TERMS):
         scores = _scores(base, q, windows, families.model(family, base), None)
         listed |= scores
-        yield _best(scores, STAGES.singles)
+        lines = families.seen_lines if family.records else ()  # these have no derivatives
+        yield [*_best(scores, STAGES.singles), *(name for name in lines if name not in base.effects)]
     most, slow = max(listed.values(), default=0.0), _scan_slow(families, base, q, windows)
     yield _best({name: score for name, score in slow.items() if score > STAGES.slow_share * most}, len(SLOW))
     if max(slow.values(), default=0.0) > STAGES.slow_alone * most:
