@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
+from mechid.ink.extremes import drawn
 from mechid.ink.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
 from mechid.ink.palette import EFFECT, INK, MEASURED, MODELLED, NOISE, series
 from mechid.ink.palette import RESIDUAL as RESIDUAL_COLOUR
 from mechid.ink.quantities import DENSITY, FREQUENCY, RESIDUAL, TIME, TORQUE, axis_labels
-from mechid.reports.curves import drawn
 from mechid.simulation.simulator import TimeBase
 
 SHARES = tuple(map(series, range(1, 7)))

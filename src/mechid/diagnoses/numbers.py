@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.preference import LEVELS, ComparisonOutcome
+from mechid.diagnoses.effects_shown import missing_data
+from mechid.diagnoses.figures import STRETCH_NAME, hertz, spectrum_name
+from mechid.diagnoses.path import path_rows
 from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.diagnosis.pictures import Pictures
 from mechid.identification.diagnosis.proposal import HeldOut
 from mechid.identification.result.diagnosis_file import FORMAT
 from mechid.ink.digits import digits
-from mechid.reports.diagnosis.figures import STRETCH_NAME, hertz, spectrum_name
-from mechid.reports.fit.lacking import missing_data
-from mechid.reports.fit.path import path_rows
 from mechid.signal.strongest import Strongest
 
 LINES, BANDS = "lines", "third octaves around"
@@ -23,7 +23,7 @@ TELLING = 0.01
 """Relative difference of two residuals from which one predicts better."""
 
 
-def diagnosis_data(found: Diagnosis) -> dict[str, Any]:
+def diagnosis_numbers(found: Diagnosis) -> dict[str, Any]:
     """Return all that a diagnosis shows: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
@@ -40,6 +40,12 @@ def diagnosis_data(found: Diagnosis) -> dict[str, Any]:
         "path": path_rows([asdict(one) for one in found.steps], asdict(found.as_written)) if found.steps else [],
         "drawn": _drawn(found.pictures),
     }
+
+
+def plain_numbers(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the numbers alone, as diagnose.json has them."""
+    missing = [{k: v for k, v in one.items() if k not in ("rows", "text", "places")} for one in data["missing"]]
+    return {**{k: v for k, v in data.items() if k not in ("path", "drawn")}, "missing": missing}
 
 
 def _entry(data: dict[str, Any], pictures: Pictures) -> dict[str, Any]:

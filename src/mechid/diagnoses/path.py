@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from mechid.ink.digits import digits
-from mechid.ink.text_table import Column
+from mechid.ink.table import Table
+from mechid.ink.text_table import Column, Row
 
 AS_WRITTEN = "the mechanism as written"
 COMPLETED_TITLE = "How the mechanism was completed"
@@ -26,6 +27,11 @@ PATH_COLUMNS = (
     Column("free", "free"),
     Column("Bayesian criterion", "bic"),
 )
+
+
+def path_table(rows: Sequence[Row]) -> Table:
+    """Return the steps of a search for what a mechanism lacks."""
+    return Table(PATH_COLUMNS, rows)
 
 
 def path_rows(steps: Iterable[Mapping[str, Any]], first: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:

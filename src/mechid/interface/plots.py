@@ -10,10 +10,10 @@ from mechid.analysis.prediction import predict
 from mechid.budgets.budget import Budget
 from mechid.errors import UsageError, did_you_mean
 from mechid.identification.result.fit import Fit
+from mechid.ink.extremes import drawn
 from mechid.ink.palette import LIMIT, MEASURED, MODELLED, RESIDUAL, SERIES, series
 from mechid.ink.quantities import TIME, quantity_words
 from mechid.records.record import Record
-from mechid.reports.curves import drawn
 from mechid.simulation.simulator import TimeBase
 from mechid.simulation.trajectory import Trajectory
 from mechid.units import unit_words

@@ -138,15 +138,13 @@ def _understanding() -> Presenter:
 
 
 def _diagnosis() -> Presenter:
-    from mechid.reports.diagnosis.contents import diagnosis_data
-    from mechid.reports.diagnosis.files import write_diagnosis
-    from mechid.reports.diagnosis.terminal import print_diagnosis
+    from mechid.diagnoses import document
 
     return Presenter(
-        data=diagnosis_data,
-        ink=print_diagnosis,
-        files=write_diagnosis,
-        line=lambda found: ", ".join(one.name for one in found.missing) or "nothing is named",
+        data=document.PRESENTER.numbers,
+        ink=document.PRESENTER.print,
+        files=document.PRESENTER.write,
+        line=document.PRESENTER.line,
     )
 
 

@@ -11,16 +11,16 @@ import numpy as np
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.prediction import Prediction, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
-from mechid.arrays import FloatArray, IntArray
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import ChannelFit
+from mechid.ink.extremes import drawn
 from mechid.ink.quantities import channel_key
 from mechid.reports.outline import Outline, outline_of
 from mechid.reports.trace import Trace, trace_of
 from mechid.signal import autocorrelation, peak_spectrum
-from mechid.signal.envelope import envelope
 from mechid.signal.series import Series, blocks, mean_of, stretch_of
 from mechid.signal.spectrogram import WINDOWS, spectrogram, usual_window_s
 from mechid.signal.stored import is_long
@@ -29,8 +29,6 @@ from mechid.simulation.simulator import TimeBase
 GROUPS = 3000
 """Of a spectrum, equally wide on a logarithmic axis: up to some 400 Hz every bin of a record of 1 s is kept."""
 LAGS = 100
-COLUMNS = 800
-"""Of a curve over time on paper; each holds its least and its largest sample."""
 START_S = 0.3
 WORST = "least followed"
 """The stretch of a long record that the model follows least."""
@@ -174,18 +172,6 @@ def _trace(p: Prediction, noise: float, fitted: ChannelFit) -> Trace | Outline:
 def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
     """Return the commanded rate over a record's time, (R, 2) of s and full steps/s; (1, 2) where it is constant."""
     return commanded_rate(record.command.rate, record.time_offset.value, base)
-
-
-def drawn(y: Series, base: TimeBase) -> FloatArray:
-    """Return the record times in s, and samples, (2, M), that draw a record: extremes of each column of the picture."""
-    kept = envelope(y, COLUMNS)
-    values = np.concatenate([y[part][_within(kept, part)] for part in blocks(y.size)])
-    return np.stack((base.start_s + kept / base.sample_rate_hz, values))
-
-
-def _within(kept: IntArray, part: slice) -> IntArray:
-    """Return those of ascending numbers that are in a block, from its first."""
-    return np.asarray(kept[slice(*np.searchsorted(kept, (part.start, part.stop)))] - part.start, dtype=np.int64)
 
 
 def _lines(p: Prediction, samples: int) -> Lines:

@@ -155,10 +155,9 @@ class _IntoFolder(Companion):
 
     def complete(self, campaign: Campaign, found: Diagnosis) -> Campaign:
         """Write the diagnosis, and the mechanism that it proposes, with which the campaign is read again."""
-        from mechid.reports.diagnosis.contents import diagnosis_data
-        from mechid.reports.diagnosis.files import PROPOSED, write_diagnosis
+        from mechid.diagnoses.document import PRESENTER, PROPOSED
 
-        self.diagnosis_files = write_diagnosis(found, diagnosis_data(found), self.folder)
+        self.diagnosis_files = PRESENTER.write(found, PRESENTER.numbers(found), self.folder)
         if found.mechanism is None:
             return campaign
         path = self.folder / COMPLETED_NAME

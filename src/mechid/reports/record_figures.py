@@ -13,11 +13,12 @@ from matplotlib.figure import Figure
 from mechid.analysis.look import Drive, look_at
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import MeasuredCommand
+from mechid.ink.extremes import drawn
 from mechid.ink.figures import STYLE, made, over_time, write_figures
 from mechid.ink.palette import MEASURED, ORDER, series
 from mechid.ink.quantities import TIME, quantity_words
 from mechid.records import Channel, Record, Role
-from mechid.reports.curves import drawn, rate_over
+from mechid.reports.curves import rate_over
 from mechid.reports.look.figures import look_figures
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase

@@ -14,16 +14,16 @@ from diagnosis_bench import made
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
+from mechid.diagnoses.document import PRESENTER
+from mechid.diagnoses.figures import diagnosis_figures
+from mechid.diagnoses.numbers import diagnosis_numbers
 from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
+from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME
 from mechid.identification.result.grade import Cause, Grade, Reason
 from mechid.ink.console import console_on
 from mechid.reports import report_data
-from mechid.reports.diagnosis.contents import diagnosis_data
-from mechid.reports.diagnosis.figures import diagnosis_figures
-from mechid.reports.diagnosis.files import DATA_NAME, PROPOSED_NAME, write_diagnosis
-from mechid.reports.diagnosis.terminal import print_diagnosis
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 COMPLETED = ("modelled, with the effects", "residual, with the effects")
@@ -50,11 +50,11 @@ def test_what_is_missing_is_named_with_its_value(lacking):
 def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
     """Truth: the contract of diagnose.json, and TOML's own reader."""
     _, found = lacking
-    data = diagnosis_data(found)
-    files = write_diagnosis(found, data, tmp_path / "out")
-    print_diagnosis(data, console_on(), files)
+    data = diagnosis_numbers(found)
+    files = PRESENTER.write(found, data, tmp_path / "out")
+    PRESENTER.print(data, console_on(), files)
     printed = capsys.readouterr().out
-    content = json.loads((tmp_path / "out" / DATA_NAME).read_text())
+    content = json.loads((tmp_path / "out" / FILE_NAME).read_text())
     assert content["format"] == "mechid-diagnosis/1"
     (one,) = content["missing"]
     assert set(one) == {

@@ -8,8 +8,8 @@ import pytest
 from mechid.analysis.preference import ComparisonOutcome
 from mechid.campaign.mechanism_file import read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
+from mechid.diagnoses.numbers import evidence_lines
 from mechid.identification.identify import identify
-from mechid.reports.diagnosis.contents import evidence_lines
 from synthetic import TRUTH
 
 

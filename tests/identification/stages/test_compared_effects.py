@@ -43,9 +43,10 @@ def test_hum_explains_the_first_moments_with_its_own_grid_alone():
     families = Families(make_problem(hummed, 1), hummed)
     assert set(families.unseen_grids) == {50.0, 60.0}
     points = [families.plain.start]
-    right = look_at_hum(families, 60.0, points, str, Journal())
+    plain = refined_look(families.bare, points[0], Journal())
+    right = look_at_hum(families, plain, 60.0, points, str, Journal())
     assert right.explains
     assert right.model.effects == ("mains:60Hz",)
-    assert not refined_look(families.bare, points[0], Journal()).explains
-    wrong = look_at_hum(families, 50.0, points, str, Journal())
+    assert not plain.explains
+    wrong = look_at_hum(families, plain, 50.0, points, str, Journal())
     assert wrong is None or not wrong.explains

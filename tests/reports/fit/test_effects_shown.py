@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from mechid.diagnoses.effects_shown import missing_data
 from mechid.identification.result.missing import Missing, OwnValue
 from mechid.reports import print_report, report_data
-from mechid.reports.fit.lacking import missing_data
 from mechid.reports.fit.markdown import report_markdown
 from mechid.reports.fit.page import report_page
 from printing import printed

@@ -1,8 +1,9 @@
 """The tables of a fit's report. Truth: the rows that are handed to them."""
 
+from mechid.diagnoses.effects_shown import NAME, VALUE
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, OnPage
-from mechid.reports.fit.tables import NAME, VALUE, stage_table
+from mechid.reports.fit.tables import stage_table
 from printing import printed
 
 ROWS = [

@@ -22,7 +22,7 @@ from mechid.identification.output_error.misfit import Misfit, Model, Piece, Wind
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.kernel.compiled import aligned, compiled_module
 from mechid.signal.trend import waves_at
-from mechid.simulation.work import count, counted
+from mechid.simulation.work import count, counted, uncounted
 
 
 @lru_cache(maxsize=1)
@@ -248,14 +248,16 @@ class TriangleCache:
     def of(self, model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
         """Return the triangle of a target at a point, worked out unless it is the one that was worked out last.
 
-        Either counts as the same work: a resumed search, which has not worked the last one out, counts as the first.
+        Either counts as the same work, at once: a resumed search, which has not worked the last one out, ends where
+        the first has.
         """
         key = target, q.tobytes(), window
         last = self._by_record.get(target.name)
         if last is not None and last[0] == key:
             count(last[2])
             return last[1]
-        with counted() as own:
+        with uncounted(), counted() as own:
             found = triangle(model, target, q, window)
+        count(own.done)
         self._by_record[target.name] = key, found, own.done
         return found

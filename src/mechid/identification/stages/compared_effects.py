@@ -176,7 +176,7 @@ def look_at_families(
 
 def look_at_hum(
     families: Families,
-    base: AugmentedModel,
+    plain: FirstLook,
     grid_hz: float,
     points: Sequence[FloatArray],
     tell: Callable[[str], None],
@@ -189,8 +189,8 @@ def look_at_hum(
     Parameters
     ----------
     families : Families
-    base : AugmentedModel
-        Laid out, or with nothing beside.
+    plain : FirstLook
+        At the model without hum, laid out or with nothing beside.
     grid_hz : float
     points : sequence of (n,)
         Of that model, tried until one explains them, the best one first.
@@ -198,10 +198,9 @@ def look_at_hum(
         As of `look_at_first_moments`.
     """
     first = {name: stop for name, (_, stop) in first_windows(families.plain).items()}
-    plain = refined_look(base, points[0], journal)
     best = plain
     for q in points:
-        model = families.with_hum(base, grid_hz, q, first)
+        model = families.with_hum(plain.model, grid_hz, q, first)
         if model is None or plain.explains:
             return None
         look = refined_look(model, q, journal)

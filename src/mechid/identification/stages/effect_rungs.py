@@ -104,9 +104,13 @@ def _grow_beside_hum(
     followed : mapping of record to int
         Samples that it follows at the points.
     """
-    families, tell = climb.families, _teller(climb, "mains hum")
-    for grid_hz in families.unseen_grids:
-        look = look_at_hum(families, base, grid_hz, points, tell, climb.watch.journal)
+    families, tell, journal = climb.families, _teller(climb, "mains hum"), climb.watch.journal
+    grids = families.unseen_grids
+    if not grids:
+        return climb
+    plain = refined_look(base, points[0], journal)
+    for grid_hz in grids:
+        look = look_at_hum(families, plain, grid_hz, points, tell, journal)
         if look is None:
             continue
         q, horizons, share = look.q, followed, 0.0

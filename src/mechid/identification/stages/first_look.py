@@ -83,9 +83,10 @@ def refined_look(
     halves = {name: (first, first + (stop - first) // 2) for name, (first, stop) in windows.items()}
 
     def work() -> dict[str, object]:
+        at_point = cost_with_priors(model.problem, q, windows)
         begun = refine(model.problem, Candidate(q, 0.0), steps // 2, halves, priors=True)
         found = refine(model.problem, begun, steps, windows, priors=True)
-        if found.cost > cost_with_priors(model.problem, q, windows):
+        if found.cost > at_point:
             found = refine(model.problem, Candidate(q, 0.0), steps, windows, priors=True)
         return {"q": found.q, "cost": found.cost}
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.diagnoses.effects_shown import own_table
+from mechid.diagnoses.path import COMPLETED_TITLE, path_table
 from mechid.ink.markdown_text import bullets, cell, synthetic_words, table
 from mechid.ink.quantities import quantity_words
-from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.fit.tables import (
     known_table,
     order_table,
-    own_table,
     parameter_table,
-    path_table,
     record_table,
     side_table,
     stage_table,

@@ -9,6 +9,8 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
+from mechid.diagnoses.effects_shown import missing_data
+from mechid.diagnoses.path import completed_data
 from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, Reason, grade_words
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
@@ -16,8 +18,7 @@ from mechid.identification.result.record_result import ChannelFit, MaskedMoment,
 from mechid.ink.digits import digits, like, plain, with_sigma
 from mechid.ink.quantities import quantity_words
 from mechid.parameter import Status
-from mechid.reports.fit.lacking import lacking_lines, missing_data
-from mechid.reports.fit.path import completed_data
+from mechid.reports.fit.lacking import lacking_lines
 from mechid.reports.fit.side import side_rows
 from mechid.reports.fit.use import with_left_out, with_use
 from mechid.reports.fit.validation import order_rows, validation_rows

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mechid.diagnoses.effects_shown import own_table
+from mechid.diagnoses.path import COMPLETED_TITLE, path_table
 from mechid.ink.quantities import quantity_words
 from mechid.ink.table import Table
 from mechid.ink.template import asset, environment, page_style
@@ -14,7 +16,6 @@ from mechid.kernel.equation_text import Section
 from mechid.reports.curves import Curves
 from mechid.reports.fit import tables
 from mechid.reports.fit.embedded import embedded
-from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.payload import payload
 from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.outline import DETAIL_S, Outline
@@ -29,9 +30,9 @@ OUTLINED = (
 TABLES: Mapping[str, Callable[[Any], Table]] = {
     "orders": tables.order_table_of_one,
     "known": tables.known_table,
-    "own": tables.own_table,
+    "own": own_table,
     "parameters": tables.parameter_table,
-    "path": tables.path_table,
+    "path": path_table,
     "records": tables.record_table,
     "side": tables.side_table,
     "stages": tables.stage_table,

@@ -10,7 +10,6 @@ from mechid.ink.data import Data
 from mechid.ink.quantities import torque_alone
 from mechid.ink.table import Table
 from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
-from mechid.reports.fit.path import PATH_COLUMNS
 from mechid.reports.fit.side import SIDE_COLUMNS
 from mechid.reports.fit.validation import CHANNEL, RECORD, VALIDATION_LAYOUTS
 
@@ -82,12 +81,6 @@ FOLLOWED = (
     Column("followed %", "followed_percent"),
 )
 LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
-NAME = Column("name", "name", words=True)
-VALUE = (
-    Column("value", "value"),
-    Column("std error", "std_error", said="± σ"),
-    Column("unit", "unit", words=True),
-)
 STAGES = (
     Column("stage", "name", words=True),
     Column("records", "records"),
@@ -155,11 +148,6 @@ def stage_table(rows: Sequence[Row]) -> Table:
     return Table(STAGES, rows)
 
 
-def own_table(rows: Sequence[Row]) -> Table:
-    """Return parameters that no table of the files has, with their values."""
-    return Table((NAME, *VALUE), rows)
-
-
 def order_table(rows: Sequence[Row]) -> Table:
     """Return how lines at orders of the step rate are predicted, by record and channel."""
     unit = ", N m" if torque_alone(rows) else ""
@@ -175,11 +163,6 @@ def order_table_of_one(rows: Sequence[Row]) -> Table:
 def side_table(rows: Sequence[Row]) -> Table:
     """Return the largest lines of forces and moments beside the torque."""
     return Table(SIDE_COLUMNS, rows)
-
-
-def path_table(rows: Sequence[Row]) -> Table:
-    """Return the steps of a search for what a mechanism lacks."""
-    return Table(PATH_COLUMNS, rows)
 
 
 def _sizes(unit: str) -> tuple[Column, Column]:

@@ -8,18 +8,17 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.diagnoses.effects_shown import own_table
+from mechid.diagnoses.path import COMPLETED_TITLE, path_table
 from mechid.identification.result.grade import OF_MECHANISM_FILE
 from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.ink.quantities import torque_alone
 from mechid.reports.fit.lacking import LACKING
-from mechid.reports.fit.path import COMPLETED_TITLE
 from mechid.reports.fit.side import SIDE_TITLE
 from mechid.reports.fit.tables import (
     followed_table,
     order_table,
-    own_table,
     parameter_table,
-    path_table,
     prior_table,
     side_table,
     stage_table,

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
 from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
+from mechid.ink.extremes import drawn
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
 from mechid.ink.palette import INK, MARK, MARK_OVER, MEASURED, NOISE, ORDER, series
 from mechid.ink.quantities import FREQUENCY, TIME, quantity_words
-from mechid.reports.curves import drawn
 from mechid.reports.look.contents import channel_keys
 from mechid.reports.look.words import order_of, unit_text
 from mechid.signal.envelope import peak_groups

@@ -1,0 +1,243 @@
+"""What a result says, once: a document of parts that a terminal, Markdown and a page print each in its way.
+
+A capability makes one document of its result (`document.py` in its folder); the printers are `ink.on_terminal`,
+`ink.in_markdown` and `ink.on_page`. A part that only some of them show says so in `where`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from markupsafe import Markup
+
+from mechid.ink.table import Table
+from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, TERMINAL
+
+IN_DOCUMENTS = (MARKDOWN, PAGE)
+ON_TERMINAL, ON_PAGE = (TERMINAL,), (PAGE,)
+GOOD, CAUTION, BAD = "good", "caution", "bad"
+"""Tones of a verdict."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Part:
+    where: tuple[str, ...] = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Words(_Part):
+    """A paragraph; what stands between two ``**`` stands out.
+
+    Attributes
+    ----------
+    text : str
+    style : str
+        ``strong``, ``soft``, or empty.
+    where : tuple of str
+        Printers that show the part, of `EVERYWHERE`; so of each part below.
+    """
+
+    text: str
+    style: str = ""
+
+
+@dataclass(frozen=True)
+class Lines(_Part):
+    """A list of lines.
+
+    Attributes
+    ----------
+    lines : sequence of str
+        Nothing is printed of none.
+    word : str
+        Begins each line on a terminal.
+    heading : str
+        Above them in documents.
+    style : str
+        Of the lines on a terminal.
+    """
+
+    lines: Sequence[str]
+    word: str = ""
+    heading: str = ""
+    style: str = ""
+
+
+@dataclass(frozen=True)
+class Rows(_Part):
+    """A table, left out where it has no rows.
+
+    Attributes
+    ----------
+    table : Table
+    caption : str
+        Above it.
+    """
+
+    table: Table
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Code(_Part):
+    """Lines of a file.
+
+    Attributes
+    ----------
+    text : str
+    language : str
+    summary : str
+        What a page, which can fold them, calls them.
+    """
+
+    text: str
+    language: str = "toml"
+    summary: str = ""
+    where: tuple[str, ...] = field(default=IN_DOCUMENTS, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Picture(_Part):
+    """A figure of the result's folder.
+
+    Attributes
+    ----------
+    name : str
+        Of its files, without a suffix.
+    words : str
+        What it shows, for who cannot see it.
+    """
+
+    name: str
+    words: str
+    where: tuple[str, ...] = field(default=IN_DOCUMENTS, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Numbers(_Part):
+    """A few numbers side by side.
+
+    Attributes
+    ----------
+    numbers : sequence of (str, str)
+        What each is, and its text.
+    """
+
+    numbers: Sequence[tuple[str, str]]
+    where: tuple[str, ...] = field(default=IN_DOCUMENTS, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Verdict(_Part):
+    """What a result comes to.
+
+    Attributes
+    ----------
+    headline : str
+    questions : sequence of (str, sequence of str)
+        Each with its answers.
+    tone : str
+        `GOOD`, `CAUTION`, `BAD`; empty where it is none of these.
+    warnings : Lines
+        Under the answers.
+    """
+
+    headline: str
+    questions: Sequence[tuple[str, Sequence[str]]] = ()
+    tone: str = ""
+    warnings: Lines = Lines(())
+
+
+@dataclass(frozen=True)
+class OwnMarkup(_Part):
+    """HTML of a capability's own, as of figures that move; no other printer shows it."""
+
+    html: Markup
+    where: tuple[str, ...] = field(default=ON_PAGE, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Section(_Part):
+    """Parts under a heading.
+
+    Attributes
+    ----------
+    heading : str
+        Empty: they stand together without one.
+    parts : sequence of parts
+        Sections among them are one level lower.
+    key : str
+        By which a page's addresses name it.
+    entry : str
+        What the page's contents call it; empty: they do not have it.
+    is_folded : bool
+        Whether a page shows the heading alone at first.
+    keeps_page : bool
+        Whether it begins a sheet in print.
+    """
+
+    heading: str
+    parts: Sequence[Part]
+    key: str = ""
+    entry: str = ""
+    is_folded: bool = False
+    keeps_page: bool = False
+
+
+Part: TypeAlias = Words | Lines | Rows | Code | Picture | Numbers | Verdict | OwnMarkup | Section
+
+
+@dataclass(frozen=True, kw_only=True)
+class Document:
+    """All that is shown of a result.
+
+    Attributes
+    ----------
+    title : str
+    command : str
+        That made it, as ``mechid budget``.
+    under : str
+        One line under the title.
+    tab : str
+        What a browser calls its page, beside the command; empty takes the title.
+    is_synthetic : bool
+        Whether its records were simulated, which is said first.
+    parts : sequence of parts
+    """
+
+    title: str
+    command: str
+    under: str = ""
+    tab: str = ""
+    is_synthetic: bool = False
+    parts: Sequence[Part] = ()
+
+    def sections(self) -> list[Section]:
+        """Return the sections that a page's contents have, in order."""
+        return [one for one in _sections(self.parts) if one.entry]
+
+
+def shown_on(parts: Sequence[Part], printer: str) -> list[Part]:
+    """Return the parts that a printer shows; sections and lists without anything in them are left out."""
+    return [part for part in parts if printer in part.where and not _is_empty(part, printer)]
+
+
+def _is_empty(part: Part, printer: str) -> bool:
+    match part:
+        case Section():
+            return not shown_on(part.parts, printer)
+        case Lines():
+            return not part.lines
+        case Rows():
+            return not part.table.rows
+        case Words() | Code():
+            return not part.text
+        case _:
+            return False
+
+
+def _sections(parts: Sequence[Part]) -> list[Section]:
+    found = [part for part in shown_on(parts, PAGE) if isinstance(part, Section)]
+    return [one for part in found for one in (part, *_sections(part.parts))]

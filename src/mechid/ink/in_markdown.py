@@ -1,0 +1,101 @@
+"""A document as Markdown, to be pasted into another one; its figures lie in a folder beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import chain
+
+from mechid.ink.document import (
+    Code,
+    Document,
+    Lines,
+    Numbers,
+    Part,
+    Picture,
+    Rows,
+    Section,
+    Verdict,
+    Words,
+    shown_on,
+)
+from mechid.ink.markdown_text import bullets, cell
+from mechid.ink.sheet import FOLDER_NAME
+from mechid.ink.text_table import MARKDOWN
+
+SYNTHETIC = "**Synthetic**: the records were simulated; nothing of this was measured."
+
+
+def document_markdown(document: Document) -> str:
+    """Return a document as Markdown."""
+    blocks = [f"# {cell(document.title)}"]
+    blocks += [SYNTHETIC] if document.is_synthetic else []
+    blocks += [cell(document.under)] if document.under else []
+    for part in shown_on(document.parts, MARKDOWN):
+        blocks += _blocks(part, 2)
+    return "\n\n".join(blocks) + "\n"
+
+
+def _blocks(part: Part, level: int) -> list[str]:
+    """Return the blocks of a part, an empty line to stand between any two."""
+    return _PRINTERS[type(part)](part, level)
+
+
+def _words(part: Words, level: int) -> list[str]:
+    return [f"**{cell(part.text)}**" if part.style == "strong" else _with_emphasis(part.text)]
+
+
+def _lines(part: Lines, level: int) -> list[str]:
+    return [*_heading(part.heading, level), bullets(part.lines)] if part.lines else []
+
+
+def _rows(part: Rows, level: int) -> list[str]:
+    return [*([cell(part.caption)] if part.caption else []), part.table.markdown()]
+
+
+def _code(part: Code, level: int) -> list[str]:
+    return [f"```{part.language}\n{part.text.rstrip()}\n```"]
+
+
+def _picture(part: Picture, level: int) -> list[str]:
+    return [f"![{cell(part.words)}](<{FOLDER_NAME}/{part.name}.svg>)"]
+
+
+def _numbers(part: Numbers, level: int) -> list[str]:
+    return [bullets(f"{what}: {text}" for what, text in part.numbers)]
+
+
+def _verdict(part: Verdict, level: int) -> list[str]:
+    answers = [[*_heading(question, level), bullets(lines)] for question, lines in part.questions]
+    return [f"**{cell(part.headline)}**", *chain.from_iterable(answers), *_lines(part.warnings, level)]
+
+
+def _section(part: Section, level: int) -> list[str]:
+    below = level + 1 if part.heading else level
+    inner = (_blocks(one, below) for one in shown_on(part.parts, MARKDOWN))
+    return [*_heading(part.heading, level), *chain.from_iterable(inner)]
+
+
+def _heading(text: str, level: int) -> list[str]:
+    return [f"{'#' * level} {cell(text)}"] if text else []
+
+
+def _with_emphasis(text: str) -> str:
+    return "**".join(cell(piece) if piece.strip() == piece else _spaced(piece) for piece in text.split("**"))
+
+
+def _spaced(piece: str) -> str:
+    """Return a piece of a sentence with the spaces at its ends, which `cell` would take away."""
+    before, after = piece[: len(piece) - len(piece.lstrip())], piece[len(piece.rstrip()) :]
+    return f"{before}{cell(piece)}{after}" if piece.strip() else piece
+
+
+_PRINTERS: Mapping[type, Callable[..., list[str]]] = {
+    Words: _words,
+    Lines: _lines,
+    Rows: _rows,
+    Code: _code,
+    Picture: _picture,
+    Numbers: _numbers,
+    Verdict: _verdict,
+    Section: _section,
+}

@@ -1,0 +1,99 @@
+"""A document on a terminal: tables and lines, each line one that a script can look for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from mechid.ink.console import print_lines, say
+from mechid.ink.document import (
+    BAD,
+    CAUTION,
+    GOOD,
+    Code,
+    Document,
+    Lines,
+    Numbers,
+    Part,
+    Rows,
+    Section,
+    Verdict,
+    Words,
+    shown_on,
+)
+from mechid.ink.text_table import INDENT, TERMINAL
+from mechid.shown import SYNTHETIC
+
+STYLES = {GOOD: "bold green", CAUTION: "bold yellow", BAD: "bold red"}
+STRONG = "bold"
+
+
+def print_document(document: Document, console: Console, files: Sequence[Path] = ()) -> None:
+    """Print a document, and where its files are."""
+    if document.is_synthetic:
+        say(console, SYNTHETIC, STRONG)
+    for part in shown_on(document.parts, TERMINAL):
+        _print(part, console)
+    print_lines(console, "written", map(str, files))
+
+
+def _print(part: Part, console: Console) -> None:
+    _PRINTERS[type(part)](part, console)
+
+
+def _words(part: Words, console: Console) -> None:
+    say(console, part.text.replace("**", ""), STRONG if part.style == "strong" else "")
+
+
+def _lines(part: Lines, console: Console) -> None:
+    if part.word:
+        print_lines(console, part.word, part.lines, part.style)
+        return
+    for line in part.lines:
+        say(console, f"{INDENT}{line}", part.style)
+
+
+def _rows(part: Rows, console: Console) -> None:
+    if part.caption:
+        say(console, part.caption, STRONG)
+    part.table.print(console)
+
+
+def _code(part: Code, console: Console) -> None:
+    for line in part.text.splitlines():
+        say(console, f"{INDENT}{line}")
+
+
+def _numbers(part: Numbers, console: Console) -> None:
+    for what, text in part.numbers:
+        say(console, f"{what}: {text}")
+
+
+def _verdict(part: Verdict, console: Console) -> None:
+    say(console, part.headline, STYLES.get(part.tone, STRONG))
+    for question, answers in part.questions:
+        say(console, question, STRONG)
+        _lines(Lines(answers), console)
+    if part.questions:
+        console.print()
+    _lines(part.warnings, console)
+
+
+def _section(part: Section, console: Console) -> None:
+    if part.heading:
+        say(console, part.heading, STRONG)
+    for inner in shown_on(part.parts, TERMINAL):
+        _print(inner, console)
+
+
+_PRINTERS: Mapping[type, Callable[..., None]] = {
+    Words: _words,
+    Lines: _lines,
+    Rows: _rows,
+    Code: _code,
+    Numbers: _numbers,
+    Verdict: _verdict,
+    Section: _section,
+}
