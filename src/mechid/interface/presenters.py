@@ -12,6 +12,7 @@ from typing import Any
 from rich.console import Console
 
 from mechid.holding import held
+from mechid.ink.presenter import Presenter as OfDocument
 
 HTML_WIDTH, TEXT_WIDTH = 110, 120
 """Columns of a result in a notebook, and as text."""
@@ -103,6 +104,11 @@ def presenter_of(result: object) -> Presenter:
     return _MAKERS[type(result).__name__]()
 
 
+def _of(own: OfDocument) -> Presenter:
+    """Return the presenter of a result that has a document."""
+    return Presenter(data=own.numbers, ink=own.print, files=own.write, line=own.line)
+
+
 def _survey() -> Presenter:
     from mechid.reports.look.contents import look_data
     from mechid.reports.look.files import write_look
@@ -138,14 +144,9 @@ def _understanding() -> Presenter:
 
 
 def _diagnosis() -> Presenter:
-    from mechid.diagnoses import document
+    from mechid.diagnoses.document import PRESENTER
 
-    return Presenter(
-        data=document.PRESENTER.numbers,
-        ink=document.PRESENTER.print,
-        files=document.PRESENTER.write,
-        line=document.PRESENTER.line,
-    )
+    return _of(PRESENTER)
 
 
 def _comparison() -> Presenter:
@@ -160,25 +161,15 @@ def _comparison() -> Presenter:
 
 
 def _profiles() -> Presenter:
-    from mechid.reports.profile import print_profiles, profile_data, write_profiles
+    from mechid.profiles.document import PRESENTER
 
-    return Presenter(
-        data=lambda found: profile_data(found.profiles, synthetic=found.synthetic),
-        ink=print_profiles,
-        files=lambda found, data, folder: write_profiles(data, folder),
-        line=", ".join,
-    )
+    return _of(PRESENTER)
 
 
 def _bootstrap() -> Presenter:
-    from mechid.reports.bootstrap import bootstrap_data, print_bootstrap, write_bootstrap
+    from mechid.bootstraps.document import PRESENTER
 
-    return Presenter(
-        data=lambda found: bootstrap_data(found, found.seed),
-        ink=print_bootstrap,
-        files=lambda found, data, folder: write_bootstrap(data, folder),
-        line=lambda found: f"{len(found.draws)} draws of {len(found.spreads)} parameters",
-    )
+    return _of(PRESENTER)
 
 
 def _design() -> Presenter:

@@ -1,39 +1,23 @@
-"""Profiles: every number in one dict, its files, and its ink for a terminal."""
+"""Profiles: every number in one dict, and the files that hold it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
-
-from rich.console import Console
 
 from mechid.identification.refit.profile import Point, Profile
 from mechid.identification.result.estimate_file import json_text
-from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.ink.digits import like, with_sigma
-from mechid.ink.text_table import Column, print_tables
-from mechid.writing import write_together
 
 FORMAT = "mechid-profile/1"
 FILE_NAME, POINTS_NAME = "profile.json", "profile.csv"
 LOCAL = 1.959964
 WORTH_SAYING = 0.1
 """Sigmas squared by which a refit below the estimate's cost is worth a line."""
-NAME = (Column("parameter", "name", words=True), Column("estimate", "estimate"), Column("unit", "unit", words=True))
-LIMITS = (
-    Column("local from", "local_low"),
-    Column("to", "local_high"),
-    Column("profile from", "low"),
-    Column("to", "high"),
-    Column("for colour from", "coloured_low"),
-    Column("to", "coloured_high"),
-)
-LAYOUTS = (((*NAME, *LIMITS),), (NAME, (NAME[0], *LIMITS)))
 
 
-def profile_data(profiles: Sequence[Profile], *, synthetic: bool = False) -> dict[str, Any]:
+def profile_numbers(profiles: Sequence[Profile], *, synthetic: bool = False) -> dict[str, Any]:
     """Return all that profiles show: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
@@ -43,27 +27,12 @@ def profile_data(profiles: Sequence[Profile], *, synthetic: bool = False) -> dic
     }
 
 
-def write_profiles(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
-    """Write profile.json and profile.csv, one line a point, into a folder, made where it is missing.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
+def profile_texts(data: Mapping[str, Any]) -> dict[str, str]:
+    """Return profile.json, and profile.csv with one line a point."""
     rows = ["parameter,unit,value,cost_rise_sigma2,note"]
     for name, p in data["profiles"].items():
         rows += [f"{name},{p['unit']},{q['value']!r},{q['rise']!r},{q['note']}" for q in p["points"]]
-    return write_together(folder, {FILE_NAME: json_text(data), POINTS_NAME: "\n".join(rows) + "\n"})
-
-
-def print_profiles(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-    """Print what `profile_data` made, and where the files are."""
-    say_if_synthetic(console, data)
-    say(console, "95 % intervals: by the standard error, and by profile likelihood", "bold")
-    print_tables(console, LAYOUTS, [{"name": name, **p} for name, p in data["profiles"].items()])
-    print_lines(console, "warning", data["warnings"], "yellow")
-    print_lines(console, "written", [str(path) for path in files])
+    return {FILE_NAME: json_text(data), POINTS_NAME: "\n".join(rows) + "\n"}
 
 
 def _profile(p: Profile) -> dict[str, Any]:

@@ -1,35 +1,20 @@
-"""A bootstrap: every number in one dict, its files, and its ink for a terminal."""
+"""A bootstrap: every number in one dict, and the files that hold it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
-
-from rich.console import Console
 
 from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
 from mechid.identification.result.estimate_file import json_text
-from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.ink.digits import digits, like, with_sigma
-from mechid.ink.text_table import Column, print_tables
 from mechid.signal.autoregression import Autoregression
-from mechid.writing import write_together
 
 FORMAT = "mechid-bootstrap/1"
 FILE_NAME, DRAWS_NAME = "bootstrap.json", "bootstrap.csv"
-NAME = (Column("parameter", "name", words=True), Column("estimate", "estimate"), Column("unit", "unit", words=True))
-SCATTER = (
-    Column("+- sigma", "std_error"),
-    Column("scatter", "deviation"),
-    Column("shift", "mean_shift"),
-    Column("95 % from", "low"),
-    Column("to", "high"),
-)
-LAYOUTS = (((*NAME, *SCATTER),), (NAME, (NAME[0], *SCATTER)))
 
 
-def bootstrap_data(found: Bootstrap, seed: int) -> dict[str, Any]:
+def bootstrap_numbers(found: Bootstrap, seed: int) -> dict[str, Any]:
     """Return all that a bootstrap shows: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
@@ -48,30 +33,11 @@ def bootstrap_data(found: Bootstrap, seed: int) -> dict[str, Any]:
     }
 
 
-def write_bootstrap(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
-    """Write bootstrap.json and bootstrap.csv, one line a draw, into a folder, made where it is missing.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
+def bootstrap_texts(data: Mapping[str, Any]) -> dict[str, str]:
+    """Return bootstrap.json, and bootstrap.csv with one line a draw."""
     names = list(data["refits"][0])
     rows = [",".join(names)] + [",".join(str(refit[name]) for name in names) for refit in data["refits"]]
-    return write_together(folder, {FILE_NAME: json_text(data), DRAWS_NAME: "\n".join(rows) + "\n"})
-
-
-def print_bootstrap(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-    """Print what `bootstrap_data` made, and where the files are."""
-    say_if_synthetic(console, data)
-    say(
-        console,
-        f"{data['draws']} refits; scatter: their standard deviation, shift: their mean less the estimate",
-        "bold",
-    )
-    print_tables(console, LAYOUTS, [{"name": name, **p} for name, p in data["parameters"].items()])
-    print_lines(console, "warning", data["warnings"], "yellow")
-    print_lines(console, "written", [str(path) for path in files])
+    return {FILE_NAME: json_text(data), DRAWS_NAME: "\n".join(rows) + "\n"}
 
 
 def _spread(s: Spread) -> dict[str, Any]:

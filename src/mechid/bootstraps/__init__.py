@@ -1,0 +1,1 @@
+"""A bootstrap: its numbers, its document and figures."""

@@ -1,0 +1,1 @@
+"""Profiles of the likelihood: their numbers, their document and figures."""
