@@ -107,3 +107,22 @@ def test_a_prior_becomes_wider_where_a_value_of_a_record_stands_at_the_edge(made
     assert wider.added.widths == model.added.widths
     np.testing.assert_allclose(wider.point_of(model, at_edge), at_edge)
     assert model.widened(plain, at_edge, 3.5, 4.0) is model
+
+
+def test_a_model_laid_out_has_the_same_residual_and_no_place_for_others(made):
+    """Truth: the same effects on the plant of all terms, at the same values; the parameters of its plant by count."""
+    plain, model, q = made
+    compact = model.laid_out(plain)
+    there = compact.point_of(model, q)
+    whole = model.problem.whole()
+    assert compact.effects == model.effects
+    assert compact.problem.total_norm(there, whole) == pytest.approx(model.problem.total_norm(q, whole), rel=1e-9)
+    assert model.point_of(compact, there) == pytest.approx(q, rel=1e-9)
+    wide, small = (len(m.problem.space.mechanism.plant.parameters) for m in (model, compact))
+    assert small < 0.6 * wide
+    fewer = compact.keeping(plain, {DETENT, "record.delay"}, "two")
+    assert set(fewer.effects) == {DETENT, "record.delay"}
+    moved = fewer.problem.coordinates.values(fewer.point_of(compact, there))
+    kept = compact.problem.coordinates.values(there)
+    names = zip(fewer.added.names_by_term[DETENT], compact.added.names_by_term[DETENT], strict=True)
+    assert all(moved[one] == pytest.approx(kept[other], rel=1e-9) for one, other in names)

@@ -72,3 +72,13 @@ def test_nothing_is_added_where_the_campaign_wants_none(families):
     assert none.model(EVERYTHING).effects == ()
     assert list(none.laws()) == []
     assert none.base == AddedTerms(families.plain.space.mechanism)
+
+
+def test_friction_over_one_angle_has_a_counterpart_over_the_other(families):
+    """Truth: the gear's ratio: k periods a turn of the rotor are k times the ratio of the output, where listed."""
+    ratio = families.plain.space.mechanism.value("gear.ratio")
+    name = families.counterpart("friction.position:1")
+    assert name == f"friction.position:output:{round(ratio)}"
+    assert families.counterpart(name) == "friction.position:1"
+    assert families.counterpart(RIGHT) is None, "a detent"
+    assert families.counterpart("friction.position:8") is None, "more than 100 a turn of the output"

@@ -1,5 +1,7 @@
 """What effects leave of the first moments. Truth: a detent of 130 periods that made the records."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,3 +77,11 @@ def test_effects_are_said_with_what_they_explain():
     """Truth: by hand."""
     assert effect_words({"clock": 120.4, "mains:50Hz": 0.0}) == "clock (120), mains:50Hz"
     assert effect_words({}) == "none"
+
+
+def test_what_explains_may_leave_more_than_the_noise_is_uncertain_by(families, plain):
+    """Truth: costs a sample by hand, on both sides of either limit."""
+    look = look_with(families, plain, RIGHT)
+    for left, explains, surely in ((1.0, True, True), (1.07, True, False), (1.2, False, False)):
+        one = replace(look, cost=left * look.samples)
+        assert (one.explains, one.explains_surely) == (explains, surely)
