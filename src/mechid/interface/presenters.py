@@ -150,14 +150,9 @@ def _diagnosis() -> Presenter:
 
 
 def _comparison() -> Presenter:
-    from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
+    from mechid.comparisons.document import PRESENTER
 
-    return Presenter(
-        data=comparison_data,
-        ink=print_comparison,
-        files=lambda found, data, folder: [write_comparison(data, folder)],
-        line=lambda found: f"{len(found.hypotheses)} fits, preferred: {found.preference.preferred or 'none'}",
-    )
+    return _of(PRESENTER)
 
 
 def _profiles() -> Presenter:

@@ -2,17 +2,19 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import mechid
 from estimates import free, known, record, write
+from mechid.comparisons.document import PRESENTER
+from mechid.comparisons.figures import EVIDENCE_NAME, RECORDS_NAME, above_least, over_first
 from mechid.errors import UsageError
-from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
 from printing import printed, tables
 
 
 @pytest.fixture
-def data(tmp_path):
+def found(tmp_path):
     """Return the comparison of a fit with two detents and one with one, which predicts worse."""
     shared = {"gear.stiffness": free(913.47, 0.022), "stepper.poles": known(100.0, "1")}
     amplitude = {"stepper.detent.1.amplitude": free(0.0231, 1.2e-5, "N m")}
@@ -20,12 +22,17 @@ def data(tmp_path):
         write(tmp_path / "two", {"full_46": record(0.002), "sweep": record(0.002, use="validate")}, shared | amplitude),
         write(tmp_path / "one", {"full_46": record(0.003), "sweep": record(0.004, use="validate")}, shared),
     ]
-    return comparison_data(mechid.compare(*folders))
+    return mechid.compare(*folders)
+
+
+@pytest.fixture
+def data(found):
+    return PRESENTER.numbers(found)
 
 
 @pytest.mark.parametrize("width", [80, 120, 200])
 def test_all_of_it_is_printed_within_the_width(data, width):
-    text = printed(print_comparison, data, width)
+    text = printed(PRESENTER.print, data, width)
     words = text.split()
     assert text.startswith(data["outcome"]["message"] + " Preferred: two.")
     for row in (*data["scores"], *data["records"], *data["parameters"]):
@@ -42,14 +49,29 @@ def test_what_a_hypothesis_lacks_is_a_dot(data):
     assert (row["text"]["value_0"], row["text"]["value_1"], row["values"][1]) == ("0.023100", ".", None)
 
 
-def test_the_file_reads_back(data, tmp_path):
-    path = write_comparison(data, tmp_path / "deep" / "out")
-    read = json.loads(path.read_text(), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+def test_the_file_reads_back(found, data, tmp_path):
+    out = tmp_path / "deep" / "out"
+    names = {path.name for path in PRESENTER.write(found, data, out)}
+    assert names == {"comparison.json", "comparison.md", "comparison.html", "figures"}
+    read = json.loads((out / "comparison.json").read_text(), parse_constant=lambda n: pytest.fail(f"{n} is no JSON"))
     assert (read["format"], read["preferred"]) == ("mechid-comparison/1", "two")
     assert read["scores"][1]["aic"] == data["scores"][1]["aic"]
+    assert {path.stem for path in (out / "figures").iterdir()} == {EVIDENCE_NAME, RECORDS_NAME}
 
 
-def test_a_folder_that_cannot_be_made_is_refused(data, tmp_path):
+def test_page_and_markdown_say_what_the_terminal_does(found, data, tmp_path):
+    """Truth: the message, the ratios of the residuals by hand, the difference of the criteria."""
+    PRESENTER.write(found, data, tmp_path)
+    for name in ("comparison.html", "comparison.md"):
+        text = (tmp_path / name).read_text()
+        assert data["outcome"]["message"] + " Preferred: two." in text
+        assert "8107" in text
+    assert over_first(data) == pytest.approx(np.array([[1.0, 1.5], [1.0, 2.0]]))
+    rows = [row["bic_effective"] for row in data["scores"]]
+    assert above_least(data, "bic_effective") == pytest.approx([0.0, rows[1] - rows[0]])
+
+
+def test_a_folder_that_cannot_be_made_is_refused(found, data, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot be written to"):
-        write_comparison(data, tmp_path / "file" / "out")
+        PRESENTER.write(found, data, tmp_path / "file" / "out")

@@ -1,42 +1,23 @@
-"""Hypotheses side by side: every number in one dict, and its ink for a terminal."""
+"""Hypotheses side by side: every number in one dict."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
-
-from rich.console import Console
 
 from mechid.analysis.comparison import Comparison, ParameterComparison, RecordComparison
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
-from mechid.identification.result.estimate_file import json_text
-from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.ink.digits import digits, rounded, with_sigma
-from mechid.ink.text_table import Column, print_tables
-from mechid.writing import write_together
 
 FORMAT = "mechid-comparison/1"
 FILE_NAME = "comparison.json"
-HYPOTHESIS = Column("hypothesis", "name", words=True)
-FITTED = (Column("free", "free"), Column("fitted", "counted"))
-EFFECTIVE = (
-    Column("AIC", "aic_effective"),
-    Column("BIC", "bic_effective"),
-    Column("AIC white", "aic"),
-    Column("BIC white", "bic"),
-)
-SCORE_LAYOUTS = (
-    ((HYPOTHESIS, *FITTED, *EFFECTIVE, Column("grade", "grade", words=True)),),
-    ((HYPOTHESIS, *FITTED, *EFFECTIVE), (HYPOTHESIS, Column("grade", "grade", words=True))),
-)
 NO_SUCH = "."
 
 
-def comparison_data(comparison: Comparison) -> dict[str, Any]:
+def comparison_numbers(comparison: Comparison) -> dict[str, Any]:
     """Return all that a comparison shows: numbers, and beside those that need rounding their text."""
     best = {key: _least(comparison.scores, key) for key in ("aic", "bic", "aic_effective", "bic_effective")}
     return {
@@ -51,35 +32,6 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "records": [_record(r) for r in comparison.records],
         "parameters": [_parameter(p) for p in comparison.parameters],
     }
-
-
-def write_comparison(data: Mapping[str, Any], folder: Path | str) -> Path:
-    """Write comparison.json into a folder, made where it is missing, and return its path.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
-    return write_together(folder, {FILE_NAME: json_text(data)})[0]
-
-
-def print_comparison(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-    """Print what `comparison_data` made, and where the file is."""
-    say_if_synthetic(console, data)
-    preferred = f" Preferred: {data['preferred']}." if data["preferred"] else ""
-    say(console, data["outcome"]["message"] + preferred, "bold")
-    print_lines(console, "because", data["grounds"])
-    print_lines(console, "caution", data["cautions"], "yellow")
-    console.print()
-    say(console, "Criteria above the least; by effective samples, and as if residuals were white", "bold")
-    print_tables(console, SCORE_LAYOUTS, data["scores"])
-    names = data["hypotheses"]
-    say(console, "Records; residual RMS in N m", "bold")
-    print_tables(console, _record_layouts(names), data["records"])
-    say(console, f"Parameters; off: difference to {names[0]}, in sigmas", "bold")
-    print_tables(console, _parameter_layouts(names), data["parameters"])
-    print_lines(console, "written", [str(path) for path in files])
 
 
 def _least(scores: Sequence[Score], key: str) -> float:
@@ -132,20 +84,3 @@ def _parameter(p: ParameterComparison) -> dict[str, Any]:
         "differences_sigmas": list(p.differences_sigmas),
         "text": {**texts, "unit": "" if p.unit == "1" else p.unit},
     }
-
-
-def _record_layouts(names: Sequence[str]) -> tuple[tuple[tuple[Column, ...], ...], ...]:
-    first = (Column("record", "name", words=True), Column("use", "use", words=True))
-    size = (Column("samples", "samples"), Column("effective", "effective"))
-    residuals = tuple(Column(name, f"residual_{i}") for i, name in enumerate(names))
-    fits = tuple(Column(f"{name} fit %", f"fit_{i}") for i, name in enumerate(names))
-    return ((first + size + residuals + fits,), (first + size, first[:1] + residuals, first[:1] + fits))
-
-
-def _parameter_layouts(names: Sequence[str]) -> tuple[tuple[tuple[Column, ...], ...], ...]:
-    first, unit = Column("parameter", "key", words=True), Column("unit", "unit", words=True)
-    each = [
-        (Column(name, f"value_{i}"), Column("+- sigma", f"sigma_{i}"), *([Column("off", f"off_{i}")] if i else []))
-        for i, name in enumerate(names)
-    ]
-    return (((first, unit, *(c for columns in each for c in columns)),), tuple((first, *columns) for columns in each))

@@ -1,0 +1,1 @@
+"""Fits of the same records compared: their numbers, their document and figures."""

@@ -1,0 +1,68 @@
+"""The figures of a comparison: the evidence for each fit, and what each leaves of each record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from mechid.arrays import FloatArray
+from mechid.ink.figures import STYLE, legend_above, made
+from mechid.ink.palette import series
+
+EVIDENCE_NAME, RECORDS_NAME = "comparison_evidence", "comparison_records"
+MARGIN_IN, ROW_IN = 0.9, 0.34
+CRITERIA = {"bic_effective": "by effective samples", "bic": "as if white"}
+NAMES_FROM = 0.24
+"""Share of the width from which the picture begins: names stand left of it."""
+LINEAR = 10.0
+"""Up to which the axis of the criterion is linear, logarithmic beyond."""
+
+
+def comparison_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures of what `comparison_numbers` made."""
+    with mpl.rc_context(STYLE), np.errstate(all="ignore"):
+        yield EVIDENCE_NAME, made(partial(_evidence, data), MARGIN_IN + ROW_IN * len(data["scores"]))
+        yield RECORDS_NAME, made(partial(_records, data), MARGIN_IN + ROW_IN * len(data["records"]))
+
+
+def above_least(data: Mapping[str, Any], key: str) -> FloatArray:
+    """Return each fit's criterion less the least of all, (hypotheses,)."""
+    values = np.array([row[key] for row in data["scores"]], dtype=np.float64)
+    return values - np.nanmin(values) if np.any(np.isfinite(values)) else values
+
+
+def over_first(data: Mapping[str, Any]) -> FloatArray:
+    """Return the residual of each record by each fit over that of the first one, (records, hypotheses)."""
+    residuals = np.array([row["residual_rms"] for row in data["records"]], dtype=np.float64)
+    return residuals / residuals[:, :1]
+
+
+def _evidence(data: Mapping[str, Any], figure: Any) -> None:
+    values = np.stack([above_least(data, key) for key in CRITERIA], axis=1)
+    axes = _bars(figure, data["hypotheses"], values, list(CRITERIA.values()))
+    axes.set_xscale("symlog", linthresh=LINEAR)
+    axes.set_xlim(0.0, max(2.0 * LINEAR, 1.5 * float(np.nanmax(values, initial=0.0))))
+    axes.set_xlabel("Bayesian criterion above the least")
+
+
+def _records(data: Mapping[str, Any], figure: Any) -> None:
+    axes = _bars(figure, [row["name"] for row in data["records"]], over_first(data), data["hypotheses"])
+    axes.set_xlabel(f"residual over that of {data['hypotheses'][0]}")
+
+
+def _bars(figure: Any, rows: list[str], values: FloatArray, names: list[str]) -> Any:
+    """Draw a group of bars for each row, one for each name, (rows, names), and return the axes."""
+    axes, height = figure.subplots(), 0.8 / len(names)
+    for k, name in enumerate(names):
+        at = np.arange(len(rows)) + (k - 0.5 * (len(names) - 1)) * height
+        axes.barh(at, np.nan_to_num(values[:, k]), height, color=series(k + 1), label=name)
+    axes.set_yticks(range(len(rows)), rows)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    legend_above(figure, axes, len(names))
+    figure.subplots_adjust(left=NAMES_FROM)
+    return axes
