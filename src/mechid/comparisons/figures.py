@@ -58,6 +58,7 @@ def _records(data: Mapping[str, Any], figure: Any) -> None:
 def _bars(figure: Any, rows: list[str], values: FloatArray, names: list[str]) -> Any:
     """Draw a group of bars for each row, one for each name, (rows, names), and return the axes."""
     axes, height = figure.subplots(), 0.8 / len(names)
+    axes.set_axisbelow(True)
     for k, name in enumerate(names):
         at = np.arange(len(rows)) + (k - 0.5 * (len(names) - 1)) * height
         axes.barh(at, np.nan_to_num(values[:, k]), height, color=series(k + 1), label=name)
