@@ -31,7 +31,13 @@ from mechid.identification.search.rest import rest_of
 from mechid.identification.stages.disturbances import asks_for_more, fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import searched, warm_start
-from mechid.identification.stages.joint_fit import confirm_optimum, fit_past_cliffs, joint_fit, threshold_warnings
+from mechid.identification.stages.joint_fit import (
+    confirm_optimum,
+    fit_past_cliffs,
+    held_by_file,
+    joint_fit,
+    threshold_warnings,
+)
 from mechid.identification.stages.kernels_ahead import LINE, KernelsAhead
 from mechid.identification.stages.masked_growth import fit_followed_again
 from mechid.identification.stages.own_stages import follow_stages
@@ -198,7 +204,7 @@ def _follow_plan(
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    is_held = state.problem.coordinates.on_bound(state.q).any()  # then a bound leaves what is beyond noise
+    is_held = held_by_file(state.problem, state.q)  # then a bound leaves what is beyond noise
     asks = (state.found and not before.found) or (asks_for_more(watch, state) and not is_held)
     if growth.complete and not before.added and asks:
         found = tuple(one.disturbance.name for one in state.found)

@@ -33,8 +33,8 @@ from mechid.simulation.work import WorkSpentError, counted
 
 DELAY = "record.delay"
 COULOMB, STATIC = "friction.coulomb", "friction.static"
-KINDS_BEFORE_LAWS = 3
-"""Kinds of single effects that are compared before laws over long windows: of records, listed terms, slow terms."""
+LISTED, WITH_SLOW = 2, 3
+"""Kinds of single effects over long windows: of records and listed terms; with slow terms."""
 SMALL, COMBINED = (RECORDS, TERMS, ALL_TERMS), (TERMS_AND_RECORDS, EVERYTHING)
 
 
@@ -248,7 +248,7 @@ def look_past_stall(
         if tuned is not here:
             yield tuned
     looks, grown = list[FirstLook](), list[FirstLook]()
-    for number, kind in enumerate(_looks_by_kind(families, here, windows, tell, journal, steps)):
+    for number, kind in enumerate(_looks_by_kind(families, here, windows, tell, journal, steps, WITH_SLOW)):
         looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
         may_grow = (number > 0 and _is_clear(looks, here)) or kind is None  # records' own values imitate terms
         if looks and may_grow and looks[0] not in grown:
@@ -275,7 +275,7 @@ def look_at_whole_records(
     here = refined_look(families.bare, q, journal, whole, STAGES.whole_steps)
     looks = list[FirstLook]()
     with suppress(WorkSpentError), counted(whole_records_budget(families.plain)):
-        for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps):
+        for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps, LISTED):
             looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
             if kind is None and _is_clear(looks, here):
                 break
@@ -283,20 +283,29 @@ def look_at_whole_records(
 
 
 def _looks_by_kind(
-    families: Families, here: FirstLook, windows: Windows, tell: Callable[[str], None], journal: Journal, steps: int
+    families: Families,
+    here: FirstLook,
+    windows: Windows,
+    tell: Callable[[str], None],
+    journal: Journal,
+    steps: int,
+    before_laws: int,
 ) -> Iterator[list[FirstLook] | None]:
     """Yield what one more effect leaves, kind by kind; None before detents of any number of periods.
 
     Where a model follows more than the first moments these come last: a detent shows there, and a scan takes longest.
+    Slow terms come before laws past a stall, and behind them over whole records, where a scan of them takes longer.
     """
     base = here.model
     singles = look_at_singles(families, base, here.q, windows, tell, journal, steps)
-    yield from islice(singles, KINDS_BEFORE_LAWS)
+    yield from islice(singles, before_laws)
     for law in families.laws() if not base.added.law else ():
         model = families.by_law(law, base)
-        look = refined_look(model, model.point_of(base, here.q), journal, windows, steps)
+        starts = _law_starts(model, [model.point_of(base, here.q)])
+        look = min((refined_look(model, q, journal, windows, steps) for q in starts), key=lambda one: one.cost)
         tell(f"{law.name} beside {base.name}: {look.left:.3g} of the noise left")
         yield [look]
+    yield from islice(singles, WITH_SLOW - before_laws)
     yield None
     yield from singles
 

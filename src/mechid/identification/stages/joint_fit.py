@@ -29,6 +29,17 @@ from mechid.identification.uncertainty.noise import with_residual_levels
 from mechid.identification.uncertainty.verdict import seen_coordinates
 
 
+def held_by_file(problem: Problem, q: FloatArray) -> bool:
+    """Tell whether a bound of the mechanism file or of a record holds any coordinate.
+
+    A parameter at the least that another one allows, as static friction at Coulomb friction, is held by nobody: a law
+    of friction may be missing.
+    """
+    kinds = [c.kind for c in problem.coordinates.space.coordinates]
+    kinds += [""] * (problem.size - len(kinds))
+    return any(held and kind != "excess" for held, kind in zip(problem.coordinates.on_bound(q), kinds, strict=True))
+
+
 def leave_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:
     """Return the best of what a fit comes to that stopped in a corner, and of others begun beside it.
 

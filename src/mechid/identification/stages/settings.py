@@ -126,7 +126,7 @@ class StageSettings:
     ladder_budget: int = 100
     """Times that work after which the ladder ends. Records that contradict one another, or a trigger that is 3 ms off,
     are read as they were behind all that: with 35 times two of three tests ended before."""
-    whole_records_budget: int = 4
+    whole_records_budget: int = 6
     """Times that work that effects are compared for over whole records which are followed to their ends: on a bench of
     a sweep of 40 s that lacked nothing this took 240 s where the identification took 31."""
     whole_steps: int = 6
