@@ -86,7 +86,7 @@ def _parts(data: Mapping[str, Any]) -> Iterator[Part]:
     if data["missing"]:
         said = (Lines(data["evidence"], "evidence"), Lines(next_lines(data), "next"))
         yield Section("What speaks for it, and what to do next", said, "next", "Next")
-    yield from _drawn(data)
+    yield from _picture_sections(data)
     if data["path"]:
         steps = (Rows(path_table(data["path"])), Words(MEANING, where=IN_DOCUMENTS))
         yield Section("The path", steps, "path", "The path")
@@ -142,7 +142,7 @@ def next_lines(data: Mapping[str, Any]) -> list[str]:
     return [NEXT, *([APART] if any(one["aliases"] for one in data["missing"]) else [])]
 
 
-def _drawn(data: Mapping[str, Any]) -> Iterator[Section]:
+def _picture_sections(data: Mapping[str, Any]) -> Iterator[Section]:
     drawn = data["drawn"]
     words = " ".join([SPECTRUM, *([DOTTED, ACTS] if data["missing"] else [])])
     pictures = [

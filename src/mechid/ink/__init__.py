@@ -1,1 +1,1 @@
-"""What results are shown with: a document and its printers, digits, tables, figures in the colours of a page."""
+"""The document of a result and its printers, tables, digits, and figures in the colours of a page."""

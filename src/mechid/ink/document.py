@@ -1,4 +1,4 @@
-"""What a result says, once: a document of parts that a terminal, Markdown and a page print each in its way.
+"""The document of a result: parts that a terminal, Markdown and a page print each in its way.
 
 A capability makes one document of its result (`document.py` in its folder); the printers are `ink.on_terminal`,
 `ink.in_markdown` and `ink.on_page`. A part that only some of them show says so in `where`.
@@ -10,13 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from markupsafe import Markup
-
 from mechid.ink.table import Table
 from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, TERMINAL
 
 IN_DOCUMENTS = (MARKDOWN, PAGE)
-ON_TERMINAL, ON_PAGE = (TERMINAL,), (PAGE,)
+ON_TERMINAL = (TERMINAL,)
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 """Tones of a verdict."""
 
@@ -116,20 +114,6 @@ class Picture(_Part):
 
 
 @dataclass(frozen=True)
-class Numbers(_Part):
-    """A few numbers side by side.
-
-    Attributes
-    ----------
-    numbers : sequence of (str, str)
-        What each is, and its text.
-    """
-
-    numbers: Sequence[tuple[str, str]]
-    where: tuple[str, ...] = field(default=IN_DOCUMENTS, kw_only=True)
-
-
-@dataclass(frozen=True)
 class Verdict(_Part):
     """What a result comes to.
 
@@ -151,14 +135,6 @@ class Verdict(_Part):
 
 
 @dataclass(frozen=True)
-class OwnMarkup(_Part):
-    """HTML of a capability's own, as of figures that move; no other printer shows it."""
-
-    html: Markup
-    where: tuple[str, ...] = field(default=ON_PAGE, kw_only=True)
-
-
-@dataclass(frozen=True)
 class Section(_Part):
     """Parts under a heading.
 
@@ -174,8 +150,6 @@ class Section(_Part):
         What the page's contents call it; empty: they do not have it.
     is_folded : bool
         Whether a page shows the heading alone at first.
-    keeps_page : bool
-        Whether it begins a sheet in print.
     """
 
     heading: str
@@ -183,10 +157,9 @@ class Section(_Part):
     key: str = ""
     entry: str = ""
     is_folded: bool = False
-    keeps_page: bool = False
 
 
-Part: TypeAlias = Words | Lines | Rows | Code | Picture | Numbers | Verdict | OwnMarkup | Section
+Part: TypeAlias = Words | Lines | Rows | Code | Picture | Verdict | Section
 
 
 @dataclass(frozen=True, kw_only=True)

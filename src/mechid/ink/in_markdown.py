@@ -9,7 +9,6 @@ from mechid.ink.document import (
     Code,
     Document,
     Lines,
-    Numbers,
     Part,
     Picture,
     Rows,
@@ -60,10 +59,6 @@ def _picture(part: Picture, level: int) -> list[str]:
     return [f"![{cell(part.words)}](<{FOLDER_NAME}/{part.name}.svg>)"]
 
 
-def _numbers(part: Numbers, level: int) -> list[str]:
-    return [bullets(f"{what}: {text}" for what, text in part.numbers)]
-
-
 def _verdict(part: Verdict, level: int) -> list[str]:
     answers = [[*_heading(question, level), bullets(lines)] for question, lines in part.questions]
     return [f"**{cell(part.headline)}**", *chain.from_iterable(answers), *_lines(part.warnings, level)]
@@ -95,7 +90,6 @@ _PRINTERS: Mapping[type, Callable[..., list[str]]] = {
     Rows: _rows,
     Code: _code,
     Picture: _picture,
-    Numbers: _numbers,
     Verdict: _verdict,
     Section: _section,
 }

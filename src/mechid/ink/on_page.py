@@ -29,8 +29,8 @@ def document_page(document: Document, figures: Mapping[str, str], style: str = "
         .render(
             document=document,
             parts=shown_on(document.parts, PAGE),
-            shown=_shown,
-            kind_of=_kind_of,
+            shown=_shown_on_page,
+            kind_of=_name_of_kind,
             emphasised=emphasised,
             figures={name: Markup(themed(text)) for name, text in figures.items()},
             style=page_style() + style,
@@ -50,9 +50,9 @@ def emphasised(text: str) -> Markup:
     return Markup("").join(Markup("<b>{}</b>").format(p) if k % 2 else escape(p) for k, p in enumerate(pieces))
 
 
-def _shown(parts: list[Part]) -> list[Part]:
+def _shown_on_page(parts: list[Part]) -> list[Part]:
     return shown_on(parts, PAGE)
 
 
-def _kind_of(part: Part) -> str:
+def _name_of_kind(part: Part) -> str:
     return type(part).__name__

@@ -15,7 +15,6 @@ from mechid.ink.document import (
     Code,
     Document,
     Lines,
-    Numbers,
     Part,
     Rows,
     Section,
@@ -66,11 +65,6 @@ def _code(part: Code, console: Console) -> None:
         say(console, f"{INDENT}{line}")
 
 
-def _numbers(part: Numbers, console: Console) -> None:
-    for what, text in part.numbers:
-        say(console, f"{what}: {text}")
-
-
 def _verdict(part: Verdict, console: Console) -> None:
     say(console, part.headline, STYLES.get(part.tone, STRONG))
     for question, answers in part.questions:
@@ -93,7 +87,6 @@ _PRINTERS: Mapping[type, Callable[..., None]] = {
     Lines: _lines,
     Rows: _rows,
     Code: _code,
-    Numbers: _numbers,
     Verdict: _verdict,
     Section: _section,
 }

@@ -1,4 +1,4 @@
-"""How a result is shown and written: its numbers, its document, its figures and further files.
+"""The presenter of one kind of result: its numbers, its document, its figures and further files.
 
 Each capability's `document.py` has one `PRESENTER`; `mechid.shown` finds it by the kind of a result.
 """
@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from mechid.holding import held
 from mechid.ink.document import Document
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_terminal import print_document
@@ -99,30 +97,30 @@ class Presenter:
         """Print what `numbers` made, and where its files are."""
         print_document(self.document(numbers), console, files)
 
-    def show(self, result: Any, folder: Path | None, console: Console) -> None:
-        """Print a result as its command does, its files written into a folder where one is given."""
-        numbers = self.numbers(result)
-        with held(folder) if folder is not None else nullcontext():
-            self.print(numbers, console, self.write(result, numbers, folder) if folder is not None else [])
-
     def text(self, result: Any) -> str:
-        """Return what its command prints of a result."""
-        console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
-        self.print(self.numbers(result), console)
-        assert isinstance(console.file, io.StringIO)
-        return console.file.getvalue().rstrip("\n")
+        """Return the text that its command prints of a result."""
+        return printed_text(lambda console: self.print(self.numbers(result), console))
 
-    def html(self, result: Any) -> str:
-        """Return the same as HTML for a notebook."""
-        console = Console(
-            file=io.StringIO(),
-            record=True,
-            width=HTML_WIDTH,
-            markup=False,
-            highlight=False,
-            emoji=False,
-            force_terminal=True,
-            force_jupyter=False,
-        )
-        self.print(self.numbers(result), console)
-        return console.export_html(inline_styles=True, code_format=PRE)
+
+def printed_text(show: Callable[[Console], None]) -> str:
+    """Return the text that a function prints on a console."""
+    console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
+    show(console)
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue().rstrip("\n")
+
+
+def printed_html(show: Callable[[Console], None]) -> str:
+    """Return the same as HTML for a notebook."""
+    console = Console(
+        file=io.StringIO(),
+        record=True,
+        width=HTML_WIDTH,
+        markup=False,
+        highlight=False,
+        emoji=False,
+        force_terminal=True,
+        force_jupyter=False,
+    )
+    show(console)
+    return console.export_html(inline_styles=True, code_format=PRE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
@@ -13,13 +12,8 @@ from rich.console import Console
 
 from mechid.holding import held
 from mechid.ink.presenter import Presenter as OfDocument
+from mechid.ink.presenter import printed_html, printed_text
 
-HTML_WIDTH, TEXT_WIDTH = 110, 120
-"""Columns of a result in a notebook, and as text."""
-PRE = (
-    "<pre style=\"font-family: 'DejaVu Sans Mono', Menlo, Consolas, monospace; line-height: normal; "
-    'white-space: pre; overflow-x: auto">{code}</pre>'
-)
 Ink = Callable[[Mapping[str, Any], Console, Sequence[Path]], None]
 
 
@@ -63,27 +57,13 @@ def line_of(result: object) -> str:
 
 
 def text_of(result: object) -> str:
-    """Return what a command prints of a result."""
-    console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
-    _print(result, console)
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue().rstrip("\n")
+    """Return the text that a command prints of a result."""
+    return printed_text(lambda console: _print(result, console))
 
 
 def html_of(result: object) -> str:
     """Return the same as HTML for a notebook."""
-    console = Console(
-        file=io.StringIO(),
-        record=True,
-        width=HTML_WIDTH,
-        markup=False,
-        highlight=False,
-        emoji=False,
-        force_terminal=True,
-        force_jupyter=False,
-    )
-    _print(result, console)
-    return console.export_html(inline_styles=True, code_format=PRE)
+    return printed_html(lambda console: _print(result, console))
 
 
 def show_written(result: object, folder: Path | None, console: Console) -> None:
