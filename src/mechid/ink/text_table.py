@@ -41,6 +41,10 @@ class OnPage:
         Its header above the cells, where the documents' is too wide.
     spoken : str
         Its header for who listens to the page, where the one that is seen says nothing.
+    heat : callable or None
+        From a row to a number: the more of it, the stronger the cell's colour, another one where it is negative.
+    most : float
+        Of these numbers: the strongest colour.
     """
 
     ink: Callable[[Row], str] | None = None
@@ -50,6 +54,8 @@ class OnPage:
     drops: bool = False
     header: str = ""
     spoken: str = ""
+    heat: Callable[[Row], float] | None = None
+    most: float = 1.0
 
 
 @dataclass(frozen=True)
