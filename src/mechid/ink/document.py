@@ -80,6 +80,19 @@ class Rows(_Part):
 
 
 @dataclass(frozen=True)
+class Facts(_Part):
+    """Values with their names, side by side on a page.
+
+    Attributes
+    ----------
+    pairs : sequence of (str, str)
+        Name and value.
+    """
+
+    pairs: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
 class Code(_Part):
     """Lines of a file.
 
@@ -163,7 +176,7 @@ class Section(_Part):
     side_by_side: bool = False
 
 
-Part: TypeAlias = Words | Lines | Rows | Code | Picture | Verdict | Section
+Part: TypeAlias = Words | Lines | Rows | Facts | Code | Picture | Verdict | Section
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +225,8 @@ def _is_empty(part: Part, printer: str) -> bool:
             return not part.lines
         case Rows():
             return not part.table.rows
+        case Facts():
+            return not part.pairs
         case Words() | Code():
             return not part.text
         case _:
