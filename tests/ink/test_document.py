@@ -134,7 +134,7 @@ def test_what_holds_nothing_is_shown_nowhere():
 
 def test_a_cell_is_the_darker_the_larger_its_value():
     """Truth: the opacity by hand, 0.75 at the most."""
-    on_page = OnPage(heat=lambda row: row["off"], most=6.0)
+    on_page = OnPage(heat=lambda row: row["off"] / 6.0)
     rows = [{"name": "a", "off": off, "text": {"off": f"{off:g}"}} for off in (3.0, -6.0, 0.0)]
     page = Table(
         (Column("unit", "name", words=True), Column("off", "off", on_page=on_page)), rows, style="units"

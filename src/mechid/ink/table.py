@@ -119,14 +119,14 @@ def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
     style = own.style(row) if callable(own.style) else own.style or ("word" if column.words else "number")
     label = Markup("") if own.drops else Markup(' data-label="{}"').format(column.label)
     tip = _attribute("title", own.tip(row) if own.tip else "")
-    style = _attribute("class", style + " whole" * own.wide) + _heat(own.heat(row) if own.heat else 0.0, own.most)
+    style = _attribute("class", style + " whole" * own.wide) + _heat(own.heat(row) if own.heat else 0.0)
     return Markup("<td{}{}{}>{}</td>").format(style, label, tip, text)
 
 
-def _heat(value: float, most: float) -> Markup:
+def _heat(value: float) -> Markup:
     """Return the background of a cell, the stronger the larger its value."""
     colour = "heat" if value >= 0.0 else "cold"
-    return _attribute("style", f"background: rgba(var(--{colour}), {opacity(value, most)})" if value else "")
+    return _attribute("style", f"background: rgba(var(--{colour}), {opacity(value, 1.0)})" if value else "")
 
 
 def opacity(value: float, most: float) -> str:

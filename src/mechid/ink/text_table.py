@@ -42,9 +42,7 @@ class OnPage:
     spoken : str
         Its header for who listens to the page, where the one that is seen says nothing.
     heat : callable or None
-        From a row to a number: the more of it, the stronger the cell's colour, another one where it is negative.
-    most : float
-        Of these numbers: the strongest colour.
+        From a row to how strong its cell's colour is, at most 1; another colour where it is negative.
     """
 
     ink: Callable[[Row], str] | None = None
@@ -55,7 +53,6 @@ class OnPage:
     header: str = ""
     spoken: str = ""
     heat: Callable[[Row], float] | None = None
-    most: float = 1.0
 
 
 @dataclass(frozen=True)
