@@ -6,6 +6,7 @@ from mechid.ink.document import (
     ON_TERMINAL,
     Code,
     Document,
+    Facts,
     Lines,
     Picture,
     Rows,
@@ -35,6 +36,7 @@ DOCUMENT = Document(
             "Modes",
             (
                 Rows(TABLE, "of the base"),
+                Facts([("largest at, Hz", "12.5")]),
                 Picture("modes", "Its modes"),
                 Section("Deeper", (Code("[a]\n", summary="What declares it"),), "deeper", is_folded=True),
             ),
@@ -73,6 +75,8 @@ of the base
 | --- | --- |
 | tilt | 12.5 |
 
+- largest at, Hz: **12.5**
+
 ![Its modes](<figures/modes.svg>)
 
 ### Deeper
@@ -97,6 +101,7 @@ def test_a_terminal_has_lines_and_tables():
         "mode    Hz",
         "----  ----",
         "tilt  12.5",
+        "  largest at, Hz: 12.5",
         "seen there alone",
     ]
 
@@ -113,6 +118,7 @@ def test_a_page_has_contents_that_lead_to_sections():
     assert "The <b>lower</b> limit decides." in page
     assert "3 &lt; 4" in page
     assert 'aria-label="Its modes"' in page
+    assert "<span>largest at, Hz</span> <b>12.5</b>" in page
     assert 'id="nothing"' not in page
     assert "seen there alone" not in page
     assert "<title>A rig · mechid look</title>" in page

@@ -79,6 +79,19 @@ class Rows(_Part):
 
 
 @dataclass(frozen=True)
+class Facts(_Part):
+    """Values with their names, side by side on a page.
+
+    Attributes
+    ----------
+    pairs : sequence of (str, str)
+        Name and value.
+    """
+
+    pairs: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
 class Code(_Part):
     """Lines of a file.
 
@@ -159,7 +172,7 @@ class Section(_Part):
     is_folded: bool = False
 
 
-Part: TypeAlias = Words | Lines | Rows | Code | Picture | Verdict | Section
+Part: TypeAlias = Words | Lines | Rows | Facts | Code | Picture | Verdict | Section
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,6 +218,8 @@ def _is_empty(part: Part, printer: str) -> bool:
             return not part.lines
         case Rows():
             return not part.table.rows
+        case Facts():
+            return not part.pairs
         case Words() | Code():
             return not part.text
         case _:

@@ -8,6 +8,7 @@ from itertools import chain
 from mechid.ink.document import (
     Code,
     Document,
+    Facts,
     Lines,
     Part,
     Picture,
@@ -51,6 +52,10 @@ def _rows(part: Rows, level: int) -> list[str]:
     return [*([cell(part.caption)] if part.caption else []), part.table.markdown()]
 
 
+def _facts(part: Facts, level: int) -> list[str]:
+    return ["\n".join(f"- {cell(name)}: **{cell(value)}**" for name, value in part.pairs)]
+
+
 def _code(part: Code, level: int) -> list[str]:
     return [f"```{part.language}\n{part.text.rstrip()}\n```"]
 
@@ -88,6 +93,7 @@ _PRINTERS: Mapping[type, Callable[..., list[str]]] = {
     Words: _words,
     Lines: _lines,
     Rows: _rows,
+    Facts: _facts,
     Code: _code,
     Picture: _picture,
     Verdict: _verdict,

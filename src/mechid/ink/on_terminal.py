@@ -14,6 +14,7 @@ from mechid.ink.document import (
     GOOD,
     Code,
     Document,
+    Facts,
     Lines,
     Part,
     Rows,
@@ -60,6 +61,10 @@ def _rows(part: Rows, console: Console) -> None:
     part.table.print(console)
 
 
+def _facts(part: Facts, console: Console) -> None:
+    _lines(Lines([f"{name}: {value}" for name, value in part.pairs]), console)
+
+
 def _code(part: Code, console: Console) -> None:
     for line in part.text.splitlines():
         say(console, f"{INDENT}{line}")
@@ -86,6 +91,7 @@ _PRINTERS: Mapping[type, Callable[..., None]] = {
     Words: _words,
     Lines: _lines,
     Rows: _rows,
+    Facts: _facts,
     Code: _code,
     Verdict: _verdict,
     Section: _section,

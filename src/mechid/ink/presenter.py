@@ -6,7 +6,7 @@ Each capability's `document.py` has one `PRESENTER`; `mechid.shown` finds it by 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,8 @@ PRE = (
     "<pre style=\"font-family: 'DejaVu Sans Mono', Menlo, Consolas, monospace; line-height: normal; "
     'white-space: pre; overflow-x: auto">{code}</pre>'
 )
+Text = str | Iterable[str]
+"""Of a file: whole, or in pieces."""
 Drawn = Iterator[tuple[str, "Figure"]]
 
 
@@ -35,8 +37,12 @@ def _no_figures(_result: Any, _numbers: Mapping[str, Any]) -> Drawn:
     return iter(())
 
 
-def _no_texts(_result: Any, _numbers: Mapping[str, Any]) -> dict[str, str]:
+def _no_texts(_result: Any, _numbers: Mapping[str, Any]) -> dict[str, Text]:
     return {}
+
+
+def _no_files(_result: Any, _numbers: Mapping[str, Any], _folder: Path) -> list[Path]:
+    return []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +60,10 @@ class Presenter:
     line : callable
         From the result to a line of words.
     texts : callable
-        From the result and its numbers to the further files, their contents by name.
+        From the result and its numbers to the further text files, their contents by name.
+    files : callable
+        From the same and the folder to the files that it writes there itself: those that are no text, and those that
+        depend on where they lie. It comes first, so that it can refuse a folder.
     figures : callable
         From the same to its figures by name, drawn one after the other.
     style : str
@@ -65,7 +74,8 @@ class Presenter:
     numbers: Callable[[Any], dict[str, Any]]
     document: Callable[[Mapping[str, Any]], Document]
     line: Callable[[Any], str]
-    texts: Callable[[Any, Mapping[str, Any]], Mapping[str, str]] = _no_texts
+    texts: Callable[[Any, Mapping[str, Any]], Mapping[str, Text]] = _no_texts
+    files: Callable[[Any, Mapping[str, Any], Path], list[Path]] = _no_files
     figures: Callable[[Any, Mapping[str, Any]], Drawn] = _no_figures
     style: str = ""
 
@@ -86,12 +96,13 @@ class Presenter:
         from mechid.ink.on_page import document_page
 
         with writable(folder):
+            own = self.files(result, numbers, folder)
             figures = write_figures(self.figures(result, numbers), folder / FOLDER_NAME)
         texts, document = dict(self.texts(result, numbers)), self.document(numbers)
         if self.name:
             texts[f"{self.name}.md"] = document_markdown(document)
             texts[f"{self.name}.html"] = document_page(document, figures, self.style)
-        return [*write_together(folder, texts), *([folder / FOLDER_NAME] if figures else [])]
+        return [*own, *write_together(folder, texts), *([folder / FOLDER_NAME] if figures else [])]
 
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
         """Print what `numbers` made, and where its files are."""
