@@ -17,9 +17,6 @@ PRESENTERS = "mechid.interface.presenters"
 """Knows how each kind of result is shown and written. It stands above this module, which names it and does not
 import it."""
 
-PLOTS = "mechid.interface.plots"
-"""Draws them, likewise."""
-
 
 class Shown:
     """A result of one of mechid's functions.
