@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from mechid.campaign.in_files import write_campaign
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
+    from mechid.campaign.single_files import load_mechanism, load_record, load_structure
     from mechid.campaign.templates import new_campaign
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from mechid.designs.design_file import DesignOptions
     from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
     from mechid.exports.export import Exported
+    from mechid.fits.load import load_fit
     from mechid.fleets.fleet import Fleet
     from mechid.identification.computation.progress import Progress
     from mechid.identification.diagnosis.diagnosis import Diagnosis
@@ -43,16 +45,14 @@ if TYPE_CHECKING:
     from mechid.interface.demo import demo
     from mechid.interface.design import design
     from mechid.interface.diagnose import diagnose
-    from mechid.interface.equations import equations, kernel_source
     from mechid.interface.explore import explore
     from mechid.interface.export import export
-    from mechid.interface.fits import load_fit
     from mechid.interface.fleet import fleet
     from mechid.interface.identification import identify, identify_into
     from mechid.interface.look import look
-    from mechid.interface.reading import load_mechanism, load_record, load_structure
     from mechid.interface.refits import Profiles, bootstrap, profile
     from mechid.interface.report import report
+    from mechid.kernel.generated_text import equations, kernel_source
     from mechid.parameter import Declaration, Parameter
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
@@ -78,6 +78,7 @@ _NAMES = {
     "campaign.in_files": ("write_campaign",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),
+    "campaign.single_files": ("load_mechanism", "load_record", "load_structure"),
     "campaign.templates": ("new_campaign",),
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
@@ -85,6 +86,7 @@ _NAMES = {
     "designs.design_file": ("DesignOptions",),
     "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
     "exports.export": ("Exported",),
+    "fits.load": ("load_fit",),
     "fleets.fleet": ("Fleet",),
     "identification.computation.progress": ("Progress",),
     "identification.diagnosis.diagnosis": ("Diagnosis",),
@@ -99,16 +101,14 @@ _NAMES = {
     "interface.demo": ("demo",),
     "interface.design": ("design",),
     "interface.diagnose": ("diagnose",),
-    "interface.equations": ("equations", "kernel_source"),
     "interface.explore": ("explore",),
     "interface.export": ("export",),
     "interface.fleet": ("fleet",),
-    "interface.fits": ("load_fit",),
     "interface.identification": ("identify", "identify_into"),
     "interface.look": ("look",),
-    "interface.reading": ("load_mechanism", "load_record", "load_structure"),
     "interface.refits": ("Profiles", "bootstrap", "profile"),
     "interface.report": ("report",),
+    "kernel.generated_text": ("equations", "kernel_source"),
     "parameter": ("Declaration", "Parameter"),
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),

@@ -24,7 +24,7 @@ from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_page import MOST_PICTURES, Script, document_page, interactive_page
 from mechid.ink.on_terminal import print_document
 from mechid.ink.table import Table
-from mechid.ink.text_table import MARKDOWN, TERMINAL, Column
+from mechid.ink.text_table import MARKDOWN, TERMINAL, Column, OnPage
 from printing import printed
 
 TABLE = Table((Column("mode", "name", words=True), Column("Hz", "hz")), [{"name": "tilt", "hz": "12.5"}])
@@ -54,7 +54,7 @@ DOCUMENT = Document(
 )
 MARKDOWN_TEXT = """# A rig
 
-**Synthetic**: the records were simulated; nothing of this was measured.
+**Synthetic**: the records were simulated, nothing of this was measured.
 
 made by hand
 
@@ -170,3 +170,24 @@ def test_the_contents_fold_many_sections_of_a_group_away(count):
     document = Document(title="", command="", parts=(Section("", sections, entry="records"),))
     many = [(f"{count} records", sections)]
     assert document.contents() == (many if count > MOST_ENTRIES else [("", [one]) for one in sections])
+
+
+def test_a_cell_is_the_darker_the_larger_its_value():
+    """Truth: the opacity by hand, 0.75 at the most."""
+    on_page = OnPage(heat=lambda row: row["off"] / 6.0)
+    rows = [{"name": "a", "off": off, "text": {"off": f"{off:g}"}} for off in (3.0, -6.0, 0.0)]
+    page = Table(
+        (Column("unit", "name", words=True), Column("off", "off", on_page=on_page)), rows, style="units"
+    ).html()
+    assert '<table class="units">' in page
+    assert 'style="background: rgba(var(--heat), 0.38)"' in page
+    assert 'style="background: rgba(var(--cold), 0.75)"' in page
+    assert '<td class="number" data-label="off">0</td>' in page
+
+
+def test_parts_side_by_side_are_one_block_each():
+    parts = (Lines(["quiet"], "noise", "Noise"), Lines(["none"], "mains", "Mains"))
+    document = Document(title="t", command="c", parts=(Section("Torque", parts, side_by_side=True),))
+    blocks = "".join(document_page(document, {}).split('<div class="answers">')[1].split())
+    assert blocks.startswith("<div><h3>Noise</h3><ul><li>quiet</li></ul></div><div><h3>Mains</h3>")
+    assert printed(print_document, document, 80).splitlines() == ["Torque", "noise: quiet", "mains: none"]

@@ -8,8 +8,7 @@ import pytest
 from matplotlib import pyplot
 
 import mechid
-from mechid.interface.progress import NotebookLine, listening, telling
-from mechid.interface.progress_line import progress_words
+from mechid.progress.listening import NotebookLine, listening, progress_words, telling
 
 
 @pytest.fixture

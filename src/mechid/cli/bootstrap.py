@@ -25,8 +25,8 @@ def bootstrap(
     """Refit simulated records, and see how estimates scatter."""
     from mechid.cli.ending import advise
     from mechid.cli.printed import followed, print_result
+    from mechid.fits.load import load_fit
     from mechid.holding import held
-    from mechid.interface.fits import load_fit
     from mechid.interface.refits import bootstrap as bootstrapped
 
     found = load_fit(fit, campaign)

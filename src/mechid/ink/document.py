@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from mechid.ink.table import Table
 from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, TERMINAL
+from mechid.shown import SIMULATED
 
 IN_DOCUMENTS = (MARKDOWN, PAGE)
 ON_TERMINAL = (TERMINAL,)
@@ -202,6 +203,8 @@ class Section(_Part):
         sections in it together, behind which they fold away where they are many.
     is_folded : bool
         Whether a page shows the heading alone at first.
+    side_by_side : bool
+        Whether a page sets its parts beside one another where there is room.
     """
 
     heading: str
@@ -209,6 +212,7 @@ class Section(_Part):
     key: str = ""
     entry: str = ""
     is_folded: bool = False
+    side_by_side: bool = False
 
 
 Part: TypeAlias = Words | Lines | Rows | Facts | Code | Picture | Interactive | Html | Verdict | Section
@@ -229,6 +233,8 @@ class Document:
         What a browser calls its page, beside the command; empty takes the title.
     is_synthetic : bool
         Whether its records were simulated, which is said first.
+    simulated : str
+        What is said of that.
     parts : sequence of parts
     """
 
@@ -237,6 +243,7 @@ class Document:
     under: str = ""
     tab: str = ""
     is_synthetic: bool = False
+    simulated: str = SIMULATED
     parts: Sequence[Part] = ()
 
     def contents(self) -> list[tuple[str, list[Section]]]:

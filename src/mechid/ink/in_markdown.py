@@ -23,13 +23,11 @@ from mechid.ink.markdown_text import bullets, cell
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.text_table import MARKDOWN
 
-SYNTHETIC = "**Synthetic**: the records were simulated; nothing of this was measured."
-
 
 def document_markdown(document: Document) -> str:
     """Return a document as Markdown."""
     blocks = [f"# {cell(document.title)}"]
-    blocks += [SYNTHETIC] if document.is_synthetic else []
+    blocks += [f"**Synthetic**: {cell(document.simulated)}"] if document.is_synthetic else []
     blocks += [cell(document.under)] if document.under else []
     for part in shown_on(document.parts, MARKDOWN):
         blocks += _blocks(part, 2)

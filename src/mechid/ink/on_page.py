@@ -17,7 +17,7 @@ from mechid.ink.text_table import PAGE
 from mechid.ink.themed import themed
 
 MOST_PICTURES = 200
-"""Of interactive figures that a page holds at most; a page of more names their files. Of 500 records they are 160 MB."""
+"""Of interactive figures that a page holds: those of 500 records are 160 MB. A page of more names their files."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from mechid.budgets.budget import Budget, make_budget
 from mechid.budgets.budget_file import budget_of_table, read_budget_file
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import estimate_path, read_fit
-from mechid.interface.progress import telling
+from mechid.progress.listening import telling
 from mechid.structure import Structure
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
+from mechid.fits.load import campaign_first, fit_from
 from mechid.identification.computation.journal import Journal, digest
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress
@@ -22,8 +23,7 @@ from mechid.identification.refit.bootstrap import Bootstrap, Draw
 from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
 from mechid.identification.refit.profile import Point, Profile, profiles
 from mechid.identification.result.fit import Fit, Optimum
-from mechid.interface.fits import campaign_first, fit_from
-from mechid.interface.progress import listening
+from mechid.progress.listening import listening
 from mechid.shown import Shown
 
 TellShare = Callable[[str, float | None], None]
