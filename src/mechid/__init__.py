@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from mechid.campaign.prediction import simulate, simulate_all
     from mechid.campaign.single_files import load_mechanism, load_record, load_structure
     from mechid.campaign.templates import new_campaign
+    from mechid.checks.run import Understanding, check
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
     from mechid.comparisons.run import compare
@@ -46,12 +47,11 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
-    from mechid.interface.check import Understanding, check
     from mechid.interface.demo import demo
     from mechid.interface.identification import identify, identify_into
-    from mechid.interface.look import look
     from mechid.interface.report import report
     from mechid.kernel.generated_text import equations, kernel_source
+    from mechid.looks.run import look
     from mechid.parameter import Declaration, Parameter
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
@@ -83,6 +83,7 @@ _NAMES = {
     "campaign.prediction": ("simulate", "simulate_all"),
     "campaign.single_files": ("load_mechanism", "load_record", "load_structure"),
     "campaign.templates": ("new_campaign",),
+    "checks.run": ("Understanding", "check"),
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
     "comparisons.run": ("compare",),
@@ -103,12 +104,11 @@ _NAMES = {
     "identification.result.fit": ("Fit",),
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
-    "interface.check": ("Understanding", "check"),
     "interface.demo": ("demo",),
     "interface.identification": ("identify", "identify_into"),
-    "interface.look": ("look",),
     "interface.report": ("report",),
     "kernel.generated_text": ("equations", "kernel_source"),
+    "looks.run": ("look",),
     "parameter": ("Declaration", "Parameter"),
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
