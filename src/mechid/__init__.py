@@ -48,16 +48,15 @@ if TYPE_CHECKING:
     from mechid.interface.explore import explore
     from mechid.interface.export import export
     from mechid.interface.fleet import fleet
-    from mechid.interface.identification import identify, identify_into
     from mechid.interface.look import look
     from mechid.interface.refits import Profiles, bootstrap, profile
-    from mechid.interface.report import report
     from mechid.kernel.generated_text import equations, kernel_source
     from mechid.parameter import Declaration, Parameter
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
     from mechid.records.record import Channel, Record
-    from mechid.reports.identified import Identified
+    from mechid.reports.into_folder import Identified
+    from mechid.reports.run import identify, identify_into, report
     from mechid.simulation.trajectory import Trajectory
     from mechid.structure.linear_system import from_state_space
     from mechid.structure.modes import Modes
@@ -104,16 +103,15 @@ _NAMES = {
     "interface.explore": ("explore",),
     "interface.export": ("export",),
     "interface.fleet": ("fleet",),
-    "interface.identification": ("identify", "identify_into"),
     "interface.look": ("look",),
     "interface.refits": ("Profiles", "bootstrap", "profile"),
-    "interface.report": ("report",),
     "kernel.generated_text": ("equations", "kernel_source"),
     "parameter": ("Declaration", "Parameter"),
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
     "records.record": ("Channel", "Record"),
-    "reports.identified": ("Identified",),
+    "reports.into_folder": ("Identified",),
+    "reports.run": ("identify", "identify_into", "report"),
     "simulation.trajectory": ("Trajectory",),
     "structure.linear_system": ("from_state_space",),
     "structure.modes": ("Modes",),
