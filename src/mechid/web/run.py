@@ -1,4 +1,4 @@
-"""The explorer, from a campaign and what has been found of it."""
+"""Public function that serves the explorer of a campaign and what has been found of it."""
 
 from __future__ import annotations
 

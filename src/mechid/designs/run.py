@@ -1,4 +1,4 @@
-"""The next test."""
+"""Public function that chooses the records of the next test."""
 
 from __future__ import annotations
 

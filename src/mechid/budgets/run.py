@@ -1,4 +1,4 @@
-"""From an estimate to the line of sight."""
+"""Public function that predicts the line of sight's error against requirements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many campaigns together."""
+"""Public function that identifies many campaigns and evaluates their parameters together."""
 
 from __future__ import annotations
 

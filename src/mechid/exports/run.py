@@ -1,4 +1,4 @@
-"""A finished fit as files that others use without mechid."""
+"""Public function that writes a finished fit as files that others use without mechid."""
 
 from __future__ import annotations
 
