@@ -18,6 +18,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Bootstrap": "mechid.bootstraps.document",
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
+    "Exported": "mechid.exports.document",
     "Profiles": "mechid.profiles.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
