@@ -4,6 +4,8 @@ from mechid.ink.document import (
     GOOD,
     IN_DOCUMENTS,
     ON_TERMINAL,
+    Card,
+    Cards,
     Code,
     Document,
     Facts,
@@ -130,3 +132,25 @@ def test_what_holds_nothing_is_shown_nowhere():
     assert not shown_on(DOCUMENT.parts[4:5], MARKDOWN)
     assert not shown_on((Section("Seen", (Words("on paper", where=IN_DOCUMENTS),)),), TERMINAL)
     assert [one.key for one in DOCUMENT.sections()] == ["modes"]
+
+
+CARD = Card(
+    title="fit",
+    headline="Grade B",
+    link="fit/report.html",
+    tone=GOOD,
+    cautions=["stale"],
+    picture="a.svg",
+    command="mechid x",
+)
+SHELF = Document(title="Results", command="mechid open", parts=(Cards([CARD]), Cards([])), shows_files=True)
+
+
+def test_a_card_leads_to_the_page_of_its_result():
+    page = document_page(SHELF, {})
+    assert '<a href="fit/report.html">fit</a>' in page
+    assert '<img loading="lazy" alt="" src="a.svg">' in page
+    assert "img-src data: 'self' file:" in page
+    assert "file:" not in document_page(DOCUMENT, {})
+    assert printed(print_document, SHELF, 80).splitlines() == ["  fit: Grade B", "  caution: stale"]
+    assert document_markdown(SHELF) == "# Results\n\n[fit](<fit/report.html>): Grade B\n\n- caution: stale\n"
