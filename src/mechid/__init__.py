@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
+    from mechid.indexes.index import Index
+    from mechid.indexes.run import open_results
     from mechid.interface.budget import budget
     from mechid.interface.check import Understanding, check
     from mechid.interface.compare import compare
@@ -93,6 +95,8 @@ _NAMES = {
     "identification.result.fit": ("Fit",),
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
+    "indexes.index": ("Index",),
+    "indexes.run": ("open_results",),
     "interface.budget": ("budget",),
     "interface.check": ("Understanding", "check"),
     "interface.compare": ("compare",),
@@ -144,6 +148,7 @@ __all__ = [
     "Grade",
     "Identified",
     "IdentifyOptions",
+    "Index",
     "InputFileError",
     "Mechanism",
     "MechidError",
@@ -194,6 +199,7 @@ __all__ = [
     "make_mechanism",
     "make_record",
     "new_campaign",
+    "open_results",
     "profile",
     "report",
     "simulate",

@@ -199,6 +199,12 @@ def _exported() -> Presenter:
     )
 
 
+def _index() -> Presenter:
+    from mechid.indexes.document import PRESENTER
+
+    return _of(PRESENTER)
+
+
 def _fit() -> Presenter:
     from mechid.interface.report import write_fit
     from mechid.reports.fit.numbers import report_data
@@ -256,6 +262,7 @@ _MAKERS: Mapping[str, Callable[[], Presenter]] = {
     "Exported": _exported,
     "Fit": _fit,
     "Fleet": _fleet,
+    "Index": _index,
     "Profiles": _profiles,
     "Survey": _survey,
     "Trajectory": _trajectory,
