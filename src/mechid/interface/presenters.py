@@ -175,17 +175,9 @@ def _budget() -> Presenter:
 
 
 def _fleet() -> Presenter:
-    from mechid.fleets.files import write_fleet
-    from mechid.fleets.numbers import fleet_data
-    from mechid.reports.fleet.files import write_fleet_report
-    from mechid.reports.fleet.terminal import print_fleet
+    from mechid.fleets.document import PRESENTER
 
-    return Presenter(
-        data=lambda made: fleet_data(made, made.folder),
-        ink=print_fleet,
-        files=lambda made, data, folder: [*write_fleet(data, folder), *write_fleet_report(data, folder)],
-        line=lambda made: f"{len(made.runs)} campaigns, {len(made.failed)} failed",
-    )
+    return _of(PRESENTER)
 
 
 def _exported() -> Presenter:
