@@ -76,7 +76,8 @@ def _verdict(part: Verdict, console: Console) -> None:
         _lines(Lines(answers), console)
     if part.questions:
         console.print()
-    _lines(part.warnings, console)
+    if TERMINAL in part.warnings.where:
+        _lines(part.warnings, console)
 
 
 def _section(part: Section, console: Console) -> None:
