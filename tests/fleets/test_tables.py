@@ -8,7 +8,7 @@ from printing import printed
 
 
 def test_a_value_far_off_is_framed_and_tinted(data):
-    """Truth: a stiffness of 0.6 of the others', some two spreads below the mean; fits of grade C say so and are not tinted."""
+    """Truth: a stiffness of 0.6 of the others', so two spreads below the mean; fits of grade C say so."""
     row = next(line for line in unit_table(fleet_texts(data)).html().split("<tr>") if "gear.stiffness" in line)
     cells = re.findall(r"<td[^>]*>", row)
     assert all(part in cells[10] for part in ('class="off"', "--cold), 0.28", 'title="stands off"', "FM5  before"))
