@@ -74,8 +74,9 @@ def _card(entry: Mapping[str, Any]) -> Card:
     )
 
 
-def _page(data: Mapping[str, Any]) -> dict[str, str]:
-    return {PAGE_NAME: document_page(index_document(data), {}, CARDS)}
+def index_page(data: Mapping[str, Any]) -> str:
+    """Return the page of what `index_numbers` made."""
+    return document_page(index_document(data), {}, CARDS)
 
 
 def _line(index: Index) -> str:
@@ -87,5 +88,5 @@ PRESENTER = Presenter(
     numbers=index_numbers,
     document=index_document,
     line=_line,
-    texts=lambda _index, data: _page(data),
+    texts=lambda _index, data: {PAGE_NAME: index_page(data)},
 )

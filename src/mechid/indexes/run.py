@@ -11,13 +11,16 @@ from pathlib import Path
 from urllib.parse import quote
 
 from mechid.errors import UsageError
+from mechid.indexes.document import index_page
 from mechid.indexes.found import Found, found_in
 from mechid.indexes.index import PAGE_NAME, Entry, Index
 from mechid.indexes.kinds import BY_FILE, CAMPAIGNS, FITS, KINDS
+from mechid.indexes.numbers import index_numbers
 from mechid.indexes.staleness import Staleness
 from mechid.indexes.walk import files_below
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.reading.whole import is_file, is_folder
+from mechid.writing import writable, write_whole
 
 MARK = b"mechid open</title>"
 """By which a page shows that it is an index."""
@@ -54,8 +57,6 @@ def open_results(folder: Path | str, *, browser: bool = False) -> Index:
     >>> [entry.headline for entry in mechid.open_results("bench").entries if entry.is_stale]  # doctest: +SKIP
     []
     """
-    from mechid.indexes.document import PRESENTER
-
     root = Path(folder)
     if not is_folder(root):
         raise UsageError(f"{root}: is no folder; give the one below which results lie")
@@ -65,7 +66,8 @@ def open_results(folder: Path | str, *, browser: bool = False) -> Index:
         raise UsageError(
             f"{root}: holds no campaign and no result of mechid; give a folder that was an --out, or above"
         )
-    PRESENTER.write(index, PRESENTER.numbers(index), root)
+    with writable(root):  # and not held: where an identification is at work its folder is
+        write_whole(index.page, index_page(index_numbers(index)))
     if browser:
         webbrowser.open(index.page.resolve().as_uri())
     return index

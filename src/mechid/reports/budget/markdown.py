@@ -14,7 +14,7 @@ from mechid.reports.budget.tables import (
     side_table,
     steady_table,
 )
-from mechid.reports.fit.side import SIDE_TITLE
+from mechid.reports.side import SIDE_TITLE
 
 
 def budget_markdown(data: Mapping[str, Any]) -> str:

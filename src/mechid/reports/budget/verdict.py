@@ -8,7 +8,7 @@ from typing import Any
 
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
-from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
+from mechid.reports.verdict import BAD, CAUTION, GOOD
 
 HEADLINE = {
     GOOD: "All requirements are met, also at the unfavourable end of their 95 % bands.",
