@@ -161,17 +161,9 @@ def _design() -> Presenter:
 
 
 def _budget() -> Presenter:
-    from mechid.budgets.files import write_budget
-    from mechid.budgets.numbers import budget_data
-    from mechid.reports.budget.files import write_budget_report
-    from mechid.reports.budget.terminal import print_budget
+    from mechid.budgets.document import PRESENTER
 
-    return Presenter(
-        data=budget_data,
-        ink=print_budget,
-        files=lambda made, data, folder: [*write_budget(made, folder, data), *write_budget_report(data, folder)],
-        line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements)} requirements",
-    )
+    return _of(PRESENTER)
 
 
 def _fleet() -> Presenter:
