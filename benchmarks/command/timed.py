@@ -28,8 +28,8 @@ PARTS = {
     "page": ("mechid.reports.fit.files", "write_together"),
     "equations": ("mechid.reports.fit.files", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),
-    "declarations": ("mechid.interface.check", "declaration_warnings"),
-    "starts and chaos": ("mechid.interface.check", "start_warnings"),
+    "declarations": ("mechid.checks.run", "declaration_warnings"),
+    "starts and chaos": ("mechid.checks.run", "start_warnings"),
 }
 """Name of a part -> module and name of the function that does it."""
 LATE = {"mechid.reports.fit.files"}
@@ -69,7 +69,7 @@ def _process_start() -> float:
 def _prepared(verb: str) -> Callable[[], None]:
     """Import what the verb imports first, and put a clock around each of its parts."""
     app = importlib.import_module("mechid.cli.app")
-    early = {"identify": ("mechid.cli.identification",), "check": ("mechid.interface.check",)}.get(verb, ())
+    early = {"identify": ("mechid.cli.identification",), "check": ("mechid.checks.run",)}.get(verb, ())
     for name in ("mechid.campaign", "mechid.cli.kernel_notice", *early):
         importlib.import_module(name)
     for part, (module, name) in PARTS.items():

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from mechid.analysis.comparison import Comparison
     from mechid.analysis.survey import Survey
     from mechid.analysis.validation import RecordValidation, Validations, validate
+    from mechid.bootstraps.run import bootstrap
     from mechid.budgets.budget import Budget
+    from mechid.budgets.run import budget
     from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.catalogue import catalogue_mechanism
@@ -22,14 +24,22 @@ if TYPE_CHECKING:
     from mechid.campaign.in_files import write_campaign
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
+    from mechid.campaign.single_files import load_mechanism, load_record, load_structure
     from mechid.campaign.templates import new_campaign
+    from mechid.checks.run import Understanding, check
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
+    from mechid.comparisons.run import compare
     from mechid.designs.design import Design
     from mechid.designs.design_file import DesignOptions
+    from mechid.designs.run import design
+    from mechid.diagnoses.run import diagnose
     from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
     from mechid.exports.export import Exported
+    from mechid.exports.run import export
+    from mechid.fits.load import load_fit
     from mechid.fleets.fleet import Fleet
+    from mechid.fleets.run import fleet
     from mechid.identification.computation.progress import Progress
     from mechid.identification.diagnosis.diagnosis import Diagnosis
     from mechid.identification.refit.bootstrap import Bootstrap
@@ -37,25 +47,15 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
-    from mechid.interface.budget import budget
-    from mechid.interface.check import Understanding, check
-    from mechid.interface.compare import compare
     from mechid.interface.demo import demo
-    from mechid.interface.design import design
-    from mechid.interface.diagnose import diagnose
-    from mechid.interface.equations import equations, kernel_source
-    from mechid.interface.explore import explore
-    from mechid.interface.export import export
-    from mechid.interface.fits import load_fit
-    from mechid.interface.fleet import fleet
     from mechid.interface.identification import identify, identify_into
-    from mechid.interface.look import look
-    from mechid.interface.reading import load_mechanism, load_record, load_structure
-    from mechid.interface.refits import Profiles, bootstrap, profile
     from mechid.interface.report import report
+    from mechid.kernel.generated_text import equations, kernel_source
+    from mechid.looks.run import look
     from mechid.parameter import Declaration, Parameter
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
+    from mechid.profiles.run import Profiles, profile
     from mechid.records.record import Channel, Record
     from mechid.reports.identified import Identified
     from mechid.simulation.trajectory import Trajectory
@@ -63,13 +63,16 @@ if TYPE_CHECKING:
     from mechid.structure.modes import Modes
     from mechid.structure.response import FrequencyResponse
     from mechid.structure.structure import Structure
+    from mechid.web.run import explore
 
 __version__ = "0.1.0"
 _NAMES = {
     "analysis.comparison": ("Comparison",),
     "analysis.survey": ("Survey",),
     "analysis.validation": ("RecordValidation", "Validations", "validate"),
+    "bootstraps.run": ("bootstrap",),
     "budgets.budget": ("Budget",),
+    "budgets.run": ("budget",),
     "campaign.campaign": ("Campaign", "CampaignRecord", "Stage"),
     "campaign.campaign_file": ("load_campaign",),
     "campaign.catalogue": ("catalogue_mechanism",),
@@ -78,14 +81,22 @@ _NAMES = {
     "campaign.in_files": ("write_campaign",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),
+    "campaign.single_files": ("load_mechanism", "load_record", "load_structure"),
     "campaign.templates": ("new_campaign",),
+    "checks.run": ("Understanding", "check"),
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
+    "comparisons.run": ("compare",),
     "designs.design": ("Design",),
     "designs.design_file": ("DesignOptions",),
+    "designs.run": ("design",),
+    "diagnoses.run": ("diagnose",),
     "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
     "exports.export": ("Exported",),
+    "exports.run": ("export",),
+    "fits.load": ("load_fit",),
     "fleets.fleet": ("Fleet",),
+    "fleets.run": ("fleet",),
     "identification.computation.progress": ("Progress",),
     "identification.diagnosis.diagnosis": ("Diagnosis",),
     "identification.refit.bootstrap": ("Bootstrap",),
@@ -93,25 +104,15 @@ _NAMES = {
     "identification.result.fit": ("Fit",),
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
-    "interface.budget": ("budget",),
-    "interface.check": ("Understanding", "check"),
-    "interface.compare": ("compare",),
     "interface.demo": ("demo",),
-    "interface.design": ("design",),
-    "interface.diagnose": ("diagnose",),
-    "interface.equations": ("equations", "kernel_source"),
-    "interface.explore": ("explore",),
-    "interface.export": ("export",),
-    "interface.fleet": ("fleet",),
-    "interface.fits": ("load_fit",),
     "interface.identification": ("identify", "identify_into"),
-    "interface.look": ("look",),
-    "interface.reading": ("load_mechanism", "load_record", "load_structure"),
-    "interface.refits": ("Profiles", "bootstrap", "profile"),
     "interface.report": ("report",),
+    "kernel.generated_text": ("equations", "kernel_source"),
+    "looks.run": ("look",),
     "parameter": ("Declaration", "Parameter"),
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
+    "profiles.run": ("Profiles", "profile"),
     "records.record": ("Channel", "Record"),
     "reports.identified": ("Identified",),
     "simulation.trajectory": ("Trajectory",),
@@ -119,6 +120,7 @@ _NAMES = {
     "structure.modes": ("Modes",),
     "structure.response": ("FrequencyResponse",),
     "structure.structure": ("Structure",),
+    "web.run": ("explore",),
 }
 """The public names, by the module that defines them."""
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}

@@ -10,14 +10,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-SYNTHETIC = "SYNTHETIC: the records were simulated, nothing of this was measured."
+SIMULATED = "the records were simulated, nothing of this was measured."
+SYNTHETIC = f"SYNTHETIC: {SIMULATED}"
 
 PRESENTERS = "mechid.interface.presenters"
 """Knows how each kind of result is shown and written. It stands above this module, which names it and does not
 import it."""
-
-PLOTS = "mechid.interface.plots"
-"""Draws them, likewise."""
 
 
 class Shown:

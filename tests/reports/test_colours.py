@@ -15,7 +15,6 @@ from mechid.analysis.look import look_at
 from mechid.ink.drawings import draw
 from mechid.ink.palette import MEANINGS, SERIES, colour_style
 from mechid.ink.pens import Pens
-from mechid.interface.plots import plot_fit, plot_record
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.look.figures import look_figures
 from mechid.reports.record_figures import record_figures
@@ -92,7 +91,7 @@ def test_the_figures_of_a_look_and_of_check(reported):
 def test_what_python_plots(reported):
     record = reported.campaign.records[0].data
     for axes in (
-        plot_fit(replace(reported.fit, campaign=reported.campaign), "full_46", None, None),
-        plot_record(record, None, None),
+        replace(reported.fit, campaign=reported.campaign).plot("full_46"),
+        record.plot(),
     ):
         assert wrong_colours(axes.figure) == []

@@ -18,11 +18,11 @@ def check(
 ) -> None:
     """Say what was understood of a campaign, or list a data file."""
     from mechid.campaign import load_campaign
+    from mechid.checks.run import check as checked
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.cli.printed import print_result
     from mechid.errors import UsageError
     from mechid.ink.console import console_on
-    from mechid.interface.check import check as checked
     from mechid.reading.whole import is_folder
     from mechid.reports import file_data, print_file
 

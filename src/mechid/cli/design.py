@@ -33,9 +33,9 @@ def design(
     from mechid.campaign import load_campaign
     from mechid.cli.printed import print_result, say
     from mechid.designs.diagnosis_file import read_diagnosed
+    from mechid.designs.run import design as designed
     from mechid.errors import UsageError
     from mechid.holding import held
-    from mechid.interface.design import design as designed
     from mechid.reports.design.files import refuse_own_folder
 
     loaded = load_campaign(campaign, read_records=False)

@@ -20,7 +20,7 @@ def kernel(
     from mechid.campaign import catalogue_mechanism, read_mechanism
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.errors import UsageError
-    from mechid.interface.equations import equations, kernel_source
+    from mechid.kernel.generated_text import equations, kernel_source
 
     if source and latex:
         raise UsageError("--source, --latex: give one of them")

@@ -11,7 +11,7 @@ import typer
 from mechid.identification.computation.progress import Listener
 from mechid.ink.console import console_on
 from mechid.interface.presenters import show_written
-from mechid.interface.progress_line import ProgressLine
+from mechid.progress.terminal import ProgressLine
 
 
 def print_result(result: object, out: Path | None) -> None:

@@ -9,6 +9,7 @@ from mechid.ink.document import (
     Code,
     Document,
     Facts,
+    Interactive,
     Lines,
     Part,
     Picture,
@@ -22,13 +23,11 @@ from mechid.ink.markdown_text import bullets, cell
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.text_table import MARKDOWN
 
-SYNTHETIC = "**Synthetic**: the records were simulated; nothing of this was measured."
-
 
 def document_markdown(document: Document) -> str:
     """Return a document as Markdown."""
     blocks = [f"# {cell(document.title)}"]
-    blocks += [SYNTHETIC] if document.is_synthetic else []
+    blocks += [f"**Synthetic**: {cell(document.simulated)}"] if document.is_synthetic else []
     blocks += [cell(document.under)] if document.under else []
     for part in shown_on(document.parts, MARKDOWN):
         blocks += _blocks(part, 2)
@@ -45,7 +44,8 @@ def _words(part: Words, level: int) -> list[str]:
 
 
 def _lines(part: Lines, level: int) -> list[str]:
-    return [*_heading(part.heading, level), bullets(part.lines)] if part.lines else []
+    lines = "\n".join(f"- {_with_emphasis(line)}" for line in part.lines)
+    return [*_heading(part.heading, level), lines] if part.lines else []
 
 
 def _rows(part: Rows, level: int) -> list[str]:
@@ -62,6 +62,10 @@ def _code(part: Code, level: int) -> list[str]:
 
 def _picture(part: Picture, level: int) -> list[str]:
     return [f"![{cell(part.words)}](<{FOLDER_NAME}/{part.name}.svg>)"]
+
+
+def _interactive(part: Interactive, level: int) -> list[str]:
+    return _picture(part.picture, level)
 
 
 def _verdict(part: Verdict, level: int) -> list[str]:
@@ -96,6 +100,7 @@ _PRINTERS: Mapping[type, Callable[..., list[str]]] = {
     Facts: _facts,
     Code: _code,
     Picture: _picture,
+    Interactive: _interactive,
     Verdict: _verdict,
     Section: _section,
 }

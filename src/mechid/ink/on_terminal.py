@@ -24,7 +24,6 @@ from mechid.ink.document import (
     shown_on,
 )
 from mechid.ink.text_table import INDENT, TERMINAL
-from mechid.shown import SYNTHETIC
 
 STYLES = {GOOD: "bold green", CAUTION: "bold yellow", BAD: "bold red"}
 STRONG = "bold"
@@ -33,7 +32,7 @@ STRONG = "bold"
 def print_document(document: Document, console: Console, files: Sequence[Path] = ()) -> None:
     """Print a document, and where its files are."""
     if document.is_synthetic:
-        say(console, SYNTHETIC, STRONG)
+        say(console, f"SYNTHETIC: {document.simulated}", STRONG)
     for part in shown_on(document.parts, TERMINAL):
         _print(part, console)
     print_lines(console, "written", map(str, files))
@@ -77,7 +76,8 @@ def _verdict(part: Verdict, console: Console) -> None:
         _lines(Lines(answers), console)
     if part.questions:
         console.print()
-    _lines(part.warnings, console)
+    if TERMINAL in part.warnings.where:
+        _lines(part.warnings, console)
 
 
 def _section(part: Section, console: Console) -> None:

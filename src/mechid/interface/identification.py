@@ -14,7 +14,7 @@ from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
 from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
-from mechid.interface.progress import listening, telling
+from mechid.progress.listening import listening, telling
 from mechid.reports.identified import Audience, Identified, identify_into_folder
 
 

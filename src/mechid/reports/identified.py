@@ -13,6 +13,7 @@ from mechid.analysis import RecordValidation, validate
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.mechanism_text import write_mechanism
 from mechid.errors import UnwritableError
+from mechid.fits.load import COMPLETED_NAME
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.output_error.identity import campaign_digests
@@ -33,7 +34,6 @@ ESTIMATED_NAME = "mechanism_estimated.toml"
 """Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
 FIRST_LETTERS = 1000
 """Of a mechanism file, in which mechid writes that it is estimated."""
-COMPLETED_NAME = "mechanism_completed.toml"
 DEFAULT_RUN = IdentifyRun()
 
 

@@ -10,7 +10,8 @@ from rich.console import Console
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import START, key_in_record, names_start
 from mechid.campaign.prediction import time_base
-from mechid.command import Command, MeasuredCommand, RateProfile
+from mechid.command import MeasuredCommand
+from mechid.command.words import command_words
 from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.ink.digits import digits, plain
 from mechid.ink.text_table import Column, print_table
@@ -22,7 +23,6 @@ from mechid.signal.moments import extremes, root_mean_square
 from mechid.signal.stored import is_long
 from mechid.units import unit_words
 
-STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
 COLUMNS = (
     Column("parameter", "key", words=True),
     Column("symbol", "symbol", words=True),
@@ -92,35 +92,6 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
 
 
 LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file while mechid runs"
-START_WORDS = {"equilibrium": "start at equilibrium", "estimated": "start estimated"}
-
-
-def command_words(command: Command) -> str:
-    """Return a command in words.
-
-    Examples
-    --------
-    >>> from mechid.command import RateProfile
-    >>> rate = RateProfile.through([(0.0, 0.0), (60.0, 120.0)])
-    >>> command_words(Command(stepping="micro", microsteps=16, rate=rate))
-    'microstepping (16) at 0 to 120 full steps/s over 60 s, from 0 deg'
-    """
-    if isinstance(command, MeasuredCommand):
-        inputs = [f"{c.quantity}, {'held' if c.held else 'straight'} between samples" for c in command.channels]
-        return f"measured {' and '.join(inputs)}, from {command.start_angle_deg:.9g} deg"
-    count = f" ({command.microsteps})" if command.stepping == "micro" else ""
-    odd: list[str] = [command.waveform] if command.waveform != "cosine" else []
-    odd += [START_WORDS[command.start]] if command.start in START_WORDS else []
-    words = f"{STEPPING_WORDS[command.stepping]}{count} at {_rate_words(command.rate)}"
-    return ", ".join([words, f"from {command.start_angle_deg:.9g} deg", *odd])
-
-
-def _rate_words(rate: RateProfile) -> str:
-    low, high, points = min(rate.rates), max(rate.rates), len(rate.times_s)
-    span = f"{low:.9g}" if low == high else f"{low:.9g} to {high:.9g}"
-    through = f" through {points} points" if points > 2 else ""
-    over = f" over {rate.times_s[-1]:.9g} s" if points > 1 else ""
-    return f"{span} full steps/s{through}{over}"
 
 
 def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:

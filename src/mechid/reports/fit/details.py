@@ -11,11 +11,11 @@ import numpy as np
 from mechid.analysis.information import Information
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import parameters_of
+from mechid.command.words import command_words
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.ink.digits import digits
 from mechid.reports.fit.use import use_word
-from mechid.reports.overview import command_words
 from mechid.simulation.resonances import Resonance
 
 

@@ -15,6 +15,7 @@ from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import StepLine
+from mechid.command.words import command_words
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain, with_sigma
 from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
@@ -26,7 +27,6 @@ from mechid.reports.look.words import (
     resonance_word,
     unit_text,
 )
-from mechid.reports.overview import command_words
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 

@@ -8,7 +8,8 @@ from rich.console import Console
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
 from mechid.identification.result.journal_file import StageLines
-from mechid.interface.progress_line import ProgressLine, progress_words
+from mechid.progress.listening import progress_words
+from mechid.progress.terminal import ProgressLine
 
 REPORTS = [
     Progress(1, 4, "multi-start", "256 of 2048 starts", None, 0.5),
@@ -40,7 +41,7 @@ def test_a_log_gets_the_first_and_the_last_line_of_each_stage():
 
 
 def test_a_log_gets_a_line_every_few_seconds(monkeypatch):
-    monkeypatch.setattr("mechid.interface.progress_line.EVERY_S", 0.0)
+    monkeypatch.setattr("mechid.progress.terminal.EVERY_S", 0.0)
     assert shown(REPORTS, terminal=False).splitlines() == [progress_words(report) for report in REPORTS]
 
 

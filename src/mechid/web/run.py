@@ -1,4 +1,4 @@
-"""The explorer, from a campaign and what has been found of it."""
+"""Public function that serves the explorer of a campaign and what has been found of it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pathlib import Path
 from threading import Thread
 
 from mechid.campaign import Campaign, load_campaign, read_mechanism
+from mechid.fits.load import campaign_of_fit, completed_file
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
-from mechid.interface.fits import campaign_of_fit, completed_file
-from mechid.interface.progress import telling
+from mechid.progress.listening import telling
 from mechid.web import Estimate, Explorer, Source, estimate_of, read_diagnosed, read_estimated
 
 GIVEN = "the fit given"

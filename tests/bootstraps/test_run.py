@@ -1,9 +1,9 @@
-"""A finished fit refitted, from Python. Truth: the memory that the draws would take."""
+"""A bootstrap from Python. Truth: the memory that the draws would take."""
 
 import pytest
 
+from mechid.bootstraps.run import bootstrap
 from mechid.errors import UsageError
-from mechid.interface.refits import bootstrap
 
 
 def test_more_draws_than_memory_holds_are_refused():

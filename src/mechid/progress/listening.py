@@ -1,4 +1,4 @@
-"""Who hears of progress where nobody is named: in a notebook a line that is overwritten, elsewhere nobody."""
+"""Listeners of progress: the one given, else a line that is overwritten in a notebook, else none."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from importlib import import_module
 from typing import Any
 
 from mechid.identification.computation.progress import Listener, Progress, silent
-from mechid.interface.progress_line import progress_words
 
 
 @contextmanager
@@ -45,6 +44,14 @@ def telling(say: Callable[[str], None] | None) -> Iterator[Callable[[str], None]
 
 def _unheard(line: str) -> None:
     del line
+
+
+def progress_words(progress: Progress, since: float = 0.0) -> str:
+    """Return a report in words: stage k of n, where it stands, cost, elapsed."""
+    cost = [] if progress.cost is None else [f"cost {progress.cost:.6g}"]
+    where = [progress.line] if progress.line else []
+    parts = [progress.stage, *where, *cost, f"{progress.elapsed_s + since:.1f} s"]
+    return f"stage {progress.number} of {progress.total}: {', '.join(parts)}"
 
 
 class NotebookLine:

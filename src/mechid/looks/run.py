@@ -1,4 +1,4 @@
-"""Records before any model."""
+"""Public function that looks at records before any model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The equations of a mechanism, and the code made from them."""
+"""Equations of a mechanism as text, and the kernel source generated from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The next test."""
+"""Public function that chooses the records of the next test."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from mechid.designs.design_file import DesignOptions, beside, read_design_file
 from mechid.designs.diagnosis_file import Diagnosed, read_diagnosed
 from mechid.designs.rivals import Group, rival_groups
 from mechid.errors import UsageError
+from mechid.fits.load import fit_from, load_fit
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
-from mechid.interface.fits import fit_from, load_fit
-from mechid.interface.progress import telling
+from mechid.progress.listening import telling
 
 
 def design(

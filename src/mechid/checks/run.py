@@ -1,4 +1,4 @@
-"""A campaign as it was understood."""
+"""Public function that says what was understood of a campaign."""
 
 from __future__ import annotations
 

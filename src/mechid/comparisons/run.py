@@ -1,4 +1,4 @@
-"""Finished fits side by side."""
+"""Public function that compares finished fits."""
 
 from __future__ import annotations
 

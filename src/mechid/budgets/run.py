@@ -1,4 +1,4 @@
-"""From an estimate to the line of sight."""
+"""Public function that predicts the line of sight's error against requirements."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mechid.budgets.budget import Budget, make_budget
 from mechid.budgets.budget_file import budget_of_table, read_budget_file
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import estimate_path, read_fit
-from mechid.interface.progress import telling
+from mechid.progress.listening import telling
 from mechid.structure import Structure
 
 

@@ -7,8 +7,8 @@ import pytest
 import mechid
 from mechid.campaign.bench import write_bench
 from mechid.errors import InputFileError, UsageError
+from mechid.fits.load import campaign_first, campaign_of_fit, completed_file, fit_from, load_campaign_of, load_fit
 from mechid.identification.result.estimate_file import estimate_text
-from mechid.interface.fits import campaign_first, campaign_of_fit, completed_file, fit_from, load_campaign_of, load_fit
 
 STAGE = """
 [[stage]]

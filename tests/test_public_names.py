@@ -10,7 +10,7 @@ import pytest
 import mechid
 from mechid.cli.app import VERBS
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 LISTED = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "python.md").read_text(encoding="utf-8"), re.MULTILINE)
 NAMES = sorted(set(mechid.__all__) - {"__version__"})
 FUNCTIONS = [name for name in NAMES if inspect.isfunction(getattr(mechid, name))]

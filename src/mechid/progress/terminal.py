@@ -1,4 +1,4 @@
-"""The progress of an identification on stderr: one live line on a terminal, plain lines elsewhere."""
+"""Progress of an identification on stderr: one live line on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from rich.live import Live
 from rich.text import Text
 
 from mechid.identification.computation.progress import Progress
+from mechid.progress.listening import progress_words
 
 EVERY_S = 5.0
 """At most so often a line is written where it cannot be overwritten, stage changes apart."""
@@ -60,11 +61,3 @@ class ProgressLine:
             return Text("starting ...")
         line = progress_words(self.latest, since=time.perf_counter() - self.heard)
         return Text(line, no_wrap=True, overflow="ellipsis")
-
-
-def progress_words(progress: Progress, since: float = 0.0) -> str:
-    """Return a report in words: stage k of n, where it stands, cost, elapsed."""
-    cost = [] if progress.cost is None else [f"cost {progress.cost:.6g}"]
-    where = [progress.line] if progress.line else []
-    parts = [progress.stage, *where, *cost, f"{progress.elapsed_s + since:.1f} s"]
-    return f"stage {progress.number} of {progress.total}: {', '.join(parts)}"

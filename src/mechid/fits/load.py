@@ -15,8 +15,9 @@ from mechid.identification.result.estimate_file import WITH_ERRORS, read_estimat
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.journal_file import identified_campaign
-from mechid.reports.identified import COMPLETED_NAME
 
+COMPLETED_NAME = "mechanism_completed.toml"
+"""Of the mechanism to which a fit was completed, in its folder."""
 P = ParamSpec("P")
 T = TypeVar("T")
 NEEDED = (*WITH_ERRORS, "records", "provenance")

@@ -1,4 +1,4 @@
-"""Many campaigns together."""
+"""Public function that identifies many campaigns and evaluates their parameters together."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from mechid.fleets.fleet import Fleet, make_fleet
 from mechid.fleets.fleet_file import read_members
 from mechid.identification.computation.workforce import working_on
-from mechid.interface.progress import telling
+from mechid.progress.listening import telling
 
 
 def fleet(

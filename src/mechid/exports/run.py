@@ -1,4 +1,4 @@
-"""A finished fit as files that others use without mechid."""
+"""Public function that writes a finished fit as files that others use without mechid."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def read_with_campaign(source: Path, campaign: Campaign | Path | str | None = No
     The fit does not hold the campaign: what is handed on stands in its folder, whatever the campaign is by now.
     """
     # A fit in memory needs no reader of results.
+    from mechid.fits.load import load_campaign_of, result_folder
     from mechid.identification.refit.rebuild import other_files
     from mechid.identification.result.fit_file import read_fit
-    from mechid.interface.fits import load_campaign_of, result_folder
 
     own = campaign if isinstance(campaign, Campaign) else load_campaign_of(source, campaign)
     fit = read_fit(result_folder(source))

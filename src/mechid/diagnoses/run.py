@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from mechid.campaign import Campaign
+from mechid.fits.load import campaign_first, fit_from
 from mechid.identification.computation.progress import Listener
 from mechid.identification.diagnosis import diagnosis
 from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.result.fit import Fit
-from mechid.interface.fits import campaign_first, fit_from
-from mechid.interface.progress import listening
+from mechid.progress.listening import listening
 
 
 @campaign_first
