@@ -78,7 +78,8 @@ def test_several_steady_states_from_file_to_file(run, folder):
     assert told["rate"] == 21.0
     assert [" and ".join(s["reached"]) for s in told["states"]] == list(here)
     assert "the disturbance depends on how the rate was reached" in " ".join(result.stdout.split())
-    assert "Rates at which there is more than one steady motion" in (folder / "out" / "budget.md").read_text(encoding="utf-8")
+    text = (folder / "out" / "budget.md").read_text(encoding="utf-8")
+    assert "Rates at which there is more than one steady motion" in text
     assert "steady_states.csv" in result.stdout
 
 

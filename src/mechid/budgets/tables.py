@@ -101,11 +101,7 @@ SHARES = (
     Column("nominal unit two-way, rad", "two_way"),
     Column("ECSS sum one-way, rad", "ecss"),
     Column("other sources, rad", "others"),
-    Column(
-        "lacking in the model, rad (of the limit)",
-        "lacking",
-        on_page=_with_range("lacking", "lacking in the model, rad"),
-    ),
+    Column("lacking in the model, rad (of the limit)", "lacking", on_page=_with_range("lacking", "lacking, rad")),
 )
 MODES = (
     Column("mode", "name", words=True),
