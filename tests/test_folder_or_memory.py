@@ -12,8 +12,8 @@ import mechid
 from mechid.analysis.fit_residuals import FitResiduals
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports.fit.numbers import report_data
-from mechid.reports.fit.results import write_results
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 
 RATE_HZ, SECONDS, NOISE_NM = 5000.0, 0.8, 0.002
 COMMANDS = {name: mechid.make_command("full", rate=rate) for name, rate in (("full_46", 46.0), ("full_60", 60.0))}

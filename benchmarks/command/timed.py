@@ -18,21 +18,21 @@ PARTS = {
     "records": ("mechid.campaign", "load_campaign"),
     "kernel": ("mechid.cli.kernel_notice", "prepare_kernel"),
     "first sight": ("mechid.identification.identify", "read_as_found"),
-    "search": ("mechid.reports.identified", "identify"),
+    "search": ("mechid.reports.into_folder", "identify"),
     "multi-start": ("mechid.identification.stages.growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),
-    "suggestions": ("mechid.reports.identified", "with_suggestions"),
-    "validation": ("mechid.reports.identified", "validate"),
-    "results": ("mechid.reports.identified", "write_results"),
-    "curves": ("mechid.reports.fit.illustration", "record_curves"),
-    "page": ("mechid.reports.fit.files", "write_together"),
-    "equations": ("mechid.reports.fit.files", "equations_mathml"),
+    "suggestions": ("mechid.reports.into_folder", "with_suggestions"),
+    "validation": ("mechid.reports.into_folder", "validate"),
+    "results": ("mechid.reports.into_folder", "write_results"),
+    "curves": ("mechid.reports.illustration", "record_curves"),
+    "page": ("mechid.reports.files", "write_together"),
+    "equations": ("mechid.reports.files", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),
     "declarations": ("mechid.checks.run", "declaration_warnings"),
     "starts and chaos": ("mechid.checks.run", "start_warnings"),
 }
 """Name of a part -> module and name of the function that does it."""
-LATE = {"mechid.reports.fit.files"}
+LATE = {"mechid.reports.files"}
 """Modules that a command imports only when it comes to them."""
 
 Seconds = dict[str, float]
@@ -87,7 +87,7 @@ def _clock(part: str, module: str, name: str) -> None:
 
 def _clock_late() -> None:
     """Put clocks around the parts of the report once that has been imported, within the report's own time."""
-    identified = sys.modules["mechid.reports.identified"]
+    identified = sys.modules["mechid.reports.into_folder"]
     report = identified._report
 
     def with_clocks(*arguments: object) -> object:

@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
     from mechid.interface.demo import demo
-    from mechid.interface.identification import identify, identify_into
-    from mechid.interface.report import report
     from mechid.kernel.generated_text import equations, kernel_source
     from mechid.looks.run import look
     from mechid.parameter import Declaration, Parameter
@@ -57,7 +55,8 @@ if TYPE_CHECKING:
     from mechid.plant.mechanism import Mechanism
     from mechid.profiles.run import Profiles, profile
     from mechid.records.record import Channel, Record
-    from mechid.reports.identified import Identified
+    from mechid.reports.into_folder import Identified
+    from mechid.reports.run import identify, identify_into, report
     from mechid.simulation.trajectory import Trajectory
     from mechid.structure.linear_system import from_state_space
     from mechid.structure.modes import Modes
@@ -105,8 +104,6 @@ _NAMES = {
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
     "interface.demo": ("demo",),
-    "interface.identification": ("identify", "identify_into"),
-    "interface.report": ("report",),
     "kernel.generated_text": ("equations", "kernel_source"),
     "looks.run": ("look",),
     "parameter": ("Declaration", "Parameter"),
@@ -114,7 +111,8 @@ _NAMES = {
     "plant.mechanism": ("Mechanism",),
     "profiles.run": ("Profiles", "profile"),
     "records.record": ("Channel", "Record"),
-    "reports.identified": ("Identified",),
+    "reports.into_folder": ("Identified",),
+    "reports.run": ("identify", "identify_into", "report"),
     "simulation.trajectory": ("Trajectory",),
     "structure.linear_system": ("from_state_space",),
     "structure.modes": ("Modes",),

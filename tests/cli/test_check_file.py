@@ -6,7 +6,8 @@ import numpy as np
 
 from instrument_files import FORMATS, write_csv, write_tdms
 from mechid.campaign import load_campaign
-from mechid.reports import campaign_data, file_data
+from mechid.reports.channels import file_data
+from mechid.reports.overview import campaign_data
 
 
 def test_a_files_columns_are_listed_with_unit_length_and_sampling(run, tmp_path):

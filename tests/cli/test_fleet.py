@@ -16,7 +16,7 @@ from mechid.cli.identification import INTERRUPTED
 from mechid.fleets import unit_run
 from mechid.identification import run as identification
 from mechid.identification.result.grade import FitOutcome
-from mechid.reports import identified
+from mechid.reports import into_folder
 from synthetic_fleet import drawn, write_fit, write_fleet_file
 
 
@@ -36,7 +36,7 @@ def units(staged, tmp_path):
 @pytest.fixture
 def without_reports(monkeypatch):
     """Leave the campaigns' own reports away, which take most of the time."""
-    monkeypatch.setattr(identified, "_report", lambda *_: [])
+    monkeypatch.setattr(into_folder, "_report", lambda *_: [])
 
 
 def estimate(folder, unit):

@@ -11,7 +11,7 @@ from mechid.campaign.bench import TRUTH
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
-from mechid.reports import identified
+from mechid.reports import into_folder
 
 FILES = [
     "estimate.json",
@@ -105,8 +105,8 @@ def ended(monkeypatch, staged):
         from dataclasses import replace
 
         monkeypatch.setattr(identification, "search", lambda *_, **__: replace(fit, **changes))
-        monkeypatch.setattr(identified, "_report", lambda *_: [])  # tests/cli/test_report.py has it
-        monkeypatch.setattr(identified.Illustration, "begin", lambda *_: None)
+        monkeypatch.setattr(into_folder, "_report", lambda *_: [])  # tests/cli/test_report.py has it
+        monkeypatch.setattr(into_folder.Illustration, "begin", lambda *_: None)
 
     return end
 

@@ -73,7 +73,7 @@ def test_a_first_compilation_is_told_as_such(monkeypatch, capsys):
 
 def test_the_public_names_are_what_they_say():
     from mechid.campaign.prediction import simulate
-    from mechid.interface.identification import identify
+    from mechid.reports.run import identify
 
     assert mechid.identify is identify
     assert mechid.simulate is simulate

@@ -29,9 +29,10 @@ from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import rivals_of, superset_of
-from mechid.reports import print_report, report_data
-from mechid.reports.fit.files import write_report
-from mechid.reports.fit.results import write_results
+from mechid.reports.files import write_report
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
+from mechid.reports.terminal import print_report
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
 

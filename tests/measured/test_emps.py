@@ -25,8 +25,8 @@ from mechid.identification.stages.growth import warm_start
 from mechid.identification.stages.needed_terms import drop_unneeded_terms
 from mechid.plant.superset import superset_of
 from mechid.records import ChannelSpec, RecordSpec, read_record
-from mechid.reports import report_data
-from mechid.reports.fit.results import write_results
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 from mechid.signal.decimation import decimate
 
 pytestmark = [pytest.mark.data, pytest.mark.slow]

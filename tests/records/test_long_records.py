@@ -254,7 +254,7 @@ def test_a_long_record_takes_a_tenth_of_its_length_in_memory(suffix, tmp_path, m
 
 
 def test_check_says_that_a_record_is_long_and_how_long_it_took(tmp_path, little_memory):  # noqa: F811
-    from mechid.reports import campaign_data
+    from mechid.reports.overview import campaign_data
     from synthetic import COMMANDS, campaign, record, truth
 
     write_hdf5(tmp_path / "run.h5", TORQUE)

@@ -8,7 +8,7 @@ import pytest
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.identification.output_error.noise_level import known_noise
-from mechid.reports import campaign_data, print_campaign
+from mechid.reports.overview import campaign_data, print_campaign
 from printing import printed, tables
 
 

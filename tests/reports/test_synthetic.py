@@ -13,7 +13,7 @@ from mechid.campaign.campaign_file import TRUTH_NAME, load_campaign
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import is_synthetic, write_estimate
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports import report_data
+from mechid.reports.numbers import report_data
 from mechid.reports.overview import campaign_data, print_campaign
 from mechid.shown import SYNTHETIC
 

@@ -24,7 +24,7 @@ def check(
     from mechid.errors import UsageError
     from mechid.ink.console import console_on
     from mechid.reading.whole import is_folder
-    from mechid.reports import file_data, print_file
+    from mechid.reports.channels import file_data, print_file
 
     if campaign.suffix.lower() not in ("", ".toml") and not is_folder(campaign):
         if out is not None:

@@ -21,7 +21,7 @@ def demo(
     from mechid.holding import held
     from mechid.identification.run import IdentifyRun
     from mechid.interface.demo import made_bench
-    from mechid.reports.fit.files import PAGE_NAME
+    from mechid.reports.files import PAGE_NAME
 
     refuse_measured_campaign(out)
     with held(out):

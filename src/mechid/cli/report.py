@@ -19,8 +19,8 @@ def report(
     from mechid.fits.load import load_fit
     from mechid.holding import held
     from mechid.ink.console import console_on, print_lines
-    from mechid.interface.report import report as reported
-    from mechid.reports import read_truth
+    from mechid.reports.results import read_truth
+    from mechid.reports.run import report as reported
 
     read_truth(folder)
     with held(folder):

@@ -11,8 +11,8 @@ from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
 from mechid.holding import held
 from mechid.identification.computation.progress import Listener
-from mechid.interface.identification import identify_into
-from mechid.reports.identified import Identified
+from mechid.reports.into_folder import Identified
+from mechid.reports.run import identify_into
 
 
 def demo(

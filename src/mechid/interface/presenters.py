@@ -192,14 +192,14 @@ def _exported() -> Presenter:
 
 
 def _fit() -> Presenter:
-    from mechid.interface.report import write_fit
-    from mechid.reports.fit.numbers import report_data
-    from mechid.reports.fit.terminal import print_report
+    from mechid.reports.numbers import report_data
+    from mechid.reports.run import report
+    from mechid.reports.terminal import print_report
 
     return Presenter(
         data=report_data,
         ink=print_report,
-        files=lambda fit, data, folder: write_fit(fit, folder),
+        files=lambda fit, data, folder: report(fit, folder),
         line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
     )
 
@@ -218,8 +218,8 @@ def _trajectory() -> Presenter:
 
 def _validations() -> Presenter:
     from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.fit.tables import order_table, validation_table
-    from mechid.reports.fit.validation import order_rows, validation_rows
+    from mechid.reports.tables import order_table, validation_table
+    from mechid.reports.validation import order_rows, validation_rows
     from mechid.writing import write_together
 
     def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:

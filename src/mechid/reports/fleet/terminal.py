@@ -9,10 +9,10 @@ from typing import Any
 from rich.console import Console
 
 from mechid.ink.console import print_lines, say
-from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 from mechid.reports.fleet.contents import fleet_contents
 from mechid.reports.fleet.tables import campaign_table, parameter_table
 from mechid.reports.fleet.verdict import SYNTHETIC
+from mechid.reports.verdict import BAD, CAUTION, GOOD
 
 STYLES = {GOOD: "bold green", CAUTION: "bold yellow", BAD: "bold red"}
 

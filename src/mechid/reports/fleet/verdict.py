@@ -7,7 +7,7 @@ from typing import Any
 
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain, with_sigma
-from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
+from mechid.reports.verdict import BAD, CAUTION, GOOD
 
 SHOWN = 8
 """Findings in the verdict at most; all are in the tables."""

@@ -11,10 +11,10 @@ from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.ink.digits import plain
 from mechid.ink.quantities import torque_alone
-from mechid.reports.fit.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
-from mechid.reports.fit.noise import against_noise, level_words, raised_words
-from mechid.reports.fit.use import use_word
-from mechid.reports.fit.verdict import summary_data
+from mechid.reports.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
+from mechid.reports.noise import against_noise, level_words, raised_words
+from mechid.reports.use import use_word
+from mechid.reports.verdict import summary_data
 from mechid.simulation.resonances import resonances
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports import report_data
+from mechid.reports.numbers import report_data
 
 
 @pytest.fixture

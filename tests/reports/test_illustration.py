@@ -11,7 +11,7 @@ from mechid.analysis import validate
 from mechid.ink import pens as pens_module
 from mechid.ink.pens import Pens
 from mechid.ink.sheet import Sheet
-from mechid.reports.fit.illustration import Illustration
+from mechid.reports.illustration import Illustration
 
 HZ = np.arange(1.0, 200.0)
 

@@ -18,10 +18,10 @@ from mechid.identification.result.record_result import ChannelFit, MaskedMoment,
 from mechid.ink.digits import digits, like, plain, with_sigma
 from mechid.ink.quantities import quantity_words
 from mechid.parameter import Status
-from mechid.reports.fit.lacking import lacking_lines
-from mechid.reports.fit.side import side_rows
-from mechid.reports.fit.use import with_left_out, with_use
-from mechid.reports.fit.validation import order_rows, validation_rows
+from mechid.reports.lacking import lacking_lines
+from mechid.reports.side import side_rows
+from mechid.reports.use import with_left_out, with_use
+from mechid.reports.validation import order_rows, validation_rows
 from mechid.units import angle_difference, unit_words
 
 FORMAT = "mechid-report/1"

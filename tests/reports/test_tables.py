@@ -3,7 +3,7 @@
 from mechid.diagnoses.effects_shown import NAME, VALUE
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, OnPage
-from mechid.reports.fit.tables import stage_table
+from mechid.reports.tables import stage_table
 from printing import printed
 
 ROWS = [

@@ -5,7 +5,7 @@ import copy
 import pytest
 
 from mechid.identification.result.grade import GRADE_WORDS
-from mechid.reports.fit.verdict import BAD, CAUTION, GOOD, summary_data
+from mechid.reports.verdict import BAD, CAUTION, GOOD, summary_data
 
 
 def parameter(name, estimate, sigma, *, unit="N m", status="free", white=None, reason=""):

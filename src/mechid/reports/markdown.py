@@ -9,8 +9,8 @@ from mechid.diagnoses.effects_shown import own_table
 from mechid.diagnoses.path import COMPLETED_TITLE, path_table
 from mechid.ink.markdown_text import bullets, cell, synthetic_words, table
 from mechid.ink.quantities import quantity_words
-from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
-from mechid.reports.fit.tables import (
+from mechid.reports.side import SIDE_SAID, SIDE_TITLE
+from mechid.reports.tables import (
     known_table,
     order_table,
     parameter_table,

@@ -22,8 +22,8 @@ from mechid.identification.result.fit import Fit
 from mechid.ink.pens import Pens
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.reports.curves import Curves, record_curves
-from mechid.reports.fit.details import resonance_data
-from mechid.reports.fit.paper import channel_sheets, matrix_sheets
+from mechid.reports.details import resonance_data
+from mechid.reports.figures import channel_sheets, matrix_sheets
 from mechid.simulation.resonances import resonances
 from mechid.writing import writable
 

@@ -21,7 +21,7 @@ from mechid.reports.packing import pack_text
 from mechid.writing import write_whole
 
 MAKERS = (
-    ("mechid.reports", "fit/embedded.py"),
+    ("mechid.reports", "embedded.py"),
     ("mechid.reports", "plots.py"),
     ("mechid.ink", "quantities.py"),
     ("mechid.reports", "packing.py"),

@@ -12,10 +12,10 @@ from mechid.analysis import validate
 from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports import report_data
-from mechid.reports.fit.contents import report_contents
-from mechid.reports.fit.files import write_report
-from mechid.reports.fit.terminal import print_report
+from mechid.reports.contents import report_contents
+from mechid.reports.files import write_report
+from mechid.reports.numbers import report_data
+from mechid.reports.terminal import print_report
 from printing import printed
 
 QUANTITIES = ("torque", "output_angle", "current_phase_a")

@@ -23,9 +23,9 @@ from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.identification.run import Companion, IdentifyRun, mark_unexamined, run_identification
 from mechid.ink.pens import Pens
-from mechid.reports.fit.illustration import Illustration
-from mechid.reports.fit.numbers import report_data
-from mechid.reports.fit.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
+from mechid.reports.illustration import Illustration
+from mechid.reports.numbers import report_data
+from mechid.reports.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
 
 if TYPE_CHECKING:
     from mechid.identification.diagnosis.diagnosis import Diagnosis
@@ -232,7 +232,7 @@ def _report(
     """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
     say("making the report ...")
     try:
-        from mechid.reports.fit.files import write_report
+        from mechid.reports.files import write_report
 
         files = write_report(done.data, done.fit.required_campaign, done.fit, validation, folder, illustration)
         return [path for path in files if path.name != REPORT_NAME]

@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from mechid.diagnoses.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows, path_table
-from mechid.reports import print_report, report_data
-from mechid.reports.fit.markdown import report_markdown
-from mechid.reports.fit.page import report_page
+from mechid.reports.markdown import report_markdown
+from mechid.reports.numbers import report_data
+from mechid.reports.page import report_page
+from mechid.reports.terminal import print_report
 from printing import printed
 
 STEPS = (

@@ -13,12 +13,12 @@ from mechid.ink.quantities import quantity_words
 from mechid.ink.table import Table
 from mechid.ink.template import asset, environment, page_style
 from mechid.kernel.equation_text import Section
+from mechid.reports import tables
 from mechid.reports.curves import Curves
-from mechid.reports.fit import tables
-from mechid.reports.fit.embedded import embedded
-from mechid.reports.fit.payload import payload
-from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
+from mechid.reports.embedded import embedded
 from mechid.reports.outline import DETAIL_S, Outline
+from mechid.reports.payload import payload
+from mechid.reports.side import SIDE_SAID, SIDE_TITLE
 from mechid.units import unit_words
 
 MOST_PICTURES = 200

@@ -11,7 +11,7 @@ from mechid.analysis.order_tracking import ORDERS
 from mechid.ink.quantities import quantity_words
 from mechid.ink.sheet import Sheet
 from mechid.reports.curves import Curves, Lines, Spectrogram
-from mechid.reports.fit.payload import order_marks, shown_hz
+from mechid.reports.payload import order_marks, shown_hz
 
 Resonances = Sequence[Mapping[str, Any]]
 SHARE = "share of the information, %"

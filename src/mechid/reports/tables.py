@@ -10,8 +10,8 @@ from mechid.ink.data import Data
 from mechid.ink.quantities import torque_alone
 from mechid.ink.table import Table
 from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
-from mechid.reports.fit.side import SIDE_COLUMNS
-from mechid.reports.fit.validation import CHANNEL, RECORD, VALIDATION_LAYOUTS
+from mechid.reports.side import SIDE_COLUMNS
+from mechid.reports.validation import CHANNEL, RECORD, VALIDATION_LAYOUTS
 
 PARAMETER = Column("parameter", "key", words=True, where=(TERMINAL, PAGE))
 FULL_NAME = Column("parameter", "name", words=True)

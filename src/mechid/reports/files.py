@@ -13,11 +13,11 @@ from mechid.identification.result.fit import Fit
 from mechid.ink.pens import Pens
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.kernel.equation_text import equations_mathml
-from mechid.reports.fit.contents import report_contents
-from mechid.reports.fit.illustration import Illustration
-from mechid.reports.fit.markdown import report_markdown
-from mechid.reports.fit.page import report_page
-from mechid.reports.fit.results import REPORT_NAME
+from mechid.reports.contents import report_contents
+from mechid.reports.illustration import Illustration
+from mechid.reports.markdown import report_markdown
+from mechid.reports.page import report_page
+from mechid.reports.results import REPORT_NAME
 from mechid.writing import write_together
 
 PAGE_NAME = "report.html"

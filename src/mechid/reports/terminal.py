@@ -13,9 +13,9 @@ from mechid.diagnoses.path import COMPLETED_TITLE, path_table
 from mechid.identification.result.grade import OF_MECHANISM_FILE
 from mechid.ink.console import print_lines, say, say_if_synthetic
 from mechid.ink.quantities import torque_alone
-from mechid.reports.fit.lacking import LACKING
-from mechid.reports.fit.side import SIDE_TITLE
-from mechid.reports.fit.tables import (
+from mechid.reports.lacking import LACKING
+from mechid.reports.side import SIDE_TITLE
+from mechid.reports.tables import (
     followed_table,
     order_table,
     parameter_table,
@@ -24,7 +24,7 @@ from mechid.reports.fit.tables import (
     stage_table,
     validation_table,
 )
-from mechid.reports.fit.use import held_out, left_out
+from mechid.reports.use import held_out, left_out
 
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
 ABOUT_ALL = "all records"

@@ -8,7 +8,8 @@ import mechid.writing
 from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import read_estimate
-from mechid.reports import report_data, write_results
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 
 
 def test_the_files_read_back(make_fit, truth, tmp_path):

@@ -7,8 +7,8 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism, load_campaign, mechanism_text
 from mechid.campaign.bench import write_bench
-from mechid.reports.fit.results import ESTIMATED
-from mechid.reports.identified import identification_inputs, mechanism_name
+from mechid.reports.into_folder import identification_inputs, mechanism_name
+from mechid.reports.results import ESTIMATED
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from mechid.command.words import command_words
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.ink.digits import digits
-from mechid.reports.fit.use import use_word
+from mechid.reports.use import use_word
 from mechid.simulation.resonances import Resonance
 
 

@@ -10,7 +10,7 @@ from browser import chromium, faults, printed_to_pdf, requests, shown, waited
 from mechid.analysis.prediction import predict
 from mechid.reports import outline
 from mechid.reports.curves import record_curves
-from mechid.reports.fit.files import write_report
+from mechid.reports.files import write_report
 from mechid.reports.outline import decoded
 from mechid.reports.trace import decode
 from mechid.signal import stored

@@ -10,10 +10,10 @@ from mechid.identification.uncertainty.settings import NOISE
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain
 from mechid.ink.quantities import quantity_words, torque_alone
-from mechid.reports.fit.details import worst_pair
-from mechid.reports.fit.lacking import LACKING
-from mechid.reports.fit.noise import above_words, against_noise
-from mechid.reports.fit.use import held_out, left_out, left_out_words
+from mechid.reports.details import worst_pair
+from mechid.reports.lacking import LACKING
+from mechid.reports.noise import above_words, against_noise
+from mechid.reports.use import held_out, left_out, left_out_words
 
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 TONES = {"A": GOOD, "B": CAUTION}

@@ -6,7 +6,8 @@ import pytest
 
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
-from mechid.reports import print_report, report_data
+from mechid.reports.numbers import report_data
+from mechid.reports.terminal import print_report
 from printing import printed, tables
 
 ESCAPE = "\x1b"

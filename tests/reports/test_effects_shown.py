@@ -7,9 +7,10 @@ import pytest
 
 from mechid.diagnoses.effects_shown import missing_data
 from mechid.identification.result.missing import Missing, OwnValue
-from mechid.reports import print_report, report_data
-from mechid.reports.fit.markdown import report_markdown
-from mechid.reports.fit.page import report_page
+from mechid.reports.markdown import report_markdown
+from mechid.reports.numbers import report_data
+from mechid.reports.page import report_page
+from mechid.reports.terminal import print_report
 from printing import printed
 
 

@@ -10,9 +10,9 @@ import pytest
 from PIL import Image
 
 from mechid.errors import InputFileError
+from mechid.reports import page as page_module
 from mechid.reports.curves import record_curves
-from mechid.reports.fit import page as page_module
-from mechid.reports.fit.results import read_truth
+from mechid.reports.results import read_truth
 
 SVG = "{http://www.w3.org/2000/svg}"
 FIGURES = {
