@@ -204,7 +204,7 @@ def _crossings(crossings: list[Data]) -> Section:
 def _coupling(data: Data) -> Section:
     picture = Picture(figure_name("coupling"), "Receptance times dynamic stiffness over frequency")
     words = Words(CRITERION.format(data["coupling"]["joined_below_hz"]))
-    parts = (words, Lines(coupling_lines(data)), *([picture] if is_gain_known(data) else []))
+    parts: list[Part] = [words, Lines(coupling_lines(data)), *([picture] if is_gain_known(data) else [])]
     return Section("One-way and two-way", parts, "coupling", "Coupling", where=IN_DOCUMENTS)
 
 
