@@ -1,4 +1,4 @@
-"""A synthetic bench, and its full identification."""
+"""Public function that makes a synthetic bench and identifies it."""
 
 from __future__ import annotations
 
