@@ -19,6 +19,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Budget": "mechid.budgets.document",
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
+    "Fleet": "mechid.fleets.document",
     "Profiles": "mechid.profiles.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""

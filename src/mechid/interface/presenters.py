@@ -81,20 +81,6 @@ def _design() -> Presenter:
     )
 
 
-def _fleet() -> Presenter:
-    from mechid.fleets.files import write_fleet
-    from mechid.fleets.numbers import fleet_data
-    from mechid.reports.fleet.files import write_fleet_report
-    from mechid.reports.fleet.terminal import print_fleet
-
-    return Presenter(
-        numbers=lambda made: fleet_data(made, made.folder),
-        ink=print_fleet,
-        files=lambda made, data, folder: [*write_fleet(data, folder), *write_fleet_report(data, folder)],
-        line=lambda made: f"{len(made.runs)} campaigns, {len(made.failed)} failed",
-    )
-
-
 def _exported() -> Presenter:
     from mechid.reports.exported import print_exported
 
@@ -158,7 +144,6 @@ PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
     "Design": _design,
     "Exported": _exported,
     "Fit": _fit,
-    "Fleet": _fleet,
     "Survey": _survey,
     "Trajectory": _trajectory,
     "Understanding": _understanding,

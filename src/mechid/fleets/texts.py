@@ -1,4 +1,4 @@
-"""All that a fleet's report shows: its numbers, their texts, and the verdict, in one plain dict."""
+"""Texts of a fleet's numbers, as its tables show them."""
 
 from __future__ import annotations
 
@@ -7,33 +7,21 @@ from typing import Any
 
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain, with_sigma
-from mechid.reports.fleet.verdict import fleet_verdict
 
 NO_NUMBER = "–"
 ABSENT = "no such"
 
 
-def fleet_contents(data: Data) -> dict[str, Any]:
-    """Return what `fleet_data` made with verdict and texts; parameters under the tables of the mechanism file."""
+def fleet_texts(data: Data) -> dict[str, Any]:
+    """Return what `fleet_data` made, each row with its texts; parameters under the tables of the mechanism file."""
     return {
         **data,
-        "verdict": fleet_verdict(data),
         "campaigns": [{**c, "text": _campaign(data, c)} for c in data["campaigns"]],
         "parameters": [_parameter(data, p) for p in data["parameters"]],
-        "has": _has(data),
         "trends": [{**t, "text": _trend(data, t)} for t in _by_chance(data["trends"])],
         "groups": [{**g, "text": _group(data, g)} for g in _by_chance(data["groups"])],
         "changes": [{**c, "text": _change(data, c)} for c in _by_chance(data["changes"])],
         "mean_changes": [{**c, "text": _mean_change(data, c)} for c in _by_chance(data["mean_changes"])],
-    }
-
-
-def _has(data: Data) -> dict[str, bool]:
-    """Return which columns a table of the campaigns needs."""
-    campaigns = data["campaigns"]
-    return {
-        "unit": any(c["unit"] != c["label"] for c in campaigns),
-        **{key: any(c[key] for c in campaigns) for key in ("group", "state")},
     }
 
 
@@ -71,7 +59,7 @@ def _campaign(data: Data, c: Data) -> dict[str, str]:
     return {
         "grade": c["grade"] or "none",
         "seconds": f"{c['wall_time_s']:.1f}",
-        "said": f" ({c['said']})" if c["said"] and c["grade"] else "",
+        "how": f"{c['how_words']} ({c['said']})" if c["said"] and c["grade"] else c["how_words"],
         "reason": c["reason"],
         **{f"covariate_{k}": given.get(n, NO_NUMBER) for k, n in enumerate(data["covariates"])},
     }
@@ -99,7 +87,9 @@ def _parameter(data: Data, p: Data) -> dict[str, Any]:
     }
     stands_off = {one["unit"] for one in p["outliers"]}
     cells = [_cell(v, c["unit"] in stands_off) for v, c in zip(p["values"], data["campaigns"], strict=True)]
-    return {**p, "table": table, "key": key, "text": text, "cells": cells}
+    name = f"{p['name']}, {text['unit']}" if text["unit"] else p["name"]
+    by_unit = {"name": name, **{f"cell_{k}": _sure(c["text"], c["error"], c["said"]) for k, c in enumerate(cells)}}
+    return {**p, "table": table, "key": key, "text": text, "by_unit": {"text": by_unit, "cells": cells}}
 
 
 def _spread(p: Data) -> str:
@@ -126,23 +116,31 @@ def _ends(p: Data) -> str:
 def _cell(v: Data | None, stands_off: bool) -> dict[str, Any]:
     """Return a value with its error as one text, and how it is marked."""
     if v is None:
-        return {"text": "", "error": "", "mark": "absent", "why": ABSENT, "off": 0.0}
+        return {"text": "", "error": "", "said": "", "mark": "absent", "why": ABSENT, "off": 0.0}
     value, error = with_sigma(v["value"], v["std_error"])
     mark = "left-out" if v["left_out"] else "off" if stands_off else "near" if v["near_threshold"] else ""
     why = v["left_out"] or ("stands off" if stands_off else "near threshold" if v["near_threshold"] else "")
-    return {"text": value, "error": error, "mark": mark, "why": why, "off": v["off"] or 0.0}
+    return {"text": value, "error": error, "said": v["left_out"], "mark": mark, "why": why, "off": v["off"] or 0.0}
+
+
+def _sure(value: str, error: str, more: str = "") -> str:
+    """Return a value with its error, and more behind it: a unit, or why it is not counted; empty parts are left out.
+
+    Examples
+    --------
+    >>> _sure("2.70", "0.12", "N m"), _sure("2.70", "")
+    ('2.70 ± 0.12 N m', '2.70')
+    """
+    return " ".join(filter(None, (value, f"± {error}" if error else "", more)))
 
 
 def _trend(data: Data, t: Data) -> dict[str, str]:
-    slope, error = with_sigma(t["slope"], t["error"])
     of = "day" if t["first_day"] else t["covariate"]
     unit = f"{unit_of(data, t['name'])} / {of}".strip()
     how = "within units" if t["within"] else "over units"
     return {
         "covariate": covariate_words(t),
-        "slope": slope,
-        "error": error,
-        "unit": unit,
+        "slope": _sure(*with_sigma(t["slope"], t["error"]), unit),
         "range": _range(t["slope95"], 3),
         "of": f"{how}, {t['campaigns']} campaigns" if t["within"] else f"{how}, {t['units']}",
         "q": chance(t["q"]),
@@ -150,33 +148,27 @@ def _trend(data: Data, t: Data) -> dict[str, str]:
 
 
 def _group(data: Data, g: Data) -> dict[str, str]:
-    means = [(m, with_sigma(m["mean"], m["error"])) for m in g["means"]]
+    means = [(m, _sure(*with_sigma(m["mean"], m["error"]))) for m in g["means"]]
     return {
-        "means": "; ".join(f"{m['group']} {value} ± {error} ({m['units']})" for m, (value, error) in means),
+        "means": "; ".join(f"{m['group']} {mean} ({m['units']})" for m, mean in means),
         "unit": unit_of(data, g["name"]),
         "q": chance(g["q"]),
     }
 
 
 def _change(data: Data, c: Data) -> dict[str, str]:
-    difference, error = with_sigma(c["difference"], c["error"])
     return {
         "states": " to ".join(c["states"]),
-        "difference": difference,
-        "error": error,
-        "unit_of_value": unit_of(data, c["name"]),
+        "difference": _sure(*with_sigma(c["difference"], c["error"]), unit_of(data, c["name"])),
         "sigmas": f"{c['difference'] / c['error']:+.1f}",
         "q": chance(c["q"]),
     }
 
 
 def _mean_change(data: Data, c: Data) -> dict[str, str]:
-    mean, error = with_sigma(c["mean"], c["error"])
     return {
         "states": " to ".join(c["states"]),
-        "mean": mean,
-        "error": error,
-        "unit_of_value": unit_of(data, c["name"]),
+        "mean": _sure(*with_sigma(c["mean"], c["error"]), unit_of(data, c["name"])),
         "range": _range(c["mean95"], 3),
         "spread": plain(c["spread"], 2),
         "q": chance(c["q"]),

@@ -1,4 +1,4 @@
-"""The figures of a fleet, made with Matplotlib in the report's style from the dict of its numbers alone."""
+"""The figures of a fleet: parameters over its campaigns, trends over covariates, changes of its units."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def fleet_figures(data: Data) -> Iterator[tuple[str, Figure]]:
     Parameters
     ----------
     data : mapping
-        As `fleet_contents` makes it.
+        As `fleet_texts` makes it.
     """
     for name, panels, names in _drawings(data):
         rows = -(-len(panels) // COLUMNS)
@@ -40,6 +40,11 @@ def fleet_figures(data: Data) -> Iterator[tuple[str, Figure]]:
                 f"fleet_{name}",
                 made(partial(_panels, panels, names), rows * ROW_IN + (NAMES_IN if names else 0.4) + 0.2),
             )
+
+
+def figure_names(data: Data) -> list[str]:
+    """Return the names of the figures that `fleet_figures` yields of the same data."""
+    return [f"fleet_{name}" for name, *_ in _drawings(data)]
 
 
 def _drawings(data: Data) -> Iterator[tuple[str, list[Any], Sequence[str]]]:

@@ -1,31 +1,30 @@
-"""The verdict on a fleet: did all succeed, what differs, with what it goes, what has changed, which units stand off."""
+"""Verdict on a fleet: which fits failed, differences, outliers, trends and changes; most important findings first."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain, with_sigma
-from mechid.reports.verdict import BAD, CAUTION, GOOD
+from mechid.ink.document import BAD, CAUTION, GOOD, Lines, Verdict
 
 SHOWN = 8
 """Findings in the verdict at most; all are in the tables."""
-SYNTHETIC = "SYNTHETIC: records of this fleet were simulated, not measured."
 
 
-def fleet_verdict(data: Data) -> dict[str, Any]:
-    """Return tone, headline and answers, made of the numbers of `fleet_data`."""
+def fleet_verdict(data: Data) -> Verdict:
+    """Return the verdict, made of the numbers of `fleet_data`."""
     questions = [
-        {"question": "Has every campaign an estimate to use?", "answers": _succeeded(data)},
-        {"question": "What differs from unit to unit?", "answers": _differs(data)},
-        {"question": "Which units stand off from the others?", "answers": _stands_off(data)},
+        ("Has every campaign an estimate to use?", _succeeded(data)),
+        ("What differs from unit to unit?", _differs(data)),
+        ("Which units stand off from the others?", _stands_off(data)),
     ]
     if data["trends"] or data["groups"]:
-        questions.append({"question": "What does it go with?", "answers": _goes_with(data)})
+        questions.append(("What does it go with?", _goes_with(data)))
     if data["before_after"]:
-        questions.append({"question": "What has changed?", "answers": _changed(data)})
-    return {"tone": _tone(data), "headline": _headline(data), "questions": questions}
+        questions.append(("What has changed?", _changed(data)))
+    warnings = Lines(data["cautions"], "caution", "Cautions", "yellow")
+    return Verdict(_headline(data), questions, _tone(data), warnings)
 
 
 def _tone(data: Data) -> str:
