@@ -16,6 +16,7 @@ SYNTHETIC = f"SYNTHETIC: {SIMULATED}"
 
 DOCUMENTS: Mapping[str, str] = {
     "Bootstrap": "mechid.bootstraps.document",
+    "Budget": "mechid.budgets.document",
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Fleet": "mechid.fleets.document",

@@ -32,7 +32,7 @@ SHOWN_S, SHOWN_SAMPLES = 0.25, 1500
 GAIN_POINTS = 500
 
 
-def budget_data(budget: Budget) -> dict[str, Any]:
+def budget_numbers(budget: Budget) -> dict[str, Any]:
     """Return every number of the budget that is shown, as a plain dict; JSON can hold it."""
     file = budget.file
     return {

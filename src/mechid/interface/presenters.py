@@ -81,20 +81,6 @@ def _design() -> Presenter:
     )
 
 
-def _budget() -> Presenter:
-    from mechid.budgets.files import write_budget
-    from mechid.budgets.numbers import budget_data
-    from mechid.reports.budget.files import write_budget_report
-    from mechid.reports.budget.terminal import print_budget
-
-    return Presenter(
-        numbers=budget_data,
-        ink=print_budget,
-        files=lambda made, data, folder: [*write_budget(made, folder, data), *write_budget_report(data, folder)],
-        line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements)} requirements",
-    )
-
-
 def _exported() -> Presenter:
     from mechid.reports.exported import print_exported
 
@@ -155,7 +141,6 @@ def _validations() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Budget": _budget,
     "Design": _design,
     "Exported": _exported,
     "Fit": _fit,
