@@ -81,34 +81,6 @@ def _design() -> Presenter:
     )
 
 
-def _budget() -> Presenter:
-    from mechid.budgets.files import write_budget
-    from mechid.budgets.numbers import budget_data
-    from mechid.reports.budget.files import write_budget_report
-    from mechid.reports.budget.terminal import print_budget
-
-    return Presenter(
-        numbers=budget_data,
-        ink=print_budget,
-        files=lambda made, data, folder: [*write_budget(made, folder, data), *write_budget_report(data, folder)],
-        line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements)} requirements",
-    )
-
-
-def _fleet() -> Presenter:
-    from mechid.fleets.files import write_fleet
-    from mechid.fleets.numbers import fleet_data
-    from mechid.reports.fleet.files import write_fleet_report
-    from mechid.reports.fleet.terminal import print_fleet
-
-    return Presenter(
-        numbers=lambda made: fleet_data(made, made.folder),
-        ink=print_fleet,
-        files=lambda made, data, folder: [*write_fleet(data, folder), *write_fleet_report(data, folder)],
-        line=lambda made: f"{len(made.runs)} campaigns, {len(made.failed)} failed",
-    )
-
-
 def _fit() -> Presenter:
     from mechid.reports.numbers import report_data
     from mechid.reports.run import report
@@ -158,10 +130,8 @@ def _validations() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Budget": _budget,
     "Design": _design,
     "Fit": _fit,
-    "Fleet": _fleet,
     "Survey": _survey,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
