@@ -20,6 +20,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Diagnosis": "mechid.diagnoses.document",
     "Fleet": "mechid.fleets.document",
     "Profiles": "mechid.profiles.document",
+    "Survey": "mechid.looks.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 
