@@ -16,9 +16,12 @@ SYNTHETIC = f"SYNTHETIC: {SIMULATED}"
 
 DOCUMENTS: Mapping[str, str] = {
     "Bootstrap": "mechid.bootstraps.document",
+    "Budget": "mechid.budgets.document",
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
+    "Exported": "mechid.exports.document",
     "Fleet": "mechid.fleets.document",
+    "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
     "Survey": "mechid.looks.document",
 }

@@ -68,31 +68,6 @@ def _design() -> Presenter:
     )
 
 
-def _budget() -> Presenter:
-    from mechid.budgets.files import write_budget
-    from mechid.budgets.numbers import budget_data
-    from mechid.reports.budget.files import write_budget_report
-    from mechid.reports.budget.terminal import print_budget
-
-    return Presenter(
-        numbers=budget_data,
-        ink=print_budget,
-        files=lambda made, data, folder: [*write_budget(made, folder, data), *write_budget_report(data, folder)],
-        line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements)} requirements",
-    )
-
-
-def _exported() -> Presenter:
-    from mechid.reports.exported import print_exported
-
-    return Presenter(
-        numbers=lambda done: done.to_dict() | {"folder": str(done.folder)},
-        ink=lambda data, console, files: print_exported(data, console),
-        files=lambda done, data, folder: [done.folder / name for name in done.written.files],
-        line=lambda done: f"{done.target} in {done.folder}",
-    )
-
-
 def _fit() -> Presenter:
     from mechid.reports.numbers import report_data
     from mechid.reports.run import report
@@ -142,9 +117,7 @@ def _validations() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Budget": _budget,
     "Design": _design,
-    "Exported": _exported,
     "Fit": _fit,
     "Trajectory": _trajectory,
     "Understanding": _understanding,

@@ -3,13 +3,12 @@
 import pytest
 
 from colours_drawn import wrong_colours
-from mechid.reports.budget.contents import budget_contents
-from mechid.reports.budget.figures import budget_figures
+from mechid.budgets.figures import budget_figures
 
 
 def test_the_figures_bar_is_the_level_that_decides(data):
     """Truth: the dict's own numbers, as shares of the limit; the margin that does not decide is marked beside."""
-    (axes,) = budget_figures(budget_contents(data))["budget_requirements"].axes
+    (axes,) = dict(budget_figures(data))["budget_requirements"].axes
     widths = [patch.get_width() for patch in axes.patches]
     assert widths == pytest.approx([r["decided"]["level_rad"] / r["limit_rad"] for r in data["requirements"]])
     marks = {line.get_label(): line for line in axes.lines}
@@ -19,7 +18,7 @@ def test_the_figures_bar_is_the_level_that_decides(data):
 
 def test_no_legend_lies_over_curves(data):
     """Truth: the places of legends and axes as Matplotlib draws them."""
-    for name, figure in budget_figures(budget_contents(data)).items():
+    for name, figure in dict(budget_figures(data)).items():
         figure.draw_without_rendering()
         axes = [a.get_window_extent() for a in figure.axes]
         legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
@@ -30,13 +29,13 @@ def test_no_legend_lies_over_curves(data):
 
 def test_colours_mean_what_they_mean_elsewhere(data):
     """Truth: the one table of colours."""
-    figures = budget_figures(budget_contents(data))
+    figures = dict(budget_figures(data))
     assert [line for figure in figures.values() for line in wrong_colours(figure)] == []
 
 
 def test_only_shares_that_can_be_seen_are_named(data):
     """Truth: the shares themselves."""
-    figure = budget_figures(budget_contents(data))["budget_shares"]
+    figure = dict(budget_figures(data))["budget_shares"]
     named = {text.get_text() for text in figure.legends[0].get_texts()} - {"all others"}
     largest = {n: max(r["variance_shares"].get(n, 0.0) for r in data["requirements"]) for n in named}
     assert named

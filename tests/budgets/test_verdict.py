@@ -5,24 +5,24 @@ import re
 
 import pytest
 
-from mechid.reports.budget.verdict import budget_verdict
+from mechid.budgets.verdict import budget_verdict
 
 
 @pytest.mark.parametrize(
-    ("margins", "warnings", "grade"),
+    ("margins", "warnings", "tone"),
     [((0.5, 0.4), [], "good"), ((0.5, -0.1), [], "caution"), ((-0.1, -0.2), [], "bad"), ((0.5, 0.4), ["w"], "caution")],
 )
-def test_the_grade(data, margins, warnings, grade):
+def test_the_tone(data, margins, warnings, tone):
     """Truth: the rule. Good where every band is within its limit and nothing is odd, bad where a value is beyond."""
     changed = {**copy.deepcopy(data), "warnings": warnings}
     for row in changed["requirements"]:
         row["decided"] |= {"margin": margins[0], "margin95": [margins[1], 0.9], "met": margins[1] >= 0.0}
-    assert budget_verdict(changed)["grade"] == grade
+    assert budget_verdict(changed).tone == tone
 
 
 def test_the_verdict_tells_rates_drivers_and_coupling(data):
     """Truth: the dict's own numbers."""
-    met, drives, worst, coupling = (q["answers"] for q in budget_verdict(data)["questions"])
+    met, drives, worst, coupling = (answers for _, answers in budget_verdict(data).questions)
     least = min(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
     assert met[0].startswith(f"{least['requirement']}, {least['mode']}")
     assert f"{100.0 * least['decided']['margin']:.1f} % of the limit" in met[0]

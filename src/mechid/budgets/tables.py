@@ -1,14 +1,20 @@
-"""The tables of a budget, each built once for terminal, Markdown and page."""
+"""The tables of a budget."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from markupsafe import Markup
 
+from mechid.budgets.texts import NO_NUMBER
 from mechid.ink.data import Data
+from mechid.ink.document import IN_DOCUMENTS
 from mechid.ink.table import Table
-from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
+from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row, cell_of
 
-TEXTS, DOCUMENTS = (TERMINAL, MARKDOWN), (MARKDOWN, PAGE)
+TEXTS = (TERMINAL, MARKDOWN)
+WIDE = "word shares"
+"""Style of a page's cells that list parameters."""
 
 
 def _below(text: str, *more: str) -> Markup:
@@ -17,14 +23,14 @@ def _below(text: str, *more: str) -> Markup:
     return Markup("<span>{} {}</span>").format(text, lines)
 
 
-def _with_range(key: str) -> OnPage:
+def _with_range(key: str, header: str = "") -> OnPage:
     """Return how a cell is shown on a page whose text has a range in brackets."""
 
     def ink(row: Row) -> Markup:
         text, bracket, more = row["text"][key].partition(" (")
         return _below(text, bracket.strip() + more) if bracket else Markup("<span>{}</span>").format(text)
 
-    return OnPage(ink=ink)
+    return OnPage(ink=ink, header=header)
 
 
 def _sure(row: Row) -> Markup:
@@ -41,6 +47,10 @@ def _deciding(row: Row) -> Markup:
     text = row["text"]
     margin = text["two_way_margin" if text["coupling"] == "two-way" else "one_way_margin"]
     return _below(text["deciding"], text["coupling"], margin)
+
+
+def _spread(row: Row) -> str:
+    return f"{row['text']['worst_member']}{row['text']['spread']}"
 
 
 def _index(row: Row) -> str:
@@ -61,7 +71,7 @@ REQUIREMENTS = (
         "index", "index", words=True, where=(PAGE,), on_page=OnPage(ink=_index, tip=lambda r: str(r["index_words"]))
     ),
     Column("statistics", "statistics", words=True, where=(MARKDOWN,)),
-    Column("at, steps/s", "rate", where=DOCUMENTS),
+    Column("at, steps/s", "rate", where=IN_DOCUMENTS),
     Column("level rad", "level", said="level, rad", where=TEXTS),
     Column("+- sigma", "sigma", said="± σ", where=TEXTS),
     Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_sure)),
@@ -84,33 +94,26 @@ REQUIREMENTS = (
 SHARES = (
     NAME,
     MODE,
-    Column("band", "shares", words=True),
-    Column(
-        "ensemble", "spread", words=True, on_page=OnPage(ink=lambda r: r["text"]["worst_member"] + r["text"]["spread"])
-    ),
+    Column("band", "shares", words=True, on_page=OnPage(style=WIDE)),
+    Column("ensemble", "spread", words=True, on_page=OnPage(ink=_spread, style=WIDE)),
     Column("one-way level, rad", "one_way"),
     Column("nominal unit one-way, rad", "nominal"),
     Column("nominal unit two-way, rad", "two_way"),
     Column("ECSS sum one-way, rad", "ecss"),
     Column("other sources, rad", "others"),
-    Column("lacking in the model, rad (of the limit)", "lacking", on_page=_with_range("lacking")),
+    Column("lacking in the model, rad (of the limit)", "lacking", on_page=_with_range("lacking", "lacking, rad")),
 )
 MODES = (
     Column("mode", "name", words=True),
-    Column("stepping", "stepping", words=True, where=(MARKDOWN,)),
-    Column("driven", "driven", words=True, where=(MARKDOWN,)),
-    Column("duty", "duty", where=(MARKDOWN,)),
-    Column("worst rate", "worst_rate", said="worst rate, steps/s"),
+    Column("worst rate", "worst_rate", said="largest one-way RMS at, steps/s"),
     Column("torque RMS N m", "torque", said="torque RMS, N m"),
     Column("one-way RMS rad", "one_way", said="line of sight RMS one-way, rad"),
-    Column("two-way RMS rad", "two_way", said="line of sight RMS two-way, rad"),
     Column("lacking", "lacking", said="lacking in the model, one-way, rad"),
-    Column("|R K|", "gain", said="largest R K"),
-    Column("slowest transient, to 1/e", "slowest", where=(MARKDOWN,)),
+    Column("two-way RMS rad", "two_way", said="line of sight RMS two-way, rad"),
+    Column("|R K|", "gain", said="largest |R K|"),
+    Column("slowest transient, to 1/e", "slowest", where=IN_DOCUMENTS),
 )
-OF_MODE = Column("mode", "mode", words=True, where=(MARKDOWN,))
 STEADY = (
-    OF_MODE,
     Column("rate, steps/s", "rate"),
     Column("reached from", "reached", words=True),
     Column("repeats", "repeats", words=True),
@@ -122,7 +125,6 @@ STEADY = (
     Column("", "counts", words=True),
 )
 EMISSION = (
-    OF_MODE,
     Column("Hz", "hz"),
     Column("at, steps/s", "rate"),
     Column("model, RMS N m", "modelled"),
@@ -130,7 +132,6 @@ EMISSION = (
     Column("95 % bound, RMS N m", "bound"),
 )
 SIDE = (
-    OF_MODE,
     Column("", "name", words=True),
     Column("with phase", "coherent", said="lines with a phase to the torque"),
     Column("by magnitude", "magnitude"),
@@ -159,23 +160,29 @@ def mode_table(data: Data) -> Table:
     return Table(MODES, data["modes"])
 
 
-def steady_table(*modes: Data) -> Table:
-    """Return the steady states of modes at the rates that have several, or an odd one."""
-    return Table(STEADY, _rows("steady_rows", modes))
+def mode_facts(mode: Data) -> list[tuple[str, str]]:
+    """Return the known values of a mode's row in `mode_table`, with their names."""
+    pairs = [(column.label, cell_of(mode, column.key)) for column in MODES[1:]]
+    return [(name, value) for name, value in pairs if value != NO_NUMBER]
 
 
-def emission_table(*modes: Data) -> Table:
-    """Return the torque of modes on the base by third octave."""
-    return Table(EMISSION, _rows("emission_rows", modes))
+def steady_table(mode: Data) -> Table:
+    """Return the steady states of a mode at the rates that have several, or an odd one."""
+    return Table(STEADY, mode["steady_rows"])
 
 
-def side_table(*modes: Data) -> Table:
-    """Return what the torque and each component beside it make of the line of sight."""
-    return Table(SIDE, _rows("side_rows", modes))
+def emission_table(mode: Data) -> Table:
+    """Return the torque of a mode on the base by third octave."""
+    return Table(EMISSION, mode["emission_rows"])
 
 
-def crossing_table(data: Data) -> Table:
-    """Return where orders of the step rate meet modes."""
+def side_table(mode: Data) -> Table:
+    """Return the line-of-sight RMS of a mode from the torque and from each component beside it."""
+    return Table(SIDE, mode["side_rows"])
+
+
+def crossing_table(crossings: Sequence[Data]) -> Table:
+    """Return the rates at which orders of the step rate meet modes."""
     rows = [
         {
             "rate": f"{c['rate']:.4g}",
@@ -183,10 +190,6 @@ def crossing_table(data: Data) -> Table:
             "mode": c["mode"],
             "frequency": f"{c['frequency_hz']:.4g}",
         }
-        for c in data["crossings"]
+        for c in crossings
     ]
     return Table(CROSSINGS, rows)
-
-
-def _rows(key: str, modes: tuple[Data, ...]) -> list[Row]:
-    return [{"mode": mode["name"], **row} for mode in modes for row in mode[key]]

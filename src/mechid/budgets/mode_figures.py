@@ -23,12 +23,12 @@ def over_rate(data: Data, mode: Data, figure: Any) -> None:
 
     The band of a two-way RMS is the one-way band, scaled as the RMS is.
     """
-    rates, over = _numbers(mode["rates"]), mode["over_rate"]
+    rates, over = number_array(mode["rates"]), mode["over_rate"]
     rows = figure.subplots(2 if over["levels_rad"] else 1, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.22})
     top = rows[0, 0]
-    one_way, band = _numbers(over["rms_rad"]), _numbers(over["rms_ci95_rad"])
+    one_way, band = number_array(over["rms_rad"]), number_array(over["rms_ci95_rad"])
     two_way = over["rms_two_way_rad"] is not None
-    rms = _numbers(over["rms_two_way_rad"]) if two_way else one_way
+    rms = number_array(over["rms_two_way_rad"]) if two_way else one_way
     scale = np.divide(rms, one_way, out=np.ones_like(rms), where=one_way > 0.0)
     for k, axis in enumerate(data["line_of_sight"]):
         ends = scale[:, k] * band[:, k].T
@@ -59,16 +59,16 @@ def _other_states(mode: Data, axes: Any) -> None:
 
 
 def _levels(data: Data, mode: Data, axes: Any) -> None:
-    rates = _numbers(mode["rates"])
+    rates = number_array(mode["rates"])
     limits = {r["requirement"]: r["limit_rad"] for r in data["requirements"]}
     over, decided = mode["over_rate"], mode["over_rate"]["decided"]
     for k, (name, levels) in enumerate(decided["levels_rad"].items()):
-        band = _numbers(decided["levels_ci95_rad"][name]) / limits[name]
+        band = number_array(decided["levels_ci95_rad"][name]) / limits[name]
         colour = series(k + LEVELS)
         axes.fill_between(rates, band[:, 0], band[:, 1], color=colour, alpha=0.35, linewidth=0)
-        axes.plot(rates, _numbers(levels) / limits[name], color=colour, label=f"{name}, {decided['coupling']}")
+        axes.plot(rates, number_array(levels) / limits[name], color=colour, label=f"{name}, {decided['coupling']}")
         if decided["coupling"] == "two-way":
-            one_way = _numbers(over["levels_rad"][name]) / limits[name]
+            one_way = number_array(over["levels_rad"][name]) / limits[name]
             _draw_one_way(axes, rates, one_way, colour, "one-way, nominal unit" if k == 0 else "")
         for low, high in mode["avoid"].get(name, []):
             axes.axvspan(low, high, color=colour, alpha=0.15, linewidth=0)
@@ -87,18 +87,18 @@ def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
     """Draw the line of sight at the worst rate: over time, its lines and density, its cumulative RMS."""
     above, middle, below = figure.subplots(3, 1, gridspec_kw={"hspace": 0.52})
     samples, lines = mode["series"], mode["lines"]
-    frequency, cumulative = _numbers(lines["frequency_hz"]), mode["cumulative_rms_rad"]
+    frequency, cumulative = number_array(lines["frequency_hz"]), mode["cumulative_rms_rad"]
     largest = max(max(column) for column in lines["line_of_sight_rad"])
     for k, axis in enumerate(data["line_of_sight"]):
         above.plot(samples["time_s"], samples["line_of_sight_rad"][k], color=series(k), label=f"{axis}, one-way")
-        size = _numbers(lines["line_of_sight_rad"][k])
+        size = number_array(lines["line_of_sight_rad"][k])
         seen = size > SMALLEST_SHARE * largest
         middle.vlines(frequency[seen], SMALLEST_SHARE * largest, size[seen], color=series(k), linewidth=1.4 - 0.5 * k)
         middle.plot(
             frequency[seen], size[seen], "os^"[k % 3], color=series(k), markersize=2.5, label=f"{axis}, one-way"
         )
         if lines["line_of_sight_two_way_rad"] is not None:
-            joined = _numbers(lines["line_of_sight_two_way_rad"][k])
+            joined = number_array(lines["line_of_sight_two_way_rad"][k])
             middle.plot(
                 frequency[seen],
                 joined[seen],
@@ -124,7 +124,7 @@ def _density(random: Data, axes: Any) -> None:
     """Draw the density of what does not repeat, on an axis of its own: it is no line's amplitude."""
     beside = axes.twinx()
     for k, column in enumerate(random["density_rad2_per_hz"]):
-        root = np.sqrt(_numbers(column))
+        root = np.sqrt(number_array(column))
         beside.plot(random["frequency_hz"], root, color=series(k), linewidth=0.4, alpha=0.7)
     beside.set(ylabel="not repeating, rad/√Hz", yscale="log")
     beside.grid(visible=False)
@@ -146,7 +146,7 @@ def course(data: Data, mode: Data, figure: Any) -> None:
             alpha=0.8,
             label=f"{axis}, one-way",
         )
-        band = _numbers(windowed["rms_ci95_rad"][k])
+        band = number_array(windowed["rms_ci95_rad"][k])
         below.fill_between(windowed["time_s"], band[:, 0], band[:, 1], color=series(k), alpha=0.35, linewidth=0)
         below.plot(windowed["time_s"], windowed["rms_rad"][k], color=series(k), label=f"{axis}, one-way, 95 % band")
         if windowed["rms_two_way_rad"] is not None:
@@ -169,5 +169,6 @@ def course(data: Data, mode: Data, figure: Any) -> None:
         _legend_above(axes)
 
 
-def _numbers(values: Any) -> FloatArray:
+def number_array(values: Any) -> FloatArray:
+    """Return numbers as an array, NaN where there is none."""
     return np.array(values, dtype=np.float64)

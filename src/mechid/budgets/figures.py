@@ -12,13 +12,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from mechid.arrays import FloatArray
+from mechid.budgets.mode_figures import RATE, course, line_of_sight, number_array, over_rate
+from mechid.budgets.texts import mode_key
 from mechid.ink.data import Data
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made
 from mechid.ink.palette import GRID, INK, LIMIT, MARK, MODELLED, ORDER, series
-from mechid.reports.budget.mode_figures import course, line_of_sight, over_rate
+from mechid.ink.quantities import FREQUENCY
 
-RATE, FREQUENCY, TORQUE = "rate, full steps/s", "frequency, Hz", "torque amplitude, N m"
+TORQUE = "torque amplitude, N m"
 DECADES = 4.0
 """Of amplitude, that a map shows."""
 RAYS = (0.5, 1.0, 2.0, 4.0, 8.0)
@@ -30,16 +31,22 @@ NAME_IN = 2.5
 """Of the names beside bars."""
 
 
-def budget_figures(data: Data) -> dict[str, Figure]:
-    """Return the figures by name.
+def figure_name(kind: str) -> str:
+    """Return the name of a figure's files.
 
-    Parameters
-    ----------
-    data : mapping
-        As `budget_contents` makes it.
+    Examples
+    --------
+    >>> figure_name("shares")
+    'budget_shares'
     """
-    with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return {f"budget_{name}": made(draw, height) for name, height, draw in _drawings(data)}
+    return f"budget_{kind}"
+
+
+def budget_figures(data: Data) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures of what `budget_numbers` made, with their names."""
+    for kind, height, draw in _drawings(data):
+        with mpl.rc_context(STYLE), np.errstate(all="ignore"):
+            yield figure_name(kind), made(draw, height)
 
 
 def _drawings(data: Data) -> Iterator[tuple[str, float, Drawing]]:
@@ -47,8 +54,8 @@ def _drawings(data: Data) -> Iterator[tuple[str, float, Drawing]]:
     if rows:
         yield "requirements", 0.32 * rows + 1.0, partial(_requirements, data)
         yield "shares", 0.32 * rows + 1.35, partial(_shares, data)
-    for mode in data["modes"]:
-        key = mode["key"]
+    for k, mode in enumerate(data["modes"]):
+        key = mode_key(k, mode["name"])
         if mode["kind"] == "profile":
             yield f"{key}_course", 4.2, partial(course, data, mode)
             continue
@@ -59,13 +66,13 @@ def _drawings(data: Data) -> Iterator[tuple[str, float, Drawing]]:
             yield f"{key}_rates", 2.1 + 1.9 * bool(rows), partial(over_rate, data, mode)
         yield f"{key}_envelope", 2.4, partial(_envelope, mode)
         yield f"{key}_line_of_sight", 5.4, partial(line_of_sight, data, mode)
-    if np.isfinite(_numbers(data["coupling"]["loop_gain"])).any():
+    if is_gain_known(data):
         yield "coupling", 2.4, partial(_coupling, data)
 
 
-def _numbers(values: Any) -> FloatArray:
-    """Return numbers as an array, NaN where there is none."""
-    return np.array(values, dtype=np.float64)
+def is_gain_known(data: Data) -> bool:
+    """Tell whether the criterion of one-way coupling is known at any frequency."""
+    return bool(np.isfinite(number_array(data["coupling"]["loop_gain"])).any())
 
 
 def _label(r: Data) -> str:
@@ -162,7 +169,7 @@ def _shares(data: Data, figure: Any) -> None:
 
 def _map(mode: Data, figure: Any) -> None:
     """Draw the speed-harmonic map: torque amplitude over rate and order."""
-    orders, amplitude = _numbers(mode["map"]["orders"]), _numbers(mode["map"]["torque_amplitude_Nm"])
+    orders, amplitude = number_array(mode["map"]["orders"]), number_array(mode["map"]["torque_amplitude_Nm"])
     whole = 2.0 * orders % 1.0 == 0.0  # lines between, of motions of several periods, would leave gaps
     orders, amplitude = orders[whole], amplitude[:, whole]
     most = float(np.nanmax(amplitude)) or 1.0
@@ -170,7 +177,7 @@ def _map(mode: Data, figure: Any) -> None:
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
     image = axes.pcolormesh(
-        _numbers(mode["rates"]),
+        number_array(mode["rates"]),
         orders[:shown],
         amplitude[:, :shown].T,
         shading="nearest",
@@ -185,8 +192,8 @@ def _map(mode: Data, figure: Any) -> None:
 
 def _campbell(data: Data, mode: Data, figure: Any) -> None:
     """Draw lines by size over rate and frequency, orders as rays, modes as horizontals, their crossings."""
-    rates, orders = _numbers(mode["rates"]), _numbers(mode["map"]["orders"])
-    amplitude = _numbers(mode["map"]["torque_amplitude_Nm"])
+    rates, orders = number_array(mode["rates"]), number_array(mode["map"]["orders"])
+    amplitude = number_array(mode["map"]["torque_amplitude_Nm"])
     top = 1.4 * max([m["frequency_hz"] for m in data["named_modes"]] + [rates[-1]])
     size = np.clip(1.0 + np.log10(amplitude / np.nanmax(amplitude)) / DECADES, 0.0, 1.0)
     frequency = np.outer(rates, orders)
@@ -234,8 +241,8 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
 
 def _waterfall(mode: Data, figure: Any) -> None:
     """Draw the torque's lines over the frequency, the rates behind one another."""
-    rates, orders = _numbers(mode["rates"]), _numbers(mode["map"]["orders"])
-    amplitude = _numbers(mode["map"]["torque_amplitude_Nm"])
+    rates, orders = number_array(mode["rates"]), number_array(mode["map"]["orders"])
+    amplitude = number_array(mode["map"]["torque_amplitude_Nm"])
     chosen = np.unique(np.abs(rates - np.linspace(rates[0], rates[-1], SPECTRA)[:, None]).argmin(axis=1))
     height = 4.0 * (rates[-1] - rates[0]) / max(len(chosen) - 1, 1) / np.nanmax(amplitude[chosen])
     top = 1.1 * float(np.outer(rates, orders)[amplitude > SEEN * np.nanmax(amplitude)].max())
@@ -255,8 +262,8 @@ def _envelope(mode: Data, figure: Any) -> None:
     """Draw the largest torque line at any rate by third octaves, with its 95 % interval."""
     bands = mode["envelope"]["bands"]
     axes = figure.subplots()
-    left, right = _numbers([b["from_hz"] for b in bands]), _numbers([b["to_hz"] for b in bands])
-    size, ends = _numbers([b["torque_amplitude_Nm"] for b in bands]), _numbers([b["ci95_Nm"] for b in bands])
+    left, right = number_array([b["from_hz"] for b in bands]), number_array([b["to_hz"] for b in bands])
+    size, ends = number_array([b["torque_amplitude_Nm"] for b in bands]), number_array([b["ci95_Nm"] for b in bands])
     axes.hlines(size, left, right, color=MODELLED, linewidth=1.6, label="largest line")
     for low, high, (least, most) in zip(left, right, ends, strict=True):
         axes.fill_between([low, high], least, most, color=MODELLED, alpha=0.3, linewidth=0)
@@ -285,8 +292,8 @@ def _coupling(data: Data, figure: Any) -> None:
     coupling = data["coupling"]
     axes = figure.subplots()
     axes.loglog(
-        _numbers(coupling["frequency_hz"]),
-        _numbers(coupling["loop_gain"]),
+        number_array(coupling["frequency_hz"]),
+        number_array(coupling["loop_gain"]),
         color=MODELLED,
         label="|receptance x dynamic stiffness|",
     )

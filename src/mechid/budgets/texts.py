@@ -1,22 +1,22 @@
-"""All that a budget's report shows: its numbers, their texts, and the verdict, in one plain dict."""
+"""Texts of a budget's numbers: the cells of its tables, and the sentences that several parts of it share."""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
+from mechid.budgets.verdict import drivers, standing_word
 from mechid.ink.data import Data
 from mechid.ink.digits import plain, with_sigma
 from mechid.ink.quantities import quantity_words
-from mechid.reports.budget.verdict import budget_verdict, drivers, standing_word
 
 NO_NUMBER = "–"
 SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
 
-def budget_contents(data: Data) -> dict[str, Any]:
-    """Return what `budget_data` made with verdict, texts and a key for each mode by which its figures are named."""
+def add_texts(data: Data) -> dict[str, Any]:
+    """Return what `budget_numbers` made with the texts of requirements and modes."""
     modes = [
         {
             **mode,
@@ -32,13 +32,11 @@ def budget_contents(data: Data) -> dict[str, Any]:
         **data,
         "modes": modes,
         "requirements": [{**r, "text": requirement_text(r)} for r in data["requirements"]],
-        "verdict": budget_verdict(data),
-        "side_words": side_words(data),
     }
 
 
 def mode_key(position: int, name: str) -> str:
-    """Return a name that may be a file's and an element's.
+    """Return the name of a mode in files and addresses.
 
     Examples
     --------

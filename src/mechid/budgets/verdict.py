@@ -8,7 +8,7 @@ from typing import Any
 
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
-from mechid.reports.verdict import BAD, CAUTION, GOOD
+from mechid.ink.document import BAD, CAUTION, GOOD, Lines, Verdict
 
 HEADLINE = {
     GOOD: "All requirements are met, also at the unfavourable end of their 95 % bands.",
@@ -24,23 +24,24 @@ DIFFERS = 0.05
 """Relative difference of two-way and one-way from which on it is told as one."""
 
 
-def budget_verdict(data: Data) -> dict[str, Any]:
-    """Return grade, headline and answers, made of the numbers of `budget_data`."""
+def budget_verdict(data: Data) -> Verdict:
+    """Return the verdict on what `budget_numbers` made."""
     rows = sorted(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
-    grade = _grade(data)
-    return {
-        "grade": grade,
-        "headline": HEADLINE[grade] if rows else NOTHING_ASKED,
-        "questions": [
-            {"question": "Are the requirements met?", "answers": _all_met(rows)},
-            {"question": "What drives the margin?", "answers": _drivers(rows)},
-            {"question": "Where is it worst?", "answers": _worst(data)},
-            {"question": "Is one-way coupling enough?", "answers": _coupling(data)},
-        ],
-    }
+    tone = _tone(data)
+    return Verdict(
+        HEADLINE[tone] if rows else NOTHING_ASKED,
+        (
+            ("Are the requirements met?", _all_met(rows)),
+            ("What drives the margin?", _drivers(rows)),
+            ("Where is it worst?", _worst(data)),
+            ("Is one-way coupling enough?", coupling_lines(data)),
+        ),
+        tone,
+        Lines(data["warnings"], "warning", "Warnings", "yellow"),
+    )
 
 
-def _grade(data: Data) -> str:
+def _tone(data: Data) -> str:
     rows = data["requirements"]
     if any(r["decided"]["margin"] < 0.0 for r in rows):
         return BAD
@@ -143,7 +144,8 @@ def _nearest_crossing(data: Data, rate: float) -> str:
     return f"; there order {c['order']:g} meets {c['mode']} ({plain(c['frequency_hz'], 4)} Hz)"
 
 
-def _coupling(data: Data) -> list[str]:
+def coupling_lines(data: Data) -> list[str]:
+    """Say whether one-way coupling is enough, and what joining both changes, a line for each mode."""
     coupling = data["coupling"]
     gain, enough = coupling["largest_at_lines"], coupling["suffices_below"]
     if not _known(gain):
