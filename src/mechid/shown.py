@@ -23,6 +23,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
+    "Survey": "mechid.looks.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 
