@@ -200,16 +200,9 @@ def _exported() -> Presenter:
 
 
 def _fit() -> Presenter:
-    from mechid.reports.numbers import report_data
-    from mechid.reports.run import report
-    from mechid.reports.terminal import print_report
+    from mechid.reports.presenter import PRESENTER
 
-    return Presenter(
-        data=report_data,
-        ink=print_report,
-        files=lambda fit, data, folder: report(fit, folder),
-        line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
-    )
+    return _of(PRESENTER)
 
 
 def _trajectory() -> Presenter:
@@ -225,26 +218,9 @@ def _trajectory() -> Presenter:
 
 
 def _validations() -> Presenter:
-    from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.tables import order_table, validation_table
-    from mechid.reports.validation import order_rows, validation_rows
-    from mechid.writing import write_together
+    from mechid.validations.document import PRESENTER
 
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        validation_table(data["validation"]).print(console)
-        if data["orders"]:
-            order_table(data["orders"]).print(console)
-
-    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
-        content = {name: one.to_dict() for name, one in found.items()}
-        return write_together(folder, {"validation.json": json_text(content)})
-
-    return Presenter(
-        data=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
-        ink=ink,
-        files=files,
-        line=", ".join,
-    )
+    return _of(PRESENTER)
 
 
 _MAKERS: Mapping[str, Callable[[], Presenter]] = {
