@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
     from mechid.comparisons.run import compare
+    from mechid.demos.run import demo
     from mechid.designs.design import Design
     from mechid.designs.design_file import DesignOptions
     from mechid.designs.run import design
@@ -47,7 +48,8 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
-    from mechid.interface.demo import demo
+    from mechid.indexes.index import Index
+    from mechid.indexes.run import open_results
     from mechid.kernel.generated_text import equations, kernel_source
     from mechid.looks.run import look
     from mechid.parameter import Declaration, Parameter
@@ -86,6 +88,7 @@ _NAMES = {
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
     "comparisons.run": ("compare",),
+    "demos.run": ("demo",),
     "designs.design": ("Design",),
     "designs.design_file": ("DesignOptions",),
     "designs.run": ("design",),
@@ -103,7 +106,8 @@ _NAMES = {
     "identification.result.fit": ("Fit",),
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
-    "interface.demo": ("demo",),
+    "indexes.index": ("Index",),
+    "indexes.run": ("open_results",),
     "kernel.generated_text": ("equations", "kernel_source"),
     "looks.run": ("look",),
     "parameter": ("Declaration", "Parameter"),
@@ -144,6 +148,7 @@ __all__ = [
     "Grade",
     "Identified",
     "IdentifyOptions",
+    "Index",
     "InputFileError",
     "Mechanism",
     "MechidError",
@@ -194,6 +199,7 @@ __all__ = [
     "make_mechanism",
     "make_record",
     "new_campaign",
+    "open_results",
     "profile",
     "report",
     "simulate",

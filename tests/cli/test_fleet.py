@@ -55,7 +55,8 @@ def test_campaigns_are_identified_taken_up_and_done_anew_where_they_have_changed
     arguments = ("fleet", *units, "--out", out, "--workers", 1)
     result = run(*arguments)
     assert result.exit_code == 0, result.stderr
-    assert sorted(p.name for p in out.iterdir()) == ["figures", "fleet.csv", "fleet.html", "fleet.json", "units"]
+    files = ["fleet.csv", "fleet.html", "fleet.json", "fleet.md"]
+    assert sorted(p.name for p in out.iterdir()) == ["figures", *files, "units"]
     assert set(hows(out).values()) == {("identified", "")}
     stiffness = next(
         p for p in json.loads((out / "fleet.json").read_text())["parameters"] if p["name"] == "gear.stiffness"

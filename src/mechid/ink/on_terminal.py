@@ -12,6 +12,7 @@ from mechid.ink.document import (
     BAD,
     CAUTION,
     GOOD,
+    Cards,
     Code,
     Document,
     Facts,
@@ -80,6 +81,13 @@ def _verdict(part: Verdict, console: Console) -> None:
         _lines(part.warnings, console)
 
 
+def _cards(part: Cards, console: Console) -> None:
+    for card in part.cards:
+        say(console, f"{INDENT}{card.title}: {card.headline}", STYLES.get(card.tone, ""))
+        for line in card.cautions:
+            say(console, f"{INDENT}caution: {line}", "yellow")
+
+
 def _section(part: Section, console: Console) -> None:
     if part.heading:
         say(console, part.heading, STRONG)
@@ -94,5 +102,6 @@ _PRINTERS: Mapping[type, Callable[..., None]] = {
     Facts: _facts,
     Code: _code,
     Verdict: _verdict,
+    Cards: _cards,
     Section: _section,
 }

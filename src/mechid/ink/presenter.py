@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from mechid.holding import held
 from mechid.ink.document import Document
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_terminal import print_document
 from mechid.ink.sheet import FOLDER_NAME
-from mechid.writing import writable, write_together
+from mechid.writing import write_together
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +81,7 @@ class Presenter:
     style: str = ""
 
     def write(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> list[Path]:
-        """Write page, Markdown, figures and further files into a folder, and return them.
+        """Write page, Markdown, figures and further files into a folder, held meanwhile, and return them.
 
         Returns
         -------
@@ -95,14 +96,14 @@ class Presenter:
         from mechid.ink.figures import write_figures  # Matplotlib takes half a second to load
         from mechid.ink.on_page import document_page
 
-        with writable(folder):
+        with held(folder):
             own = self.files(result, numbers, folder)
             figures = write_figures(self.figures(result, numbers), folder / FOLDER_NAME)
-        texts, document = dict(self.texts(result, numbers)), self.document(numbers)
-        if self.name:
-            texts[f"{self.name}.md"] = document_markdown(document)
-            texts[f"{self.name}.html"] = document_page(document, figures, self.style)
-        return [*own, *write_together(folder, texts), *([folder / FOLDER_NAME] if figures else [])]
+            texts, document = dict(self.texts(result, numbers)), self.document(numbers)
+            if self.name:
+                texts[f"{self.name}.md"] = document_markdown(document)
+                texts[f"{self.name}.html"] = document_page(document, figures, self.style)
+            return [*own, *write_together(folder, texts), *([folder / FOLDER_NAME] if figures else [])]
 
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
         """Print what `numbers` made, and where its files are."""
@@ -110,28 +111,22 @@ class Presenter:
 
     def text(self, result: Any) -> str:
         """Return the text that its command prints of a result."""
-        return printed_text(lambda console: self.print(self.numbers(result), console))
+        console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
+        self.print(self.numbers(result), console)
+        assert isinstance(console.file, io.StringIO)
+        return console.file.getvalue().rstrip("\n")
 
-
-def printed_text(show: Callable[[Console], None]) -> str:
-    """Return the text that a function prints on a console."""
-    console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
-    show(console)
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue().rstrip("\n")
-
-
-def printed_html(show: Callable[[Console], None]) -> str:
-    """Return the same as HTML for a notebook."""
-    console = Console(
-        file=io.StringIO(),
-        record=True,
-        width=HTML_WIDTH,
-        markup=False,
-        highlight=False,
-        emoji=False,
-        force_terminal=True,
-        force_jupyter=False,
-    )
-    show(console)
-    return console.export_html(inline_styles=True, code_format=PRE)
+    def html(self, result: Any) -> str:
+        """Return the same as HTML for a notebook."""
+        console = Console(
+            file=io.StringIO(),
+            record=True,
+            width=HTML_WIDTH,
+            markup=False,
+            highlight=False,
+            emoji=False,
+            force_terminal=True,
+            force_jupyter=False,
+        )
+        self.print(self.numbers(result), console)
+        return console.export_html(inline_styles=True, code_format=PRE)

@@ -64,18 +64,19 @@ class Table:
 
     def print(self, console: Console) -> None:
         """Print it on a terminal; columns without any text are left out."""
-        print_tables(console, ((self._shown(TERMINAL),), *self.narrower), self.rows)
+        layouts = ([self.columns], *self.narrower)
+        print_tables(console, [[_shown(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows)
 
     def markdown(self) -> str:
         """Return it as Markdown."""
-        shown = self._shown(MARKDOWN)
+        shown = _shown(self.columns, MARKDOWN)
         named = [self.group] if self.group and self._grouped else []
         lines = ([*([row[GROUP]] if named else []), *(_in_markdown(row, c) for c in shown)] for row in self.rows)
         return markdown_table([*named, *(c.label for c in shown)], lines)
 
     def html(self) -> Markup:
         """Return it for a page."""
-        shown = self._shown(PAGE)
+        shown = _shown(self.columns, PAGE)
         heads = Markup("").join(map(_head, shown))
         head = Markup('<div class="scroll"><table class="{}">\n<thead><tr>{}</tr></thead><tbody>')
         parts = [head.format(self.style, heads)]
@@ -89,12 +90,13 @@ class Table:
             parts.append(Markup("<tr{}>{}</tr>").format(tip, cells))
         return Markup("\n").join([*parts, Markup("</tbody></table></div>")])
 
-    def _shown(self, where: str) -> list[Column]:
-        return [c for c in self.columns if where in c.where]
-
     @property
     def _grouped(self) -> bool:
         return self.group is not None and any(GROUP in row for row in self.rows)
+
+
+def _shown(columns: Sequence[Column], where: str) -> list[Column]:
+    return [c for c in columns if where in c.where]
 
 
 def _head(column: Column) -> Markup:
