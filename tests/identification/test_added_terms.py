@@ -235,7 +235,7 @@ def test_the_terminal_marks_the_term_and_says_how_the_file_does(made, width):
     follows = "follows the records too" if made.fit.as_written.follows else "does not follow all records"
     said = f"The mechanism file as written, at the same values, {follows} and leaves {ratio:.3g} to {ratio:.3g}"
     assert said in " ".join(lines)
-    assert "To declare it, at the end of mechanism.toml:" in lines
+    assert "To declare it, at the end of mechanism.toml" in lines
 
 
 def test_page_and_markdown_have_the_term(made):

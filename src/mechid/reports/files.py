@@ -72,8 +72,8 @@ def write_report(
     curves, pictures = illustration.finished(contents)
     document = report_document(contents, curves, equations_mathml(fit.mechanism.plant))
     texts: dict[str, str | Iterable[str]] = {
+        PAGE_NAME: interactive_page(document, pictures, page_script(curves, contents["resonances"])),
         REPORT_NAME: json_text(contents),
         TABLES_NAME: document_markdown(document),
-        PAGE_NAME: interactive_page(document, pictures, page_script(curves, contents["resonances"])),
     }
     return [*write_together(folder, texts), folder / FOLDER_NAME]
