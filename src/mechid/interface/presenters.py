@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,19 +32,6 @@ class Presenter(OfDocument):
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
         """Print what `numbers` made, and where its files are."""
         self.ink(numbers, console, files)
-
-
-def _survey() -> Presenter:
-    from mechid.reports.look.contents import look_data
-    from mechid.reports.look.files import write_look
-    from mechid.reports.look.terminal import print_look
-
-    return Presenter(
-        numbers=lambda found: look_data(found.looks, [asdict(one) for one in found.left_out]),
-        ink=print_look,
-        files=lambda found, data, folder: write_look(data, found.looks, folder),
-        line=lambda found: ", ".join(look.record.name for look in found.looks),
-    )
 
 
 def _understanding() -> Presenter:
@@ -81,17 +68,6 @@ def _design() -> Presenter:
     )
 
 
-def _exported() -> Presenter:
-    from mechid.reports.exported import print_exported
-
-    return Presenter(
-        numbers=lambda done: done.to_dict() | {"folder": str(done.folder)},
-        ink=lambda data, console, files: print_exported(data, console),
-        files=lambda done, data, folder: [done.folder / name for name in done.written.files],
-        line=lambda done: f"{done.target} in {done.folder}",
-    )
-
-
 def _trajectory() -> Presenter:
     from mechid.campaign.trajectory_file import write_trajectories
     from mechid.reports.simulated import print_simulated, simulated_data
@@ -106,8 +82,6 @@ def _trajectory() -> Presenter:
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
     "Design": _design,
-    "Exported": _exported,
-    "Survey": _survey,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
 }
