@@ -20,7 +20,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Exported": "mechid.exports.document",
-    "Fit": "mechid.reports.presenter",
+    "Fit": "mechid.reports.document",
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
