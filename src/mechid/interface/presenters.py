@@ -68,19 +68,6 @@ def _understanding() -> Presenter:
     )
 
 
-def _design() -> Presenter:
-    from mechid.designs.numbers import design_data
-    from mechid.reports.design.files import write_design
-    from mechid.reports.design.terminal import print_design
-
-    return Presenter(
-        numbers=design_data,
-        ink=print_design,
-        files=lambda found, data, folder: write_design(found, folder, data),
-        line=lambda found: ", ".join(record.name for record in found.chosen.records) or "no record",
-    )
-
-
 def _exported() -> Presenter:
     from mechid.reports.exported import print_exported
 
@@ -141,7 +128,6 @@ def _validations() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Design": _design,
     "Exported": _exported,
     "Fit": _fit,
     "Survey": _survey,
