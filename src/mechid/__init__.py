@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
+    from mechid.indexes.index import Index
+    from mechid.indexes.run import open_results
     from mechid.kernel.generated_text import equations, kernel_source
     from mechid.looks.run import look
     from mechid.parameter import Declaration, Parameter
@@ -104,6 +106,8 @@ _NAMES = {
     "identification.result.fit": ("Fit",),
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
+    "indexes.index": ("Index",),
+    "indexes.run": ("open_results",),
     "kernel.generated_text": ("equations", "kernel_source"),
     "looks.run": ("look",),
     "parameter": ("Declaration", "Parameter"),
@@ -144,6 +148,7 @@ __all__ = [
     "Grade",
     "Identified",
     "IdentifyOptions",
+    "Index",
     "InputFileError",
     "Mechanism",
     "MechidError",
@@ -194,6 +199,7 @@ __all__ = [
     "make_mechanism",
     "make_record",
     "new_campaign",
+    "open_results",
     "profile",
     "report",
     "simulate",

@@ -20,8 +20,11 @@ DOCUMENTS: Mapping[str, str] = {
     "Comparison": "mechid.comparisons.document",
     "Design": "mechid.designs.document",
     "Diagnosis": "mechid.diagnoses.document",
+    "Exported": "mechid.exports.document",
     "Fleet": "mechid.fleets.document",
+    "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
+    "Survey": "mechid.looks.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 

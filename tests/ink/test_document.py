@@ -7,6 +7,8 @@ from mechid.ink.document import (
     IN_DOCUMENTS,
     MOST_ENTRIES,
     ON_TERMINAL,
+    Card,
+    Cards,
     Code,
     Document,
     Facts,
@@ -111,6 +113,14 @@ def test_a_terminal_has_lines_and_tables():
     ]
 
 
+def test_a_terminal_has_an_empty_line_between_sections():
+    """Truth: behind lines; a table has one of its own, and a section within another none."""
+    inner = Section("Inner", (Words("deep"),))
+    parts = (Section("A", (Lines(["1"]), inner)), Section("B", (Rows(TABLE),)), Words("end"))
+    text = printed(print_document, Document(title="t", command="c", parts=parts), 80)
+    assert text == "A\n  1\nInner\ndeep\n\nB\nmode    Hz\n----  ----\ntilt  12.5\n\nend\n"
+
+
 def test_markdown_has_every_block_on_its_own():
     assert document_markdown(DOCUMENT) == MARKDOWN_TEXT
 
@@ -159,7 +169,7 @@ def test_an_interactive_figure_has_its_picture_on_paper_or_its_name_where_there_
         count > 1,
     ]
     assert "<math>x</math>" in page
-    assert page.count("</script>") == 4
+    assert page.count("</script>") == 5
     assert document_markdown(document) == "# A fit\n\n![Torque of full\\_46](<figures/full_46_torque.svg>)\n"
     assert not shown_on(document.parts, TERMINAL)
 
@@ -191,3 +201,25 @@ def test_parts_side_by_side_are_one_block_each():
     blocks = "".join(document_page(document, {}).split('<div class="answers">')[1].split())
     assert blocks.startswith("<div><h3>Noise</h3><ul><li>quiet</li></ul></div><div><h3>Mains</h3>")
     assert printed(print_document, document, 80).splitlines() == ["Torque", "noise: quiet", "mains: none"]
+
+
+CARD = Card(
+    title="fit",
+    headline="Grade B",
+    link="fit/report.html",
+    tone=GOOD,
+    cautions=["stale"],
+    picture="a.svg",
+    command="mechid x",
+)
+SHELF = Document(title="Results", command="mechid open", parts=(Cards([CARD]), Cards([])), shows_files=True)
+
+
+def test_a_card_leads_to_the_page_of_its_result():
+    page = document_page(SHELF, {})
+    assert '<a href="fit/report.html">fit</a>' in page
+    assert '<img loading="lazy" alt="" src="a.svg">' in page
+    assert "img-src data: 'self' file:" in page
+    assert "file:" not in document_page(DOCUMENT, {})
+    assert printed(print_document, SHELF, 80).splitlines() == ["  fit: Grade B", "  caution: stale"]
+    assert document_markdown(SHELF) == "# Results\n\n[fit](<fit/report.html>): Grade B\n\n- caution: stale\n"

@@ -15,8 +15,8 @@ from mechid.analysis.look import look_at
 from mechid.ink.drawings import draw
 from mechid.ink.palette import MEANINGS, SERIES, colour_style
 from mechid.ink.pens import Pens
+from mechid.looks.figures import look_figures
 from mechid.reports.illustration import Illustration
-from mechid.reports.look.figures import look_figures
 from mechid.reports.record_figures import record_figures
 
 FOUR = ("measured", "modelled", "residual", "noise")

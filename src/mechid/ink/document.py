@@ -186,6 +186,51 @@ class Verdict(_Part):
     warnings: Lines = Lines(())
 
 
+@dataclass(frozen=True, kw_only=True)
+class Card:
+    """Another result in short.
+
+    Attributes
+    ----------
+    title : str
+    link : str
+        Address of its page; empty: it has none.
+    under : str
+        One line under the title.
+    headline : str
+    tone : str
+        Of the headline, as of a verdict.
+    lines : sequence of str
+    cautions : sequence of str
+    command : str
+        To be typed.
+    picture : str
+        Address of a picture of it; empty: it has none.
+    """
+
+    title: str
+    headline: str
+    link: str = ""
+    under: str = ""
+    tone: str = ""
+    lines: Sequence[str] = ()
+    cautions: Sequence[str] = ()
+    command: str = ""
+    picture: str = ""
+
+
+@dataclass(frozen=True)
+class Cards(_Part):
+    """Results side by side, left out where there are none.
+
+    Attributes
+    ----------
+    cards : sequence of Card
+    """
+
+    cards: Sequence[Card]
+
+
 @dataclass(frozen=True)
 class Section(_Part):
     """Parts under a heading.
@@ -215,7 +260,7 @@ class Section(_Part):
     side_by_side: bool = False
 
 
-Part: TypeAlias = Words | Lines | Rows | Facts | Code | Picture | Interactive | Html | Verdict | Section
+Part: TypeAlias = Words | Lines | Rows | Facts | Code | Picture | Interactive | Html | Verdict | Cards | Section
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,6 +281,8 @@ class Document:
     simulated : str
         What is said of that.
     parts : sequence of parts
+    shows_files : bool
+        Whether its page shows pictures of other files, as `Cards` do.
     """
 
     title: str
@@ -245,6 +292,7 @@ class Document:
     is_synthetic: bool = False
     simulated: str = SIMULATED
     parts: Sequence[Part] = ()
+    shows_files: bool = False
 
     def contents(self) -> list[tuple[str, list[Section]]]:
         """Return the sections that a page's contents have, in order, and what they fold behind; empty: they do not."""
@@ -266,6 +314,8 @@ def _is_empty(part: Part, printer: str) -> bool:
             return not part.table.rows
         case Facts():
             return not part.pairs
+        case Cards():
+            return not part.cards
         case Words() | Code():
             return not part.text
         case _:

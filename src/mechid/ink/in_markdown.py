@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from itertools import chain
 
 from mechid.ink.document import (
+    Cards,
     Code,
     Document,
     Facts,
@@ -73,6 +74,15 @@ def _verdict(part: Verdict, level: int) -> list[str]:
     return [f"**{cell(part.headline)}**", *chain.from_iterable(answers), *_lines(part.warnings, level)]
 
 
+def _cards(part: Cards, level: int) -> list[str]:
+    blocks: list[str] = []
+    for card in part.cards:
+        title = f"[{cell(card.title)}](<{card.link}>)" if card.link else f"**{cell(card.title)}**"
+        cautions = [f"caution: {line}" for line in card.cautions]
+        blocks += [f"{title}: {cell(card.headline)}", *([bullets(cautions)] if cautions else [])]
+    return blocks
+
+
 def _section(part: Section, level: int) -> list[str]:
     below = level + 1 if part.heading else level
     inner = (_blocks(one, below) for one in shown_on(part.parts, MARKDOWN))
@@ -102,5 +112,6 @@ _PRINTERS: Mapping[type, Callable[..., list[str]]] = {
     Picture: _picture,
     Interactive: _interactive,
     Verdict: _verdict,
+    Cards: _cards,
     Section: _section,
 }

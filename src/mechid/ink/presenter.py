@@ -93,17 +93,23 @@ class Presenter:
         UsageError
             The folder cannot be written to.
         """
-        from mechid.ink.figures import write_figures  # Matplotlib takes half a second to load
         from mechid.ink.on_page import document_page
 
         with held(folder):
             own = self.files(result, numbers, folder)
-            figures = write_figures(self.figures(result, numbers), folder / FOLDER_NAME)
+            figures = self._write_figures(result, numbers, folder / FOLDER_NAME)
             texts, document = dict(self.texts(result, numbers)), self.document(numbers)
             if self.name:
                 texts[f"{self.name}.md"] = document_markdown(document)
                 texts[f"{self.name}.html"] = document_page(document, figures, self.style)
             return [*own, *write_together(folder, texts), *([folder / FOLDER_NAME] if figures else [])]
+
+    def _write_figures(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> Any:
+        if self.figures is _no_figures:
+            return {}
+        from mechid.ink.figures import write_figures  # Matplotlib takes half a second to load
+
+        return write_figures(self.figures(result, numbers), folder)
 
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
         """Print what `numbers` made, and where its files are."""

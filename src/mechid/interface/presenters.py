@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +34,6 @@ class Presenter(OfDocument):
         self.ink(numbers, console, files)
 
 
-def _survey() -> Presenter:
-    from mechid.reports.look.contents import look_data
-    from mechid.reports.look.files import write_look
-    from mechid.reports.look.terminal import print_look
-
-    return Presenter(
-        numbers=lambda found: look_data(found.looks, [asdict(one) for one in found.left_out]),
-        ink=print_look,
-        files=lambda found, data, folder: write_look(data, found.looks, folder),
-        line=lambda found: ", ".join(look.record.name for look in found.looks),
-    )
-
-
 def _understanding() -> Presenter:
     from mechid.ink.console import print_lines
     from mechid.reports.overview import campaign_data, print_campaign
@@ -65,17 +52,6 @@ def _understanding() -> Presenter:
         ink=ink,
         files=files,
         line=lambda found: f"{len(found.campaign.records)} records, {len(found.warnings)} warnings",
-    )
-
-
-def _exported() -> Presenter:
-    from mechid.reports.exported import print_exported
-
-    return Presenter(
-        numbers=lambda done: done.to_dict() | {"folder": str(done.folder)},
-        ink=lambda data, console, files: print_exported(data, console),
-        files=lambda done, data, folder: [done.folder / name for name in done.written.files],
-        line=lambda done: f"{done.target} in {done.folder}",
     )
 
 
@@ -128,9 +104,7 @@ def _validations() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Exported": _exported,
     "Fit": _fit,
-    "Survey": _survey,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
     "Validations": _validations,

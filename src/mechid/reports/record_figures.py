@@ -17,9 +17,9 @@ from mechid.ink.extremes import drawn
 from mechid.ink.figures import STYLE, made, over_time, write_figures
 from mechid.ink.palette import MEASURED, ORDER, series
 from mechid.ink.quantities import TIME, quantity_words
+from mechid.looks.figures import look_figures
 from mechid.records import Channel, Record, Role
 from mechid.reports.curves import rate_over
-from mechid.reports.look.figures import look_figures
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words

@@ -19,8 +19,8 @@ from mechid.ink.extremes import drawn
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
 from mechid.ink.palette import INK, MARK, MARK_OVER, MEASURED, NOISE, ORDER, series
 from mechid.ink.quantities import FREQUENCY, TIME, quantity_words
-from mechid.reports.look.contents import channel_keys
-from mechid.reports.look.words import order_of, unit_text
+from mechid.looks.numbers import channel_keys
+from mechid.looks.words import order_of, unit_text
 from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
 from mechid.signal.spectrogram import largest_rows

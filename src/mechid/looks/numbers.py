@@ -1,9 +1,9 @@
-"""Every number that a look at records shows, in one plain dict: what look.json holds."""
+"""Numbers of a look at records, with their texts, in one plain dict: the content of look.json."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,10 @@ from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import StepLine
+from mechid.analysis.survey import Survey
 from mechid.command.words import command_words
-from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain, with_sigma
-from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
-from mechid.reports.look.words import (
+from mechid.looks.words import (
     channel_words,
     driven_words,
     mains_word,
@@ -27,6 +26,7 @@ from mechid.reports.look.words import (
     resonance_word,
     unit_text,
 )
+from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
@@ -36,22 +36,13 @@ TOLD = 8
 _FILE_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 
 
-def look_data(looks: Sequence[RecordLook], left_out: Sequence[Data] = ()) -> dict[str, Any]:
-    """Return all that `mechid look` shows.
-
-    Parameters
-    ----------
-    looks : sequence of RecordLook
-        Their records' names are unlike.
-    left_out : sequence of mapping
-        ``file`` and ``message`` of each file that could not be read.
-    """
-    records = [_record(look) for look in looks]
+def look_numbers(found: Survey) -> dict[str, Any]:
+    """Return all that `mechid look` shows."""
     return {
         "format": FORMAT,
-        "records": records,
-        "resonances": [_shared(one) for one in shared_resonances(looks)],
-        "left_out": [dict(one) for one in left_out],
+        "records": [_record(look) for look in found.looks],
+        "resonances": [_shared(one) for one in shared_resonances(found.looks)],
+        "left_out": [asdict(one) for one in found.left_out],
     }
 
 

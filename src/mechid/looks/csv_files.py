@@ -7,8 +7,8 @@ from typing import Any
 
 from mechid.analysis.look import RecordLook
 from mechid.ink.data import Data
-from mechid.reports.look.contents import channel_keys
-from mechid.reports.look.figures import spectrum_groups
+from mechid.looks.figures import spectrum_groups
+from mechid.looks.numbers import channel_keys
 
 LINE_KEYS = ("frequency_hz", "amplitude", "sigma", "ratio", "order", "mains_hz", "mains_multiple")
 STEP_KEYS = ("order", "windows", "amplitude", "sigma", "peak_rate", "peak_amplitude")
