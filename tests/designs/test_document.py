@@ -31,7 +31,8 @@ def test_rivals_come_before_errors(data):
     """Truth: the order of a document's sections."""
     group = {"names": ["a", "b"], "now": {"a": 2.0, "b": 0.0}, "told_already": True, "needed": 61.0, "pairs": []}
     parts = PRESENTER.document({**data, "rivals": [group]}).parts
-    assert [one.key for one in parts if isinstance(one, Section)] == ["rivals", "errors", "records", "step-loss", "torque", "left-out"]
+    keys = [one.key for one in parts if isinstance(one, Section)]
+    assert keys == ["rivals", "errors", "records", "step-loss", "torque", "left-out"]
 
 
 def test_every_picture_of_the_page_is_drawn(folder, data):
