@@ -21,10 +21,12 @@ DOCUMENTS: Mapping[str, str] = {
     "Design": "mechid.designs.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Exported": "mechid.exports.document",
+    "Fit": "mechid.reports.presenter",
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
     "Survey": "mechid.looks.document",
+    "Validations": "mechid.validations.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 

@@ -55,19 +55,6 @@ def _understanding() -> Presenter:
     )
 
 
-def _fit() -> Presenter:
-    from mechid.reports.numbers import report_data
-    from mechid.reports.run import report
-    from mechid.reports.terminal import print_report
-
-    return Presenter(
-        numbers=report_data,
-        ink=print_report,
-        files=lambda fit, data, folder: report(fit, folder),
-        line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
-    )
-
-
 def _trajectory() -> Presenter:
     from mechid.campaign.trajectory_file import write_trajectories
     from mechid.reports.simulated import print_simulated, simulated_data
@@ -80,32 +67,7 @@ def _trajectory() -> Presenter:
     )
 
 
-def _validations() -> Presenter:
-    from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.tables import order_table, validation_table
-    from mechid.reports.validation import order_rows, validation_rows
-    from mechid.writing import write_together
-
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        validation_table(data["validation"]).print(console)
-        if data["orders"]:
-            order_table(data["orders"]).print(console)
-
-    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
-        content = {name: one.to_dict() for name, one in found.items()}
-        return write_together(folder, {"validation.json": json_text(content)})
-
-    return Presenter(
-        numbers=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
-        ink=ink,
-        files=files,
-        line=", ".join,
-    )
-
-
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Fit": _fit,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
-    "Validations": _validations,
 }
