@@ -74,7 +74,6 @@ def test_what_scripts_import_of_mechid_is_there(folder: str) -> None:
 def test_a_capability_has_its_function_and_its_document_in_its_folder() -> None:
     """Truth: the folders; where a command's function stands, and what is shown of its result, follows from its name."""
     folders = {module.split(".")[1] for module in DOCUMENTS.values()}
-    assert set(DOCUMENTS.values()) == {f"mechid.{folder}.document" for folder in folders}
     asked = {f"{folder}/{file}.py" for folder in folders for file in ("run", "document")}
     assert {file for file in asked if not (PACKAGE / file).is_file()} == WITHOUT_A_FUNCTION
 
