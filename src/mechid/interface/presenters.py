@@ -55,19 +55,6 @@ def _understanding() -> Presenter:
     )
 
 
-def _design() -> Presenter:
-    from mechid.designs.numbers import design_data
-    from mechid.reports.design.files import write_design
-    from mechid.reports.design.terminal import print_design
-
-    return Presenter(
-        numbers=design_data,
-        ink=print_design,
-        files=lambda found, data, folder: write_design(found, folder, data),
-        line=lambda found: ", ".join(record.name for record in found.chosen.records) or "no record",
-    )
-
-
 def _trajectory() -> Presenter:
     from mechid.campaign.trajectory_file import write_trajectories
     from mechid.reports.simulated import print_simulated, simulated_data
@@ -81,7 +68,6 @@ def _trajectory() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Design": _design,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
 }
