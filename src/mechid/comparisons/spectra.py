@@ -78,12 +78,11 @@ def _left(hypothesis: Hypothesis) -> dict[str, ResidualRecord]:
 
 
 def _record(name: str, each: Sequence[ResidualRecord | None], centres: FloatArray) -> dict[str, Any]:
+    rms = [None if record is None else band_rms(record, centres) for record in each]
     first = next(record for record in each if record is not None)
-    return {
-        "name": name,
-        "rms": [None if record is None else _numbers(band_rms(record, centres)) for record in each],
-        "noise": _numbers(np.sqrt(first.noise_density * WIDTH * centres)),
-    }
+    known = np.any([np.isfinite(own) for own in rms if own is not None], axis=0)
+    noise = np.where(known, np.sqrt(first.noise_density * WIDTH * centres), np.nan)
+    return {"name": name, "rms": [None if own is None else _numbers(own) for own in rms], "noise": _numbers(noise)}
 
 
 def _numbers(values: FloatArray) -> list[float | None]:
