@@ -169,9 +169,9 @@ def _listed(path: Path, written: dict[str, Any]) -> None:
 
     from rich.console import Console
 
-    from mechid.reports.channels import file_data, print_file
+    from mechid.checks.data_file import file_numbers, print_file
 
-    data = file_data(path)
+    data = file_numbers(path)
     print_file(data, Console(file=StringIO()))
     if not written["damaged"]:
         lengths = {row["column"]: row["samples"] for row in data["columns"]}

@@ -22,6 +22,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
+    "Understanding": "mechid.checks.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 

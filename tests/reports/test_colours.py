@@ -17,7 +17,7 @@ from mechid.ink.palette import MEANINGS, SERIES, colour_style
 from mechid.ink.pens import Pens
 from mechid.reports.illustration import Illustration
 from mechid.reports.look.figures import look_figures
-from mechid.reports.record_figures import record_figures
+from mechid.checks.figures import check_figures
 
 FOUR = ("measured", "modelled", "residual", "noise")
 APART = 0.2
@@ -83,7 +83,7 @@ def test_the_figures_of_a_look_and_of_check(reported):
     look = look_at(reported.campaign.records[0].data)
     figures = [figure for _, figure in look_figures([look])]
     assert [line for figure in figures for line in wrong_colours(figure)] == []
-    for figure in record_figures(reported.campaign.records).values():
+    for _, figure in check_figures(reported.campaign.records):
         for axes in figure.axes[:-1]:
             assert axes.lines[0].get_color() == MEANINGS["measured"].paper
 

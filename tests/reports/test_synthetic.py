@@ -14,7 +14,7 @@ from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import is_synthetic, write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports.numbers import report_data
-from mechid.reports.overview import campaign_data, print_campaign
+from mechid.checks.numbers import check_numbers, print_campaign
 from mechid.shown import SYNTHETIC
 
 
@@ -89,5 +89,5 @@ def test_a_fit_of_a_synthetic_campaign_is_so(reported):
     assert fit.synthetic
     assert report_data(fit)["synthetic"]
     assert not report_data(reported.fit)["synthetic"]
-    assert SYNTHETIC in printed(print_campaign, campaign_data(campaign))
-    assert SYNTHETIC not in printed(print_campaign, campaign_data(reported.campaign))
+    assert SYNTHETIC in printed(print_campaign, check_numbers(campaign))
+    assert SYNTHETIC not in printed(print_campaign, check_numbers(reported.campaign))

@@ -47,27 +47,6 @@ def _survey() -> Presenter:
     )
 
 
-def _understanding() -> Presenter:
-    from mechid.ink.console import print_lines
-    from mechid.reports.overview import campaign_data, print_campaign
-
-    def files(found: Any, data: Mapping[str, Any], folder: Path) -> list[Path]:
-        from mechid.reports.record_figures import write_record_figures  # Matplotlib takes half a second to load
-
-        return write_record_figures(found.campaign, folder)
-
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        print_campaign(data, console)
-        print_lines(console, "written", map(str, files))
-
-    return Presenter(
-        numbers=lambda found: campaign_data(found.campaign, found.found),
-        ink=ink,
-        files=files,
-        line=lambda found: f"{len(found.campaign.records)} records, {len(found.warnings)} warnings",
-    )
-
-
 def _design() -> Presenter:
     from mechid.designs.numbers import design_data
     from mechid.reports.design.files import write_design
@@ -146,6 +125,5 @@ PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
     "Fit": _fit,
     "Survey": _survey,
     "Trajectory": _trajectory,
-    "Understanding": _understanding,
     "Validations": _validations,
 }
