@@ -7,8 +7,9 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
+from mechid.checks.document import PRESENTER
+from mechid.checks.numbers import check_numbers
 from mechid.identification.output_error.noise_level import known_noise
-from mechid.checks.numbers import check_numbers, print_campaign
 from printing import printed, tables
 
 
@@ -31,7 +32,7 @@ def test_the_overview_says_what_the_files_say(campaign):
 
 def test_the_overview_fits_eighty_columns(campaign):
     data = check_numbers(campaign, ["something is odd"])
-    text = printed(print_campaign, data, 80)
+    text = printed(PRESENTER.print, data, 80)
     assert max(len(line) for table in tables(text) for line in table) <= 80
     assert "warning: something is odd" in text.splitlines()
     assert all(row["key"] in text and row["text"]["value"] in text for row in data["parameters"])

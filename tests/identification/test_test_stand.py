@@ -13,12 +13,12 @@ from mechid.analysis import validate
 from mechid.analysis.information import record_information
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.prediction import simulate
+from mechid.checks.numbers import check_numbers
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.readings.alternatives import judge
 from mechid.identification.readings.trial import first_moments
-from mechid.checks.numbers import check_numbers
 from paper import constant
 from runs import base, run_twin
 

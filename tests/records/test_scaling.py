@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from mechid.checks.data_file import file_numbers
 from mechid.errors import RecordError
 from mechid.records import Conditioning
 from mechid.records.bare import Hints, read_bare
-from mechid.checks.data_file import file_numbers
 from packed_files import COUNTS, write_hdf5
 from records_read import read, refused, torque
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from mechid.checks.numbers import FILE_NAME, check_numbers
 from mechid.identification.result.estimate_file import json_text
-from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Lines, Picture, Rows, Section, Words
-from mechid.ink.presenter import Drawn, Presenter
+from mechid.ink.document import ON_TERMINAL, Document, Lines, Picture, Rows, Section, Words
+from mechid.ink.presenter import Presenter
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column
 
@@ -83,7 +83,9 @@ def _record(record: Mapping[str, Any]) -> Section:
 
 
 def _picture_words(figure: str, record: str) -> str:
-    return f"{record} {KINDS.get(figure.rpartition('_')[2], 'over time')}" if figure != record else f"{record} over time"
+    return (
+        f"{record} {KINDS.get(figure.rpartition('_')[2], 'over time')}" if figure != record else f"{record} over time"
+    )
 
 
 def _stages(data: Mapping[str, Any]) -> list[str]:

@@ -54,7 +54,7 @@ def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
-        "provenance": {"inputs_sha256": file_digests(campaign)},
+        "provenance": {"campaign": str(campaign.path.resolve()), "inputs_sha256": file_digests(campaign)},
     }
 
 

@@ -13,7 +13,8 @@ def check(
         Path, typer.Argument(metavar="CAMPAIGN|FILE", help="campaign.toml, its folder, or a data file.")
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for page, numbers and a picture of each record; made where missing.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for page, numbers and a picture of each record; made where missing."),
     ] = None,
 ) -> None:
     """Say what was understood of a campaign, or list a data file."""

@@ -102,7 +102,9 @@ class Presenter:
         with held(folder):
             own = self.files(result, numbers, folder)
             figures = write_figures(self.figures(result, numbers), folder / self.figure_folder)
-            drawn = [folder / self.figure_folder] if self.figure_folder else [folder / f"{name}.svg" for name in figures]
+            drawn = (
+                [folder / self.figure_folder] if self.figure_folder else [folder / f"{name}.svg" for name in figures]
+            )
             texts, document = dict(self.texts(result, numbers)), self.document(numbers)
             if self.name:
                 texts[f"{self.name}.md"] = document_markdown(document)

@@ -12,13 +12,13 @@ from incomplete.recording import Run, recorded
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.campaign import CLOCK
 from mechid.campaign.prediction import simulate
+from mechid.checks.numbers import check_numbers
 from mechid.errors import InputFileError
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.parameter import Parameter, Status
 from mechid.plant.superset import with_tables
-from mechid.checks.numbers import check_numbers
 from runs import rms
 from synthetic import COMMANDS, displaced, measured, record, truth
 
