@@ -19,6 +19,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Budget": "mechid.budgets.document",
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
+    "Exported": "mechid.exports.document",
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",

@@ -96,20 +96,26 @@ class Presenter:
         UsageError
             The folder cannot be written to.
         """
-        from mechid.ink.figures import write_figures  # Matplotlib takes half a second to load
         from mechid.ink.on_page import document_page
 
         with held(folder):
             own = self.files(result, numbers, folder)
-            figures = write_figures(self.figures(result, numbers), folder / self.figure_folder)
-            drawn = (
-                [folder / self.figure_folder] if self.figure_folder else [folder / f"{name}.svg" for name in figures]
-            )
+            figures = self._write_figures(result, numbers, folder / self.figure_folder)
             texts, document = dict(self.texts(result, numbers)), self.document(numbers)
             if self.name:
                 texts[f"{self.name}.md"] = document_markdown(document)
                 texts[f"{self.name}.html"] = document_page(document, figures, self.style)
-            return [*own, *write_together(folder, texts), *(drawn if figures else [])]
+            own += write_together(folder, texts)
+            if figures and self.figure_folder:
+                return [*own, folder / self.figure_folder]
+            return [*own, *(folder / f"{name}.svg" for name in figures)]
+
+    def _write_figures(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> Any:
+        if self.figures is _no_figures:
+            return {}
+        from mechid.ink.figures import write_figures  # Matplotlib takes half a second to load
+
+        return write_figures(self.figures(result, numbers), folder)
 
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
         """Print what `numbers` made, and where its files are."""

@@ -60,17 +60,6 @@ def _design() -> Presenter:
     )
 
 
-def _exported() -> Presenter:
-    from mechid.reports.exported import print_exported
-
-    return Presenter(
-        numbers=lambda done: done.to_dict() | {"folder": str(done.folder)},
-        ink=lambda data, console, files: print_exported(data, console),
-        files=lambda done, data, folder: [done.folder / name for name in done.written.files],
-        line=lambda done: f"{done.target} in {done.folder}",
-    )
-
-
 def _fit() -> Presenter:
     from mechid.reports.numbers import report_data
     from mechid.reports.run import report
@@ -121,7 +110,6 @@ def _validations() -> Presenter:
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
     "Design": _design,
-    "Exported": _exported,
     "Fit": _fit,
     "Survey": _survey,
     "Trajectory": _trajectory,
