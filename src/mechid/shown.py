@@ -20,10 +20,13 @@ DOCUMENTS: Mapping[str, str] = {
     "Comparison": "mechid.comparisons.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Exported": "mechid.exports.document",
+    "Fit": "mechid.reports.presenter",
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
+    "Survey": "mechid.looks.document",
     "Understanding": "mechid.checks.document",
+    "Validations": "mechid.validations.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 

@@ -113,6 +113,14 @@ def test_a_terminal_has_lines_and_tables():
     ]
 
 
+def test_a_terminal_has_an_empty_line_between_sections():
+    """Truth: behind lines; a table has one of its own, and a section within another none."""
+    inner = Section("Inner", (Words("deep"),))
+    parts = (Section("A", (Lines(["1"]), inner)), Section("B", (Rows(TABLE),)), Words("end"))
+    text = printed(print_document, Document(title="t", command="c", parts=parts), 80)
+    assert text == "A\n  1\nInner\ndeep\n\nB\nmode    Hz\n----  ----\ntilt  12.5\n\nend\n"
+
+
 def test_markdown_has_every_block_on_its_own():
     assert document_markdown(DOCUMENT) == MARKDOWN_TEXT
 

@@ -16,8 +16,8 @@ from mechid.checks.figures import check_figures
 from mechid.ink.drawings import draw
 from mechid.ink.palette import MEANINGS, SERIES, colour_style
 from mechid.ink.pens import Pens
+from mechid.looks.figures import look_figures
 from mechid.reports.illustration import Illustration
-from mechid.reports.look.figures import look_figures
 
 FOUR = ("measured", "modelled", "residual", "noise")
 APART = 0.2

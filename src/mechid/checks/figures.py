@@ -18,8 +18,8 @@ from mechid.ink.extremes import drawn
 from mechid.ink.figures import STYLE, made, over_time
 from mechid.ink.palette import MEASURED, ORDER, series
 from mechid.ink.quantities import TIME, quantity_words
+from mechid.looks.figures import look_figures
 from mechid.records import Channel, Record, Role
-from mechid.reports.look.figures import look_figures
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words

@@ -34,7 +34,10 @@ def print_document(document: Document, console: Console, files: Sequence[Path] =
     """Print a document, and where its files are."""
     if document.is_synthetic:
         say(console, f"SYNTHETIC: {document.simulated}", STRONG)
-    for part in shown_on(document.parts, TERMINAL):
+    parts = shown_on(document.parts, TERMINAL)
+    for before, part in zip([None, *parts], parts, strict=False):
+        if isinstance(before, Section) and not _ends_with_table(before):
+            console.print()
         _print(part, console)
     print_lines(console, "written", map(str, files))
 
@@ -93,6 +96,13 @@ def _section(part: Section, console: Console) -> None:
         say(console, part.heading, STRONG)
     for inner in shown_on(part.parts, TERMINAL):
         _print(inner, console)
+
+
+def _ends_with_table(part: Part) -> bool:
+    """Return whether the last that is printed of a part is a table, which has an empty line behind it."""
+    if isinstance(part, Section):
+        return _ends_with_table(shown_on(part.parts, TERMINAL)[-1])
+    return isinstance(part, Rows)
 
 
 _PRINTERS: Mapping[type, Callable[..., None]] = {

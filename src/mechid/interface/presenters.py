@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +34,6 @@ class Presenter(OfDocument):
         self.ink(numbers, console, files)
 
 
-def _survey() -> Presenter:
-    from mechid.reports.look.contents import look_data
-    from mechid.reports.look.files import write_look
-    from mechid.reports.look.terminal import print_look
-
-    return Presenter(
-        numbers=lambda found: look_data(found.looks, [asdict(one) for one in found.left_out]),
-        ink=print_look,
-        files=lambda found, data, folder: write_look(data, found.looks, folder),
-        line=lambda found: ", ".join(look.record.name for look in found.looks),
-    )
-
-
 def _design() -> Presenter:
     from mechid.designs.numbers import design_data
     from mechid.reports.design.files import write_design
@@ -57,19 +44,6 @@ def _design() -> Presenter:
         ink=print_design,
         files=lambda found, data, folder: write_design(found, folder, data),
         line=lambda found: ", ".join(record.name for record in found.chosen.records) or "no record",
-    )
-
-
-def _fit() -> Presenter:
-    from mechid.reports.numbers import report_data
-    from mechid.reports.run import report
-    from mechid.reports.terminal import print_report
-
-    return Presenter(
-        numbers=report_data,
-        ink=print_report,
-        files=lambda fit, data, folder: report(fit, folder),
-        line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
     )
 
 
@@ -85,33 +59,7 @@ def _trajectory() -> Presenter:
     )
 
 
-def _validations() -> Presenter:
-    from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.tables import order_table, validation_table
-    from mechid.reports.validation import order_rows, validation_rows
-    from mechid.writing import write_together
-
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        validation_table(data["validation"]).print(console)
-        if data["orders"]:
-            order_table(data["orders"]).print(console)
-
-    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
-        content = {name: one.to_dict() for name, one in found.items()}
-        return write_together(folder, {"validation.json": json_text(content)})
-
-    return Presenter(
-        numbers=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
-        ink=ink,
-        files=files,
-        line=", ".join,
-    )
-
-
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
     "Design": _design,
-    "Fit": _fit,
-    "Survey": _survey,
     "Trajectory": _trajectory,
-    "Validations": _validations,
 }

@@ -1,9 +1,8 @@
-"""Every number that a look at records shows, in one plain dict: what look.json holds."""
+"""Numbers of a look at records, with their texts, in one plain dict: the content of look.json."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,11 +14,10 @@ from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import StepLine
+from mechid.analysis.survey import Survey
 from mechid.command.words import command_words
-from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain, with_sigma
-from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
-from mechid.reports.look.words import (
+from mechid.looks.words import (
     channel_words,
     driven_words,
     mains_word,
@@ -27,41 +25,24 @@ from mechid.reports.look.words import (
     resonance_word,
     unit_text,
 )
+from mechid.records.channel_keys import channel_keys
+from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
 FORMAT = "mechid-look/1"
 TOLD = 8
 """Gaps, clipped peaks and quiet stretches that are told one by one."""
-_FILE_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 
 
-def look_data(looks: Sequence[RecordLook], left_out: Sequence[Data] = ()) -> dict[str, Any]:
-    """Return all that `mechid look` shows.
-
-    Parameters
-    ----------
-    looks : sequence of RecordLook
-        Their records' names are unlike.
-    left_out : sequence of mapping
-        ``file`` and ``message`` of each file that could not be read.
-    """
-    records = [_record(look) for look in looks]
+def look_numbers(found: Survey) -> dict[str, Any]:
+    """Return all that `mechid look` shows."""
     return {
         "format": FORMAT,
-        "records": records,
-        "resonances": [_shared(one) for one in shared_resonances(looks)],
-        "left_out": [dict(one) for one in left_out],
+        "records": [_record(look) for look in found.looks],
+        "resonances": [_shared(one) for one in shared_resonances(found.looks)],
+        "left_out": [asdict(one) for one in found.left_out],
     }
-
-
-def channel_keys(look: RecordLook) -> list[str]:
-    """Return what each channel's figures and files are called: the record's name, with the column where it has more."""
-    name = look.record.name
-    if len(look.channels) == 1:
-        return [name]
-    columns = [_FILE_NAME.sub("_", one.channel.column).strip("_") or str(k) for k, one in enumerate(look.channels)]
-    return [f"{name}.{c if columns.count(c) == 1 else f'{c}_{k}'}" for k, c in enumerate(columns)]
 
 
 def _record(look: RecordLook) -> dict[str, Any]:
@@ -85,7 +66,9 @@ def _record(look: RecordLook) -> dict[str, Any]:
         "treatments": [str(treatment["text"]) for treatment in record.treatments],
         "warnings": list(record.warnings),
         "driven": {**driven, "words": driven_words(driven)},
-        "channels": [_channel(one, key, look) for one, key in zip(look.channels, channel_keys(look), strict=True)],
+        "channels": [
+            _channel(one, key, look) for one, key in zip(look.channels, channel_keys(look.record), strict=True)
+        ],
         "text": {
             "samples": str(record.samples),
             "sample_rate_hz": plain(base.sample_rate_hz, 9),

@@ -1,4 +1,4 @@
-"""The files of a look. Truth: the dict of its numbers, and the rules for a page that stands alone."""
+"""The document and files of a look. Truth: the dict of its numbers, and the rules for a page that stands alone."""
 
 import csv
 import json
@@ -12,7 +12,7 @@ from browser import chromium, faults, requests, shown
 
 def test_every_file_is_there_and_the_page_needs_nothing(looked):
     folder, stdout = looked
-    assert {path.name for path in folder.iterdir()} == {"look.html", "look.json", "csv", "figures"}
+    assert {path.name for path in folder.iterdir()} == {"look.html", "look.md", "look.json", "csv", "figures"}
     page = (folder / "look.html").read_text()
     assert not re.search(r'(?:src|href)="(?!#|data:)', page)
     assert "written: " in stdout
@@ -30,6 +30,19 @@ def test_the_terminal_and_the_csv_say_the_same_numbers(looked):
     assert [float(row["amplitude"]) for row in rows] == pytest.approx([line["amplitude"] for line in lines])
     density = np.loadtxt(folder / "csv" / "gapped_density.csv", delimiter=",", skiprows=1)
     assert density.shape[1] == 2
+
+
+def test_page_and_markdown_have_each_channel(looked):
+    """Truth: the files: a record of two channels and one with a gap, whose hundreds of lines are on the page alone."""
+    page, markdown = ((looked[0] / f"look.{suffix}").read_text() for suffix in ("html", "md"))
+    assert markdown.startswith("# A look at 2 records\n")
+    for key, heading in (("two.torque_Nm", "torque, N m"), ("two.ticks", "ticks"), ("gapped", "torque, N m")):
+        assert f'<a href="#channel-{key}">' in page
+        assert f'<h3 id="channel-{key}">{heading} (column ' in page
+        assert f"### {heading} (column " in markdown
+        assert f"(<figures/{key}_spectrum.svg>)" in markdown
+    assert "lines of the spectrum" in page
+    assert "lines of the spectrum" not in markdown
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])

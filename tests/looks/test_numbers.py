@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from look_records import HUM, HUM_HZ, LINES, NOISE, STEPS
-from mechid.reports.look.contents import FORMAT
+from mechid.looks.numbers import FORMAT
 
 
 def test_what_was_put_in_is_found_with_its_error(looked):

@@ -7,8 +7,8 @@ import pytest
 
 from look_records import LINES, RATE_HZ, STEPS, torque
 from mechid.analysis.look import look_at
+from mechid.looks.figures import axis_label, look_figures, spectrum_groups
 from mechid.records import Channel, Record
-from mechid.reports.look.figures import axis_label, look_figures, spectrum_groups
 
 
 @pytest.fixture(scope="module")

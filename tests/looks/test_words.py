@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.reports.look.words import driven_words, mains_word, of_unit, order_of, resonance_word
+from mechid.looks.words import driven_words, mains_word, of_unit, order_of, resonance_word
 
 
 def suggested(**changes):

@@ -1,4 +1,4 @@
-"""What is said of a look at a record: one set of words for terminal and page."""
+"""Sentences on a record and its channels: how it was driven, health, noise, lines, mains, resonances."""
 
 from __future__ import annotations
 
