@@ -18,6 +18,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Bootstrap": "mechid.bootstraps.document",
     "Budget": "mechid.budgets.document",
     "Comparison": "mechid.comparisons.document",
+    "Design": "mechid.designs.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Exported": "mechid.exports.document",
     "Fit": "mechid.reports.presenter",

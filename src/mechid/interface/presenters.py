@@ -34,19 +34,6 @@ class Presenter(OfDocument):
         self.ink(numbers, console, files)
 
 
-def _design() -> Presenter:
-    from mechid.designs.numbers import design_data
-    from mechid.reports.design.files import write_design
-    from mechid.reports.design.terminal import print_design
-
-    return Presenter(
-        numbers=design_data,
-        ink=print_design,
-        files=lambda found, data, folder: write_design(found, folder, data),
-        line=lambda found: ", ".join(record.name for record in found.chosen.records) or "no record",
-    )
-
-
 def _trajectory() -> Presenter:
     from mechid.campaign.trajectory_file import write_trajectories
     from mechid.reports.simulated import print_simulated, simulated_data
@@ -60,6 +47,5 @@ def _trajectory() -> Presenter:
 
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Design": _design,
     "Trajectory": _trajectory,
 }
