@@ -21,7 +21,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Design": "mechid.designs.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Exported": "mechid.exports.document",
-    "Fit": "mechid.reports.presenter",
+    "Fit": "mechid.reports.document",
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",

@@ -29,9 +29,9 @@ from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import rivals_of, superset_of
+from mechid.reports.document import PRESENTER
 from mechid.reports.files import write_report
 from mechid.reports.numbers import report_data
-from mechid.reports.presenter import PRESENTER
 from mechid.reports.results import write_results
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth

@@ -13,9 +13,9 @@ from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports.contents import report_contents
+from mechid.reports.document import PRESENTER
 from mechid.reports.files import write_report
 from mechid.reports.numbers import report_data
-from mechid.reports.presenter import PRESENTER
 from printing import printed
 
 QUANTITIES = ("torque", "output_angle", "current_phase_a")

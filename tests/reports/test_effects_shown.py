@@ -9,10 +9,10 @@ from mechid.diagnoses.effects_shown import missing_data
 from mechid.identification.result.missing import Missing, OwnValue
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_page import interactive_page
-from mechid.reports.document import report_document
+from mechid.reports.document import PRESENTER
 from mechid.reports.embedded import page_script
 from mechid.reports.numbers import report_data
-from mechid.reports.presenter import PRESENTER
+from mechid.reports.sections import report_document
 from printing import printed
 
 

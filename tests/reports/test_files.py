@@ -12,9 +12,9 @@ from PIL import Image
 from mechid.errors import InputFileError
 from mechid.ink import on_page
 from mechid.reports.curves import record_curves
-from mechid.reports.document import report_document
 from mechid.reports.embedded import page_script
 from mechid.reports.results import read_truth
+from mechid.reports.sections import report_document
 
 SVG = "{http://www.w3.org/2000/svg}"
 FIGURES = {

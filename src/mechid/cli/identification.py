@@ -14,8 +14,8 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome, grade_words
 from mechid.identification.run import IdentifyRun
 from mechid.ink.console import console_on
+from mechid.reports.document import PRESENTER
 from mechid.reports.into_folder import DEFAULT_RUN, Audience, identify_into_folder
-from mechid.reports.presenter import PRESENTER
 
 
 def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN) -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
+from mechid.reports.document import PRESENTER
 from mechid.reports.numbers import report_data
-from mechid.reports.presenter import PRESENTER
 from printing import printed, tables
 
 ESCAPE = "\x1b"
