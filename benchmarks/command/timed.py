@@ -27,7 +27,7 @@ PARTS = {
     "curves": ("mechid.reports.illustration", "record_curves"),
     "page": ("mechid.reports.files", "write_together"),
     "equations": ("mechid.reports.files", "equations_mathml"),
-    "terminal": ("mechid.cli.identification", "print_report"),
+    "terminal": ("mechid.ink.presenter", "print_document"),
     "declarations": ("mechid.checks.run", "declaration_warnings"),
     "starts and chaos": ("mechid.checks.run", "start_warnings"),
 }

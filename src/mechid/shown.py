@@ -18,12 +18,16 @@ DOCUMENTS: Mapping[str, str] = {
     "Bootstrap": "mechid.bootstraps.document",
     "Budget": "mechid.budgets.document",
     "Comparison": "mechid.comparisons.document",
+    "Design": "mechid.designs.document",
     "Diagnosis": "mechid.diagnoses.document",
     "Exported": "mechid.exports.document",
+    "Fit": "mechid.reports.document",
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
     "Survey": "mechid.looks.document",
+    "Understanding": "mechid.checks.document",
+    "Validations": "mechid.validations.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 

@@ -91,6 +91,12 @@ def test_the_files_are_written(bench):
     assert [path.as_posix() for path in bench] == ["a/bench/mechanism.toml", "a/bench/campaign.toml"]
 
 
+def test_new_files_name_the_records(tmp_path):
+    written = new_campaign(tmp_path / "mine", ["one.csv"], "brushed_dc_drive")
+    assert [path.name for path in written] == ["mechanism.toml", "campaign.toml"]
+    assert 'name = "one"' in written[1].read_text()
+
+
 def test_they_load_when_they_are_filled_in(filled):
     campaign = load_campaign(filled[1])
     assert [record.name for record in campaign.records] == ["full_46", "sweep"]

@@ -29,10 +29,10 @@ from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import rivals_of, superset_of
+from mechid.reports.document import PRESENTER
 from mechid.reports.files import write_report
 from mechid.reports.numbers import report_data
 from mechid.reports.results import write_results
-from mechid.reports.terminal import print_report
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
 
@@ -228,14 +228,14 @@ def test_a_budget_flies_the_term_and_leaves_the_filter_on_the_bench(made, with_l
 
 @pytest.mark.parametrize("width", [80, 160])
 def test_the_terminal_marks_the_term_and_says_how_the_file_does(made, width):
-    text = printed(print_report, report_data(made.read), width)
+    text = printed(PRESENTER.print, report_data(made.read), width)
     lines = text.splitlines()
     assert any("amplitude" in line and line.rstrip().endswith("free, added") for line in lines)
     ratio = made.fit.as_written.residual_over_noise[RECORD]
     follows = "follows the records too" if made.fit.as_written.follows else "does not follow all records"
     said = f"The mechanism file as written, at the same values, {follows} and leaves {ratio:.3g} to {ratio:.3g}"
     assert said in " ".join(lines)
-    assert "To declare it, at the end of mechanism.toml:" in lines
+    assert "To declare it, at the end of mechanism.toml" in lines
 
 
 def test_page_and_markdown_have_the_term(made):
@@ -333,12 +333,12 @@ def test_how_the_search_arrived_is_kept_and_shown(made):
     assert made.fit.path == made.read.path == PATH
     assert estimate_of(made)["outcome"]["path"] == list(PATH)
     said = f"How the search arrived: {', then '.join(PATH)}."
-    shown = " ".join(printed(print_report, report_data(made.read), 80).split())
+    shown = " ".join(printed(PRESENTER.print, report_data(made.read), 80).split())
     assert said in shown
     for suffix in ("html", "md"):
         assert said in (made.folder / f"report.{suffix}").read_text(encoding="utf-8")
     without = replace(made.fit, path=())
-    assert "How the search arrived" not in printed(print_report, report_data(without), 80)
+    assert "How the search arrived" not in printed(PRESENTER.print, report_data(without), 80)
 
 
 def test_a_fit_without_added_terms_has_nothing_as_written():

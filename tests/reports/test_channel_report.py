@@ -13,9 +13,9 @@ from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports.contents import report_contents
+from mechid.reports.document import PRESENTER
 from mechid.reports.files import write_report
 from mechid.reports.numbers import report_data
-from mechid.reports.terminal import print_report
 from printing import printed
 
 QUANTITIES = ("torque", "output_angle", "current_phase_a")
@@ -52,7 +52,7 @@ def test_what_a_channel_adds_is_the_growth_of_the_errors_without_it(joint, dropp
 
 
 def test_terminal_and_markdown_name_each_channel_with_its_unit(joint):
-    text = printed(print_report, joint.data, 120)
+    text = printed(PRESENTER.print, joint.data, 120)
     for quantity, unit in (("torque", "N m"), ("output angle", "rad"), ("current phase a", "A")):
         assert any(quantity in line and f" {unit} " in line for line in text.splitlines())
     assert "in N m" not in text

@@ -7,10 +7,12 @@ import pytest
 
 from mechid.diagnoses.effects_shown import missing_data
 from mechid.identification.result.missing import Missing, OwnValue
-from mechid.reports.markdown import report_markdown
+from mechid.ink.in_markdown import document_markdown
+from mechid.ink.on_page import interactive_page
+from mechid.reports.document import PRESENTER
+from mechid.reports.embedded import page_script
 from mechid.reports.numbers import report_data
-from mechid.reports.page import report_page
-from mechid.reports.terminal import print_report
+from mechid.reports.sections import report_document
 from printing import printed
 
 
@@ -43,11 +45,12 @@ def test_the_record_that_stands_out_is_named_where_one_does(case):
 def test_terminal_markdown_and_page_say_it(make_fit, reported):
     """Truth: the sentence by hand."""
     assert f"another rate in some records{SAID} (below)" in printed(
-        print_report, report_data(replace(make_fit(), missing=(ONE_APART,))), 200
+        PRESENTER.print, report_data(replace(make_fit(), missing=(ONE_APART,))), 200
     )
     data = json.loads((reported.folder / "report.json").read_text(encoding="utf-8"))
     data["missing"] = [missing_data(ONE_APART)]
-    for text in (report_markdown(data), "".join(report_page(data, [], {}, []))):
+    document = report_document(data)
+    for text in (document_markdown(document), "".join(interactive_page(document, {}, page_script([], [])))):
         assert f"beyond noise{SAID}." in text
 
 

@@ -10,9 +10,11 @@ import pytest
 from PIL import Image
 
 from mechid.errors import InputFileError
-from mechid.reports import page as page_module
+from mechid.ink import on_page
 from mechid.reports.curves import record_curves
+from mechid.reports.embedded import page_script
 from mechid.reports.results import read_truth
+from mechid.reports.sections import report_document
 
 SVG = "{http://www.w3.org/2000/svg}"
 FIGURES = {
@@ -38,6 +40,11 @@ def data(reported):
     return json.loads((reported.folder / "report.json").read_text(encoding="utf-8"))
 
 
+def page_of(data, curves, pictures):
+    script = page_script(curves, data["resonances"])
+    return "".join(on_page.interactive_page(report_document(data, curves), pictures, script))
+
+
 def test_the_files_are_there_and_nothing_beside(reported):
     names = ["figures", "report.html", "report.json", "report.md"]
     assert sorted(path.name for path in reported.files) == sorted(p.name for p in reported.folder.iterdir()) == names
@@ -55,18 +62,18 @@ def test_the_page_asks_for_nothing_from_outside(page):
 @pytest.mark.parametrize("most", [len(FIGURES) - 1, len(FIGURES)])
 def test_the_page_of_many_records_names_the_files_of_its_figures(reported, data, most, monkeypatch):
     """Truth: the files in the folder; each stands on the page once, as a picture or by name."""
-    monkeypatch.setattr(page_module, "MOST_PICTURES", most)
+    monkeypatch.setattr(on_page, "MOST_PICTURES", most)
     shown = reported.validation.values()
     curves = [one for record in shown for one in record_curves(reported.campaign, reported.fit, record)]
     files = {name: reported.folder / "figures" / f"{name}.svg" for name in FIGURES}
-    text = "".join(page_module.report_page(data, curves, files, []))
+    text = page_of(data, curves, files)
     pictures = [base64.b64decode(one).decode() for one in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', text)]
-    on_page = FIGURES.keys() - {"correlation", "information"}  # which are tables there
+    shown_there = FIGURES.keys() - {"correlation", "information"}  # which are tables there
     if most < len(FIGURES):
-        assert set(re.findall(r'href="figures/(.*?)\.svg"', text)) == on_page
+        assert set(re.findall(r'href="figures/(.*?)\.svg"', text)) == shown_there
         assert not pictures
     else:
-        assert sorted(pictures) == sorted(files[name].read_text() for name in on_page)
+        assert sorted(pictures) == sorted(files[name].read_text() for name in shown_there)
         assert 'href="figures/' not in text
 
 
@@ -74,7 +81,7 @@ def test_the_names_of_many_records_are_folded(reported, data):
     """Truth: 41 sets of curves; the verdict would else begin below the first screen."""
     (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["full_46"])
     for count in (40, 41):
-        text = "".join(page_module.report_page(data, [curves] * count, {}, []))
+        text = page_of(data, [curves] * count, {})
         contents = text[text.index("<nav") : text.index("</nav>")]
         assert contents.count('<a href="#record-full_46">') == count
         assert (f"<summary>{count} records</summary>" in contents) == (count > 40)

@@ -213,4 +213,4 @@ def test_a_long_record_shows_its_outline_and_every_sample_of_named_stretches(bro
     assert inside == decode(trace)[0][1000:1011].tolist()
     buttons = browser.find_elements("css selector", "button[data-figure='torque-sweep']")
     assert [b.text for b in buttons][-1] == "least followed"
-    assert "every 0.004 s" in browser.find_element("css selector", "#record-sweep").text
+    assert "every 0.004 s" in browser.find_element("css selector", "section:has(> #record-sweep)").text

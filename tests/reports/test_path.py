@@ -6,10 +6,12 @@ from dataclasses import replace
 import pytest
 
 from mechid.diagnoses.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows, path_table
-from mechid.reports.markdown import report_markdown
+from mechid.ink.in_markdown import document_markdown
+from mechid.ink.on_page import interactive_page
+from mechid.reports.document import PRESENTER
+from mechid.reports.embedded import page_script
 from mechid.reports.numbers import report_data
-from mechid.reports.page import report_page
-from mechid.reports.terminal import print_report
+from mechid.reports.sections import report_document
 from printing import printed
 
 STEPS = (
@@ -48,7 +50,7 @@ def test_report_and_terminal_show_it(make_fit, steps):
     """Truth: the steps; nobody who has not asked for completion is told of it."""
     data = report_data(replace(make_fit(), completed=steps))
     assert data["completed"] == completed_data(steps)
-    text = printed(print_report, data, 120)
+    text = printed(PRESENTER.print, data, 120)
     assert (COMPLETED_TITLE in text) == (steps is not None)
     assert ("nothing was added" in text) == (steps == ())
     assert all(cell in text for row in TEXTS for cell in row.values()) == (steps == STEPS)
@@ -59,7 +61,8 @@ def test_markdown_and_page_show_it(reported, steps):
     """Truth: the steps, and the report's own dict for the rest."""
     data = json.loads((reported.folder / "report.json").read_text(encoding="utf-8"))
     data["completed"] = completed_data(steps)
-    for text in (report_markdown(data), "".join(report_page(data, [], {}, []))):
+    document = report_document(data)
+    for text in (document_markdown(document), "".join(interactive_page(document, {}, page_script([], [])))):
         assert (COMPLETED_TITLE in text) == (steps is not None)
         assert all(cell in text for row in TEXTS for cell in row.values()) == (steps == STEPS)
 

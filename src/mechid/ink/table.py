@@ -128,18 +128,18 @@ def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
 def _heat(value: float) -> Markup:
     """Return the background of a cell, the stronger the larger its value."""
     colour = "heat" if value >= 0.0 else "cold"
-    return _attribute("style", f"background: rgba(var(--{colour}), {opacity(value, 1.0)})" if value else "")
+    return _attribute("style", f"background: rgba(var(--{colour}), {opacity(value)})" if value else "")
 
 
-def opacity(value: float, most: float) -> str:
-    """Return the opacity of a cell's colour for a value between -`most` and `most`.
+def opacity(value: float) -> str:
+    """Return the opacity of a cell's colour for a value from -1 to 1.
 
     Examples
     --------
-    >>> opacity(-0.5, 1.0), opacity(200.0, 100.0)
+    >>> opacity(-0.5), opacity(2.0)
     ('0.38', '0.75')
     """
-    return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
+    return f"{DARKEST * min(abs(value), 1.0) if math.isfinite(value) else 0.0:.2f}"
 
 
 def _attribute(name: str, value: str) -> Markup:

@@ -10,21 +10,20 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from mechid.ink.palette import colour_style
-from mechid.ink.table import opacity
 
 INK = "mechid.ink"
 
 
-def environment(package: str = "mechid.reports") -> Environment:
-    """Return the environment of a package's templates and those that all pages share; texts are escaped."""
+def environment(*packages: str) -> Environment:
+    """Return the environment of some packages' templates and those that all pages share; texts are escaped."""
     environment = Environment(
-        loader=ChoiceLoader([PackageLoader(package), PackageLoader(INK)]),
+        loader=ChoiceLoader([PackageLoader(package) for package in (*packages, INK)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"script_json": script_json, "opacity": opacity}
+    environment.filters["script_json"] = script_json
     return environment
 
 

@@ -34,53 +34,6 @@ class Presenter(OfDocument):
         self.ink(numbers, console, files)
 
 
-def _understanding() -> Presenter:
-    from mechid.ink.console import print_lines
-    from mechid.reports.overview import campaign_data, print_campaign
-
-    def files(found: Any, data: Mapping[str, Any], folder: Path) -> list[Path]:
-        from mechid.reports.record_figures import write_record_figures  # Matplotlib takes half a second to load
-
-        return write_record_figures(found.campaign, folder)
-
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        print_campaign(data, console)
-        print_lines(console, "written", map(str, files))
-
-    return Presenter(
-        numbers=lambda found: campaign_data(found.campaign, found.found),
-        ink=ink,
-        files=files,
-        line=lambda found: f"{len(found.campaign.records)} records, {len(found.warnings)} warnings",
-    )
-
-
-def _design() -> Presenter:
-    from mechid.designs.numbers import design_data
-    from mechid.reports.design.files import write_design
-    from mechid.reports.design.terminal import print_design
-
-    return Presenter(
-        numbers=design_data,
-        ink=print_design,
-        files=lambda found, data, folder: write_design(found, folder, data),
-        line=lambda found: ", ".join(record.name for record in found.chosen.records) or "no record",
-    )
-
-
-def _fit() -> Presenter:
-    from mechid.reports.numbers import report_data
-    from mechid.reports.run import report
-    from mechid.reports.terminal import print_report
-
-    return Presenter(
-        numbers=report_data,
-        ink=print_report,
-        files=lambda fit, data, folder: report(fit, folder),
-        line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
-    )
-
-
 def _trajectory() -> Presenter:
     from mechid.campaign.trajectory_file import write_trajectories
     from mechid.reports.simulated import print_simulated, simulated_data
@@ -93,33 +46,6 @@ def _trajectory() -> Presenter:
     )
 
 
-def _validations() -> Presenter:
-    from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.tables import order_table, validation_table
-    from mechid.reports.validation import order_rows, validation_rows
-    from mechid.writing import write_together
-
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        validation_table(data["validation"]).print(console)
-        if data["orders"]:
-            order_table(data["orders"]).print(console)
-
-    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
-        content = {name: one.to_dict() for name, one in found.items()}
-        return write_together(folder, {"validation.json": json_text(content)})
-
-    return Presenter(
-        numbers=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
-        ink=ink,
-        files=files,
-        line=", ".join,
-    )
-
-
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
-    "Design": _design,
-    "Fit": _fit,
     "Trajectory": _trajectory,
-    "Understanding": _understanding,
-    "Validations": _validations,
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -16,8 +17,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from mechid.ink.on_page import Script
 from mechid.kernel.compiled import version_folder
+from mechid.reports.curves import Curves
 from mechid.reports.packing import pack_text
+from mechid.reports.payload import payload
 from mechid.writing import write_whole
 
 MAKERS = (
@@ -49,6 +53,12 @@ def embedded() -> Embedded:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, json.dumps(vars(made)))
     return made
+
+
+def page_script(curves: Sequence[Curves], resonances: Sequence[Mapping[str, Any]]) -> Script:
+    """Return what the page's script draws the figures of some curves with."""
+    made = embedded()
+    return Script(library=made.library, kinds=made.kinds, records=[payload(one, resonances) for one in curves])
 
 
 def _path() -> Path:

@@ -10,14 +10,16 @@ from mechid.analysis.validation import RecordValidation
 from mechid.campaign import Campaign
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit
+from mechid.ink.in_markdown import document_markdown
+from mechid.ink.on_page import interactive_page
 from mechid.ink.pens import Pens
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.kernel.equation_text import equations_mathml
 from mechid.reports.contents import report_contents
+from mechid.reports.embedded import page_script
 from mechid.reports.illustration import Illustration
-from mechid.reports.markdown import report_markdown
-from mechid.reports.page import report_page
 from mechid.reports.results import REPORT_NAME
+from mechid.reports.sections import report_document
 from mechid.writing import write_together
 
 PAGE_NAME = "report.html"
@@ -67,8 +69,11 @@ def write_report(
                 own.begin(record)
             return write_report(data, campaign, fit, validation, folder, own)
     contents = report_contents(data, campaign, fit)
-    texts: dict[str, str | Iterable[str]] = {REPORT_NAME: json_text(contents), TABLES_NAME: report_markdown(contents)}
-    equations = equations_mathml(fit.mechanism.plant)
     curves, pictures = illustration.finished(contents)
-    page = report_page(contents, curves, pictures, equations)
-    return [*write_together(folder, {PAGE_NAME: page, **texts}), folder / FOLDER_NAME]
+    document = report_document(contents, curves, equations_mathml(fit.mechanism.plant))
+    texts: dict[str, str | Iterable[str]] = {
+        PAGE_NAME: interactive_page(document, pictures, page_script(curves, contents["resonances"])),
+        REPORT_NAME: json_text(contents),
+        TABLES_NAME: document_markdown(document),
+    }
+    return [*write_together(folder, texts), folder / FOLDER_NAME]

@@ -21,8 +21,8 @@ from mechid.parameter import Status
 from mechid.reports.lacking import lacking_lines
 from mechid.reports.side import side_rows
 from mechid.reports.use import with_left_out, with_use
-from mechid.reports.validation import order_rows, validation_rows
 from mechid.units import angle_difference, unit_words
+from mechid.validations.numbers import order_rows, validation_rows
 
 FORMAT = "mechid-report/1"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from markupsafe import Markup
 
@@ -11,9 +12,10 @@ from mechid.ink.quantities import torque_alone
 from mechid.ink.table import Table
 from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 from mechid.reports.side import SIDE_COLUMNS
-from mechid.reports.validation import CHANNEL, RECORD, VALIDATION_LAYOUTS
+from mechid.validations.tables import CHANNEL, RECORD
 
 PARAMETER = Column("parameter", "key", words=True, where=(TERMINAL, PAGE))
+NAMES = (PARAMETER, Column("parameter", "name", words=True, where=(MARKDOWN,)))
 FULL_NAME = Column("parameter", "name", words=True)
 SYMBOL = Column("symbol", "symbol", words=True, where=(MARKDOWN, PAGE))
 ESTIMATES = (
@@ -22,9 +24,7 @@ ESTIMATES = (
     Column("+- sigma", "std_error", said="± σ"),
     Column("unit", "unit", words=True, on_page=OnPage(style="word number")),
 )
-TRUTH = tuple(
-    Column(header, key, where=(TERMINAL, PAGE)) for header, key in (("truth", "truth"), ("off", "deviation_sigmas"))
-)
+TRUTH = (Column("truth", "truth"), Column("off", "deviation_sigmas"))
 
 
 def _bounds(row: Row) -> Markup:
@@ -65,7 +65,7 @@ KNOWN = (
     Column("meaning", "meaning", words=True, where=(PAGE,), on_page=OnPage(wide=True)),
 )
 PRIORS = (
-    PARAMETER,
+    *NAMES,
     Column("prior", "prior"),
     Column("+- sigma", "prior_sigma"),
     Column("estimate", "estimate"),
@@ -91,21 +91,14 @@ STAGES = (
     Column("took s", "seconds", said="took, s"),
     Column("note", "note", words=True, where=(PAGE,), on_page=OnPage(wide=True)),
 )
-ORDER = Column("order", "order")
-ORDER_ERRORS = (
-    Column("error %", "amplitude_error_percent", said="error, %"),
-    Column("phase deg", "phase_error_deg", said="phase, deg"),
-    Column("peak at", "peak_rate", said="largest at, steps/s"),
-)
 
 
 def parameter_table(data: Data) -> Table:
     """Return the estimated parameters; with the truth where it is known, in Markdown by their full names."""
     meanings = data.get("meanings", {})
     rows = [{**row, "meaning": meanings.get(row["name"], "")} for row in data["parameters"] if row["estimated"]]
-    names = (PARAMETER, Column("parameter", "name", words=True, where=(MARKDOWN,)), SYMBOL)
     truth = TRUTH if data["has_truth"] else ()
-    return Table((*names, *ESTIMATES, *truth, *LIMITS), rows, group="", narrower=NARROWER, tip="meaning")
+    return Table((*NAMES, SYMBOL, *ESTIMATES, *truth, *LIMITS), rows, group="", narrower=NARROWER, tip="meaning")
 
 
 def known_table(data: Data) -> Table:
@@ -116,7 +109,7 @@ def known_table(data: Data) -> Table:
 
 def prior_table(data: Data) -> Table:
     """Return the priors, and how sure the records alone would be."""
-    return Table(PRIORS, [row for row in data["parameters"] if row["prior"]])
+    return Table(PRIORS, [row for row in data["parameters"] if row["prior"]], group="")
 
 
 def followed_table(data: Data) -> Table:
@@ -137,27 +130,9 @@ def record_table(data: Data) -> Table:
     return Table(columns, [{**r, "text": {str(k): text for k, (_, text) in enumerate(r["cells"])}} for r in rows])
 
 
-def validation_table(rows: Sequence[Row]) -> Table:
-    """Return how records are predicted, with what their residuals are made of."""
-    (columns,), *narrower = VALIDATION_LAYOUTS
-    return Table(columns, rows, narrower=narrower)
-
-
 def stage_table(rows: Sequence[Row]) -> Table:
     """Return the stages of a search."""
     return Table(STAGES, rows)
-
-
-def order_table(rows: Sequence[Row]) -> Table:
-    """Return how lines at orders of the step rate are predicted, by record and channel."""
-    unit = ", N m" if torque_alone(rows) else ""
-    channel = () if torque_alone(rows) else CHANNEL
-    return Table((RECORD, *channel, ORDER, *_sizes(unit), *ORDER_ERRORS), rows)
-
-
-def order_table_of_one(rows: Sequence[Row]) -> Table:
-    """Return the same of one channel of one record, whose unit stands beside it."""
-    return Table((ORDER, *_sizes(""), *ORDER_ERRORS), rows)
 
 
 def side_table(rows: Sequence[Row]) -> Table:
@@ -165,7 +140,21 @@ def side_table(rows: Sequence[Row]) -> Table:
     return Table(SIDE_COLUMNS, rows)
 
 
-def _sizes(unit: str) -> tuple[Column, Column]:
-    return Column("measured", "measured", said=f"measured{unit}"), Column(
-        "modelled", "modelled", said=f"modelled{unit}"
-    )
+def matrix(
+    corner: str,
+    names: Sequence[str],
+    columns: Sequence[str],
+    texts: Sequence[Sequence[str]],
+    shades: Sequence[Sequence[float]] | None = None,
+) -> Table:
+    """Return a text for each pair of names and columns; on a page the darker the larger its shade, -1 to 1."""
+    shown = [Column(column, str(k), on_page=OnPage(heat=partial(_shade, k))) for k, column in enumerate(columns)]
+    rows = [
+        {"name": name, "shades": shades[i] if shades else None, "text": {str(k): text for k, text in enumerate(cells)}}
+        for i, (name, cells) in enumerate(zip(names, texts, strict=True))
+    ]
+    return Table((Column(corner, "name", words=True), *shown), rows, style="matrix")
+
+
+def _shade(k: int, row: Row) -> float:
+    return float(row["shades"][k]) if row["shades"] else 0.0

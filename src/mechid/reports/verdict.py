@@ -9,13 +9,13 @@ from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain
+from mechid.ink.document import BAD, CAUTION, GOOD
 from mechid.ink.quantities import quantity_words, torque_alone
 from mechid.reports.details import worst_pair
 from mechid.reports.lacking import LACKING
 from mechid.reports.noise import above_words, against_noise
 from mechid.reports.use import held_out, left_out, left_out_words
 
-GOOD, CAUTION, BAD = "good", "caution", "bad"
 TONES = {"A": GOOD, "B": CAUTION}
 READ_CAUTIONS = "Read the cautions before its values are used."
 STRONG = 0.95
@@ -38,13 +38,12 @@ def summary_data(data: Data) -> dict[str, Any]:
     data : mapping
         The report's, with ``correlation`` and ``information``.
     """
-    residuals = [(row, against_noise(data, row)) for row in data["validation"]]
-    tone = _tone(data, residuals)
-    careful = data["grade"] == "A" and tone != GOOD
+    residuals = _residuals(data)
+    tone, headline = verdict(data)
     return {
         "grade": data["grade"],
         "tone": tone,
-        "headline": f"{data['grade_words']} {READ_CAUTIONS}" if careful else data["grade_words"],
+        "headline": headline,
         "questions": [
             {"question": "Is this fit good?", "answers": _quality(data, residuals)},
             {"question": "What is least certain?", "answers": _uncertain(data)},
@@ -52,6 +51,17 @@ def summary_data(data: Data) -> dict[str, Any]:
             *([{"question": LACKING, "answers": data["lacking"]}] if data["lacking"] else []),
         ],
     }
+
+
+def verdict(data: Data) -> tuple[str, str]:
+    """Return the tone and the headline of what `report_data` made."""
+    tone = _tone(data, _residuals(data))
+    careful = data["grade"] == "A" and tone != GOOD
+    return tone, f"{data['grade_words']} {READ_CAUTIONS}" if careful else data["grade_words"]
+
+
+def _residuals(data: Data) -> Residuals:
+    return [(row, against_noise(data, row)) for row in data["validation"]]
 
 
 def least_certain(data: Data) -> Data | None:

@@ -1,9 +1,10 @@
-"""What a design says of rival explanations: which record tells them apart, and what to look for in it."""
+"""Rival explanations as a design shows them: the record that tells them apart, and the difference to look for."""
 
 from __future__ import annotations
 
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
+from mechid.ink.table import Table
 from mechid.ink.text_table import Column
 
 PAIRS = (
@@ -86,6 +87,11 @@ def _left_out(data: Data, group: Data) -> str:
     if reach < group["needed"]:
         return ""
     return f". {best['name']} would come to {chi_text(reach)} but is left out: {best['objection']}"
+
+
+def pair_table(data: Data) -> Table:
+    """Return how far every two rivals are apart, now and after the records chosen."""
+    return Table(PAIRS, pair_rows(data))
 
 
 def pair_rows(data: Data) -> list[dict[str, str]]:

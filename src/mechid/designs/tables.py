@@ -1,4 +1,4 @@
-"""The tables of a design, each built once for terminal and Markdown."""
+"""The tables of a design."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import math
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
 from mechid.ink.table import Table
-from mechid.ink.text_table import Column
-from mechid.reports.design.rivals import PAIRS, pair_rows
+from mechid.ink.text_table import Column, OnPage
 
 RECORDS = (
     Column("chosen record", "name", words=True),
@@ -27,28 +26,19 @@ LOSSES = (
 SHOWN_RANGES = 3
 
 
-def pair_table(data: Data) -> Table:
-    """Return how far every two rivals are apart, now and after the records chosen."""
-    return Table(PAIRS, _texts(pair_rows(data)))
-
-
 def parameter_table(data: Data) -> Table:
     """Return standard errors before and after; after a fit they are compared with what is known now."""
-    return Table(_columns(data), _texts(_parameter_rows(data)))
+    return Table(_columns(data), _parameter_rows(data))
 
 
 def record_table(data: Data) -> Table:
     """Return the records chosen, the most informative first."""
-    return Table(RECORDS, _texts(_record_rows(data)))
+    return Table(RECORDS, _record_rows(data))
 
 
 def loss_table(data: Data) -> Table:
     """Return the rates that each stepping holds."""
-    return Table(LOSSES, _texts(_loss_rows(data)))
-
-
-def _texts(rows: list[dict[str, str]]) -> list[Data]:
-    return [{"text": row} for row in rows]
+    return Table(LOSSES, _loss_rows(data))
 
 
 def _columns(data: Data) -> tuple[Column, ...]:
@@ -58,11 +48,11 @@ def _columns(data: Data) -> tuple[Column, ...]:
         Column("parameter", "name", words=True),
         Column("value", "value"),
         Column("unit", "unit", words=True),
-        Column(f"sigma {before}", "planned"),
-        Column("chosen", "chosen"),
+        Column(f"sigma {before}", "planned", said=f"σ {before}"),
+        Column("chosen", "chosen", said="σ chosen"),
         Column("better by", "gain"),
         Column(f"{many}: {before}", "planned_spread"),
-        Column("chosen", "chosen_spread"),
+        Column("chosen", "chosen_spread", said=f"{many}: chosen", on_page=OnPage(header="chosen")),
     )
 
 

@@ -1,9 +1,9 @@
-"""Step loss as a design's tables and lines show it; truth: by hand."""
+"""Step loss as a design's tables and lines show it. Truth: by hand."""
 
 import pytest
 
-from mechid.reports.design.tables import limit_words
-from mechid.reports.design.verdict import hole_lines
+from mechid.designs.sentences import hole_lines
+from mechid.designs.tables import limit_words
 
 SEARCHED = [4.0, 4000.0]
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from mechid.designs.rivals_shown import pair_rows, rival_lines
 from mechid.designs.separation import CLEAR
-from mechid.reports.design.rivals import pair_rows, rival_lines
 
 NAMES = ["stepper.detent:7.2deg", "stepper.phase_offset"]
 CANDIDATES = [

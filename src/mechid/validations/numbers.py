@@ -10,23 +10,7 @@ from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.ink.digits import digits, plain, rounded
 from mechid.ink.quantities import quantity_words, torque_alone
-from mechid.ink.text_table import Column
 from mechid.units import unit_words
-
-RECORD = Column("record", "name", words=True)
-CHANNEL = (Column("channel", "quantity", words=True), Column("unit", "unit", words=True))
-AGREEMENT = (Column("fit %", "fit_percent"), Column("residual", "residual_rms"))
-THEIL = (
-    Column("Theil", "theil"),
-    Column("bias", "bias"),
-    Column("variance", "variance"),
-    Column("covariance", "covariance"),
-)
-WHITENESS = (Column("Ljung-Box p", "p_value"), Column("largest rho", "largest"), Column("effective", "effective"))
-VALIDATION_LAYOUTS = (
-    ((RECORD, *CHANNEL, *AGREEMENT, *THEIL, *WHITENESS),),
-    ((RECORD, *CHANNEL, *AGREEMENT, *THEIL), (RECORD, *CHANNEL, *WHITENESS)),
-)
 
 
 def validation_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:

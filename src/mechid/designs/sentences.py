@@ -1,4 +1,4 @@
-"""What a design says, in sentences: the gain, step loss, holes, peaks, what was left out."""
+"""Sentences of a design: the gain, step loss, holes, peaks, candidates left out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from mechid.designs.proposal import criterion_words
 from mechid.ink.data import Data
 
 JSON_NAME = "design.json"
-RIVALS = "Effects that the records so far cannot tell apart"
 SHOWN_PEAKS, SHOWN_OBJECTIONS = 4, 12
 
 

@@ -1,33 +1,56 @@
-"""A design's figures: torque over rate, standard errors, step loss."""
+"""The figures of a design: errors before and after each record, rates of the records, step loss, torque over rate."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from mechid.ink.figures import STYLE, WIDTH_IN, made
+from mechid.arrays import FloatArray
+from mechid.ink.digits import plain
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made
 from mechid.ink.palette import INK, series
+
+ERRORS, ERRORS_BY_RECORD, RATES = "standard_errors", "errors_by_record", "record_rates"
+LOSS, TORQUE = "step_loss", "torque_over_rate"
+"""Names of the figures."""
+NAMES_IN = 1.9
+"""Of the parameters' names at the left."""
+BELOW_IN = 0.95
+"""Of the records' names below."""
+NAMED_RECORDS, NUMBERED_RECORDS = 40, 12
+"""Up to so many records each has its name, and each of its errors is written out."""
+DARK = 1.5
+"""Sum of red, green and blue below which text in a cell is light."""
+ON_DARK, ON_LIGHT = "#FEFEFE", "#010101"
+"""Of text in a cell: no colours of the page, since a cell keeps its own on a dark one."""
+LARGEST_ERROR = 1.0
+"""Over the value: beyond it a parameter is not known at all."""
 
 STEPPINGS = {"full": (series(0), "-"), "half": (series(1), "--"), "micro": (series(2), "-")}
 """Colour and style of each stepping."""
 RATE, AMPLITUDE = "step rate, full steps/s", "torque amplitude, N m"
 
 
-def design_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
-    """Return the figures of a design by name, from what `design_data` made."""
-    rows = len(data["parameters"])
-    with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return {
-            "torque_over_rate": made(partial(_torque_over_rate, data), 4.4),
-            "standard_errors": made(partial(_standard_errors, data), 0.22 * rows + 0.9),
-            "step_loss": made(partial(_step_loss, data), 2.8),
-        }
+def design_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures of what `design_numbers` made, with their names."""
+    height = 0.22 * len(data["parameters"]) + 0.9
+    drawings: dict[str, tuple[float, Callable[..., None]]] = {
+        ERRORS: (height, _standard_errors),
+        ERRORS_BY_RECORD: (height + 0.6, _errors_by_record),
+        RATES: (2.4, _record_rates),
+        LOSS: (2.8, _step_loss),
+        TORQUE: (4.4, _torque_over_rate),
+    }
+    for name, (height_in, draw) in drawings.items():
+        with mpl.rc_context(STYLE), np.errstate(all="ignore"):
+            yield name, made(partial(draw, data), height_in)
 
 
 def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:
@@ -62,7 +85,7 @@ def _band_words(mechanisms: int) -> str:
 
 def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
     """Draw each parameter's standard error relative to that of the planned records, with its 90 % over the prior."""
-    figure.subplots_adjust(left=1.9 / WIDTH_IN)
+    figure.subplots_adjust(left=NAMES_IN / WIDTH_IN)
     axes = figure.subplots()
     rows = data["parameters"]
     at = np.arange(len(rows))
@@ -75,6 +98,61 @@ def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
     axes.invert_yaxis()
     axes.set_xlabel("standard error over value (phases: rad); median and 90 % of mechanisms")
     axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 0.99), borderpad=0.1)
+
+
+def relative_errors(data: Mapping[str, Any]) -> FloatArray:
+    """Return each parameter's standard error over its value, (parameters, 1 + records), NaN where there is none."""
+    return np.array([[_over_value(p, sigma) for sigma in p["by_record"]] for p in data["parameters"]])
+
+
+def _errors_by_record(data: Mapping[str, Any], figure: Any) -> None:
+    """Draw a row for each parameter, a column before the first record and after each."""
+    records, errors = data["chosen"]["records"], relative_errors(data)
+    known = np.where(errors < LARGEST_ERROR, errors, np.nan)
+    least = float(np.nanmin(known)) if np.isfinite(known).any() else 0.1 * LARGEST_ERROR
+    bottom = BELOW_IN / figure.get_figheight()
+    figure.subplots_adjust(left=NAMES_IN / WIDTH_IN, right=1.0 - BAR_IN / WIDTH_IN, bottom=bottom)
+    axes = figure.subplots()
+    image = axes.pcolormesh(known, norm=LogNorm(least, LARGEST_ERROR), cmap="cividis_r", rasterized=True)
+    axes.set_yticks(np.arange(len(errors)) + 0.5, [p["name"] for p in data["parameters"]])
+    names = ["now" if data["after_fit"] else "no record", *(r["name"] for r in records)]
+    shown = names if len(names) <= NAMED_RECORDS else [""] * len(names)
+    axes.set_xticks(np.arange(len(names)) + 0.5, shown, rotation=40, ha="right", rotation_mode="anchor")
+    axes.invert_yaxis()
+    axes.grid(visible=False)
+    if len(records) <= NUMBERED_RECORDS:
+        _write_errors(axes, image, errors)
+    in_powers(figure.colorbar(image, ax=axes, label="standard error over value", pad=0.02, fraction=0.05).ax.yaxis)
+
+
+def _write_errors(axes: Any, image: Any, errors: FloatArray) -> None:
+    """Write each error into its cell, light on dark."""
+    for (row, column), value in np.ndenumerate(errors):
+        is_known = value < LARGEST_ERROR
+        is_dark = is_known and sum(image.cmap(image.norm(value))[:3]) < DARK
+        place, text = (column + 0.5, row + 0.5), plain(value, 2) if is_known else "·"
+        colour = INK if not is_known else ON_DARK if is_dark else ON_LIGHT
+        axes.text(*place, text, ha="center", va="center", fontsize=6.5, color=colour)
+
+
+def _record_rates(data: Mapping[str, Any], figure: Any) -> None:
+    """Draw the rate of the chosen records one after the other, named where there is room."""
+    axes, start_s, records = figure.subplots(), 0.0, data["chosen"]["records"]
+    for r in records:
+        colour, style = STEPPINGS[r["stepping"]]
+        times, rates = np.array(r["rate_profile"]).T
+        at = np.unique(np.clip([0.0, *times, r["duration_s"]], 0.0, r["duration_s"]))
+        rate = [0.0, *np.interp(at, times, rates), 0.0]
+        label = None if r["stepping"] in axes.get_legend_handles_labels()[1] else r["stepping"]
+        time = start_s + np.array([0.0, *at, r["duration_s"]])
+        axes.plot(time, rate, style, color=colour, linewidth=1.2, label=label)
+        if len(records) <= NUMBERED_RECORDS:
+            place = (start_s + 0.5 * r["duration_s"], max(rate, key=abs))
+            axes.annotate(r["name"], place, (0, 2), textcoords="offset points", ha="center", fontsize=6.5)
+        start_s += r["duration_s"] + data["limits"]["between_s"]
+    axes.margins(y=0.15)
+    axes.set(xlabel="test time, s", ylabel=RATE, xlim=(0.0, max(start_s, 1e-9)))
+    legend_above(figure, axes, len(STEPPINGS))
 
 
 def _label(data: Mapping[str, Any], key: str) -> str:
