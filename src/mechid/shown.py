@@ -26,6 +26,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
     "Survey": "mechid.looks.document",
+    "Understanding": "mechid.checks.document",
     "Validations": "mechid.validations.document",
 }
 """Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""

@@ -6,6 +6,7 @@ from mechid.bootstraps import numbers as bootstraps
 from mechid.budgets import files as budget_files
 from mechid.budgets import numbers as budgets
 from mechid.campaign import campaign_file
+from mechid.checks import numbers as checks
 from mechid.comparisons import numbers as comparisons
 from mechid.designs import numbers as designs
 from mechid.exports import export as exports
@@ -17,6 +18,7 @@ from mechid.profiles import numbers as profiles
 
 WRITTEN = {
     "Campaigns": (campaign_file.FILE_NAME, ""),
+    "Checks": (checks.FILE_NAME, checks.FORMAT),
     "Fits": (fit.ESTIMATE_NAME, fit.FORMAT),
     "Diagnoses": (diagnosis_file.FILE_NAME, diagnosis_file.FORMAT),
     "Comparisons": (comparisons.FILE_NAME, comparisons.FORMAT),

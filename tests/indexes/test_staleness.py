@@ -77,6 +77,16 @@ def test_a_look_at_a_record_that_changed_is_stale(bench):
     assert cautions(bench, "Looks") == [("stale: a.csv changed since; look again",)]
 
 
+def test_a_check_of_a_record_that_changed_is_stale(bench):
+    inputs = write_campaign(bench / "bench")
+    provenance = {"campaign": str(bench / "bench" / "campaign.toml"), "inputs_sha256": inputs}
+    content = {"format": "mechid-check/1", "records": [], "free": [], "warnings": [], "provenance": provenance}
+    write(bench / "check" / "check.json", content)
+    assert cautions(bench, "Checks") == [()]
+    write(bench / "bench" / "data" / "a.csv", "time_s,torque_Nm\n0,1\n")
+    assert cautions(bench, "Checks") == [("stale: a.csv changed since; check anew",)]
+
+
 @pytest.mark.parametrize("provenance", [3, {"inputs_sha256": 3}, {"inputs_sha256": {}, "mechanism_file": "\0"}])
 def test_damaged_provenance_is_said(bench, provenance):
     content = {"format": "mechid-estimate/1", "grade": "A", "grade_reasons": [], "provenance": provenance}

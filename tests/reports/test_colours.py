@@ -12,12 +12,12 @@ from matplotlib.colors import to_rgb
 
 from colours_drawn import wrong_colours
 from mechid.analysis.look import look_at
+from mechid.checks.figures import check_figures
 from mechid.ink.drawings import draw
 from mechid.ink.palette import MEANINGS, SERIES, colour_style
 from mechid.ink.pens import Pens
 from mechid.looks.figures import look_figures
 from mechid.reports.illustration import Illustration
-from mechid.reports.record_figures import record_figures
 
 FOUR = ("measured", "modelled", "residual", "noise")
 APART = 0.2
@@ -83,7 +83,8 @@ def test_the_figures_of_a_look_and_of_check(reported):
     look = look_at(reported.campaign.records[0].data)
     figures = [figure for _, figure in look_figures([look])]
     assert [line for figure in figures for line in wrong_colours(figure)] == []
-    for figure in record_figures(reported.campaign.records).values():
+    over_time = {record.name for record in reported.campaign.records}
+    for figure in (figure for name, figure in check_figures(reported.campaign.records) if name in over_time):
         for axes in figure.axes[:-1]:
             assert axes.lines[0].get_color() == MEANINGS["measured"].paper
 

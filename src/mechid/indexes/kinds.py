@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from mechid.indexes import verdicts
 from mechid.indexes.verdicts import Judged
+from mechid.ink.sheet import FOLDER_NAME
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +27,8 @@ class Kind:
         Name of its page, beside the file.
     picture : str
         In the names of its figures, the first of which stands for it; empty: none does.
+    figure_folder : str
+        Where they lie, from the file; empty: beside it.
     """
 
     heading: str
@@ -34,11 +37,21 @@ class Kind:
     verdict: Judged
     page: str = ""
     picture: str = ""
+    figure_folder: str = FOLDER_NAME
 
 
-CAMPAIGNS, FITS, BUDGETS, EXPORTS, LOOKS = "Campaigns", "Fits", "Budgets", "Exports", "Looks"
+CAMPAIGNS, CHECKS, FITS, BUDGETS, EXPORTS, LOOKS = "Campaigns", "Checks", "Fits", "Budgets", "Exports", "Looks"
 KINDS: tuple[Kind, ...] = (
     Kind(heading=CAMPAIGNS, file="campaign.toml", format="", verdict=verdicts.campaign_verdict),
+    Kind(
+        heading=CHECKS,
+        file="check.json",
+        format="mechid-check/1",
+        verdict=verdicts.check_verdict,
+        page="check.html",
+        picture="_spectrum",
+        figure_folder="",
+    ),
     Kind(
         heading=LOOKS,
         file="look.json",

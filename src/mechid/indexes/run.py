@@ -18,7 +18,6 @@ from mechid.indexes.kinds import BY_FILE, CAMPAIGNS, FITS, KINDS
 from mechid.indexes.numbers import index_numbers
 from mechid.indexes.staleness import Staleness
 from mechid.indexes.walk import files_below
-from mechid.ink.sheet import FOLDER_NAME
 from mechid.reading.whole import is_file, is_folder
 from mechid.writing import writable, write_whole
 
@@ -122,7 +121,7 @@ def _picture(found: Found, root: Path) -> str:
     if not found.kind.picture:
         return ""
     try:
-        names = sorted(p for p in (found.folder / FOLDER_NAME).iterdir() if found.kind.picture in p.name)
+        names = sorted(p for p in (found.folder / found.kind.figure_folder).iterdir() if found.kind.picture in p.name)
     except OSError:
         return ""
     drawn = [path for path in names if path.suffix == ".svg"]

@@ -15,7 +15,7 @@ from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import DIGEST, FILE
 from mechid.indexes.found import DAMAGE, Found
-from mechid.indexes.kinds import BUDGETS, EXPORTS, FITS, LOOKS
+from mechid.indexes.kinds import BUDGETS, CHECKS, EXPORTS, FITS, LOOKS
 from mechid.reading.whole import is_file
 from mechid.records.formats import digest_of
 
@@ -61,19 +61,21 @@ class Staleness:
 
     def _cautions(self, found: Found) -> Iterator[str]:
         if found.kind.heading == FITS:
-            yield from self._of_records(found)
+            yield from self._of_records(found, self.campaign_of(found), "identify anew")
             yield from self._of_mechanism(found)
+        elif found.kind.heading == CHECKS:
+            yield from self._of_records(found, Path(found.content["provenance"]["campaign"]), "check anew")
         elif found.kind.heading in (BUDGETS, EXPORTS):
             yield from self._of_fit(found.content)
         elif found.kind.heading == LOOKS:
             named = {Path(one["file"]): str(one["sha256"]) for one in found.content["records"]}
-            changed = [path.name for path, digest in named.items() if self._digest(path) not in (digest, GONE)]
+            known = {path: digest for path, digest in named.items() if path.is_absolute()}
+            changed = [path.name for path, digest in known.items() if self._digest(path) not in (digest, GONE)]
             if changed:
                 yield f"stale: {', '.join(changed)} changed since; look again"
 
-    def _of_records(self, found: Found) -> Iterator[str]:
-        campaign = self.campaign_of(found)
-        if campaign is None:
+    def _of_records(self, found: Found, campaign: Path | None, remedy: str) -> Iterator[str]:
+        if campaign is None or not is_file(campaign):
             return
         now = {path: self._digest(path) for path in _files(campaign)}
         then = found.content["provenance"]["inputs_sha256"]
@@ -81,7 +83,7 @@ class Staleness:
         changed = [name for name, digest in then.items() if names.get(name, digest) not in (digest, GONE)]
         gone = [name for name in then if names.get(name) == GONE]
         if changed:
-            yield f"stale: {', '.join(changed)} changed since; identify anew"
+            yield f"stale: {', '.join(changed)} changed since; {remedy}"
         if gone:
             yield f"{', '.join(gone)}: not there any more"
 

@@ -40,6 +40,13 @@ def campaign_verdict(data: Data) -> Verdict:
     return Verdict(headline, CAUTION, ("It is a template still: fill it in.",)) if blank else Verdict(headline)
 
 
+def check_verdict(data: Data) -> Verdict:
+    """Return how many warnings there are of a campaign as it was understood."""
+    warnings, free = data["warnings"], counted(len(data["free"]), "parameter")
+    headline = f"{counted(len(data['records']), 'record')}, {free} to be estimated"
+    return Verdict(headline, CAUTION if warnings else GOOD, _few(warnings))
+
+
 def fit_verdict(data: Data) -> Verdict:
     """Return the grade of a fit, what it says, and the reasons for it."""
     grade = Grade(data["grade"])

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.table import Table
 from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, TERMINAL
 from mechid.shown import SIMULATED
@@ -122,10 +123,13 @@ class Picture(_Part):
         Of its files, without a suffix.
     words : str
         What it shows, for who cannot see it.
+    folder : str
+        Of its files, from the document; empty: beside it.
     """
 
     name: str
     words: str
+    folder: str = FOLDER_NAME
     where: tuple[str, ...] = field(default=IN_DOCUMENTS, kw_only=True)
 
 

@@ -21,7 +21,6 @@ from mechid.ink.document import (
     shown_on,
 )
 from mechid.ink.markdown_text import bullets, cell
-from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.text_table import MARKDOWN
 
 
@@ -62,7 +61,7 @@ def _code(part: Code, level: int) -> list[str]:
 
 
 def _picture(part: Picture, level: int) -> list[str]:
-    return [f"![{cell(part.words)}](<{FOLDER_NAME}/{part.name}.svg>)"]
+    return [f"![{cell(part.words)}](<{f'{part.folder}/' if part.folder else ''}{part.name}.svg>)"]
 
 
 def _interactive(part: Interactive, level: int) -> list[str]:

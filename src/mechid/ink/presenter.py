@@ -67,6 +67,8 @@ class Presenter:
         depend on where they lie. It comes first, so that it can refuse a folder.
     figures : callable
         From the same to its figures by name, drawn one after the other.
+    figure_folder : str
+        Where they lie, from the result's folder; empty: in that itself.
     style : str
         Rules of its page that no other has.
     """
@@ -78,6 +80,7 @@ class Presenter:
     texts: Callable[[Any, Mapping[str, Any]], Mapping[str, Text]] = _no_texts
     files: Callable[[Any, Mapping[str, Any], Path], list[Path]] = _no_files
     figures: Callable[[Any, Mapping[str, Any]], Drawn] = _no_figures
+    figure_folder: str = FOLDER_NAME
     style: str = ""
 
     def write(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> list[Path]:
@@ -86,7 +89,7 @@ class Presenter:
         Returns
         -------
         list of Path
-            The files, and the folder of the figures where there are any.
+            The files, and the folder of the figures where they have one of their own.
 
         Raises
         ------
@@ -97,12 +100,15 @@ class Presenter:
 
         with held(folder):
             own = self.files(result, numbers, folder)
-            figures = self._write_figures(result, numbers, folder / FOLDER_NAME)
+            figures = self._write_figures(result, numbers, folder / self.figure_folder)
             texts, document = dict(self.texts(result, numbers)), self.document(numbers)
             if self.name:
                 texts[f"{self.name}.md"] = document_markdown(document)
                 texts[f"{self.name}.html"] = document_page(document, figures, self.style)
-            return [*own, *write_together(folder, texts), *([folder / FOLDER_NAME] if figures else [])]
+            own += write_together(folder, texts)
+            if figures and self.figure_folder:
+                return [*own, folder / self.figure_folder]
+            return [*own, *(folder / f"{name}.svg" for name in figures)]
 
     def _write_figures(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> Any:
         if self.figures is _no_figures:

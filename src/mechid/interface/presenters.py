@@ -34,27 +34,6 @@ class Presenter(OfDocument):
         self.ink(numbers, console, files)
 
 
-def _understanding() -> Presenter:
-    from mechid.ink.console import print_lines
-    from mechid.reports.overview import campaign_data, print_campaign
-
-    def files(found: Any, data: Mapping[str, Any], folder: Path) -> list[Path]:
-        from mechid.reports.record_figures import write_record_figures  # Matplotlib takes half a second to load
-
-        return write_record_figures(found.campaign, folder)
-
-    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        print_campaign(data, console)
-        print_lines(console, "written", map(str, files))
-
-    return Presenter(
-        numbers=lambda found: campaign_data(found.campaign, found.found),
-        ink=ink,
-        files=files,
-        line=lambda found: f"{len(found.campaign.records)} records, {len(found.warnings)} warnings",
-    )
-
-
 def _trajectory() -> Presenter:
     from mechid.campaign.trajectory_file import write_trajectories
     from mechid.reports.simulated import print_simulated, simulated_data
@@ -69,5 +48,4 @@ def _trajectory() -> Presenter:
 
 PRESENTERS: Mapping[str, Callable[[], Presenter]] = {
     "Trajectory": _trajectory,
-    "Understanding": _understanding,
 }

@@ -8,7 +8,7 @@ from typing import Any
 from mechid.analysis.look import RecordLook
 from mechid.ink.data import Data
 from mechid.looks.figures import spectrum_groups
-from mechid.looks.numbers import channel_keys
+from mechid.records.channel_keys import channel_keys
 
 LINE_KEYS = ("frequency_hz", "amplitude", "sigma", "ratio", "order", "mains_hz", "mains_multiple")
 STEP_KEYS = ("order", "windows", "amplitude", "sigma", "peak_rate", "peak_amplitude")
@@ -27,7 +27,7 @@ def look_tables(data: Data, looks: Sequence[RecordLook]) -> dict[str, Iterable[s
     """Return the CSV files by name, line by line: a row with its channel; densities apart."""
     sheets: dict[str, Iterable[str]] = {name: _sheet(data, *sheet) for name, sheet in SHEETS.items()}
     for look in looks:
-        for key, channel in zip(channel_keys(look), look.channels, strict=True):
+        for key, channel in zip(channel_keys(look.record), look.channels, strict=True):
             columns = zip(channel.density_hz.tolist(), channel.density.tolist(), strict=True)
             sheets[f"{key}_density.csv"] = _lines(("frequency_hz", "density_unit2_per_hz"), columns)
             groups = zip(*(column.tolist() for column in spectrum_groups(channel)), strict=True)

@@ -19,8 +19,8 @@ from mechid.ink.extremes import drawn
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
 from mechid.ink.palette import INK, MARK, MARK_OVER, MEASURED, NOISE, ORDER, series
 from mechid.ink.quantities import FREQUENCY, TIME, quantity_words
-from mechid.looks.numbers import channel_keys
 from mechid.looks.words import order_of, unit_text
+from mechid.records.channel_keys import channel_keys
 from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
 from mechid.signal.spectrogram import largest_rows
@@ -40,7 +40,7 @@ LARGER = 0.03
 def look_figures(looks: Sequence[RecordLook], kinds: Sequence[str] = KINDS) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of each channel with their names, or of some kinds alone."""
     for look in looks:
-        for key, channel in zip(channel_keys(look), look.channels, strict=True):
+        for key, channel in zip(channel_keys(look.record), look.channels, strict=True):
             drawings = (one for one in _drawings(look, channel) if one[0] in kinds)
             for name, height, draw in drawings:
                 with mpl.rc_context(STYLE), np.errstate(all="ignore"):

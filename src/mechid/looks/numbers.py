@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import asdict
 from typing import Any
 
@@ -26,6 +25,7 @@ from mechid.looks.words import (
     resonance_word,
     unit_text,
 )
+from mechid.records.channel_keys import channel_keys
 from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
@@ -33,7 +33,6 @@ from mechid.signal.runs import Runs
 FORMAT = "mechid-look/1"
 TOLD = 8
 """Gaps, clipped peaks and quiet stretches that are told one by one."""
-_FILE_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 
 
 def look_numbers(found: Survey) -> dict[str, Any]:
@@ -44,15 +43,6 @@ def look_numbers(found: Survey) -> dict[str, Any]:
         "resonances": [_shared(one) for one in shared_resonances(found.looks)],
         "left_out": [asdict(one) for one in found.left_out],
     }
-
-
-def channel_keys(look: RecordLook) -> list[str]:
-    """Return what each channel's figures and files are called: the record's name, with the column where it has more."""
-    name = look.record.name
-    if len(look.channels) == 1:
-        return [name]
-    columns = [_FILE_NAME.sub("_", one.channel.column).strip("_") or str(k) for k, one in enumerate(look.channels)]
-    return [f"{name}.{c if columns.count(c) == 1 else f'{c}_{k}'}" for k, c in enumerate(columns)]
 
 
 def _record(look: RecordLook) -> dict[str, Any]:
@@ -76,7 +66,9 @@ def _record(look: RecordLook) -> dict[str, Any]:
         "treatments": [str(treatment["text"]) for treatment in record.treatments],
         "warnings": list(record.warnings),
         "driven": {**driven, "words": driven_words(driven)},
-        "channels": [_channel(one, key, look) for one, key in zip(look.channels, channel_keys(look), strict=True)],
+        "channels": [
+            _channel(one, key, look) for one, key in zip(look.channels, channel_keys(look.record), strict=True)
+        ],
         "text": {
             "samples": str(record.samples),
             "sample_rate_hz": plain(base.sample_rate_hz, 9),

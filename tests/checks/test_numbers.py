@@ -7,8 +7,9 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
+from mechid.checks.document import PRESENTER
+from mechid.checks.numbers import check_numbers
 from mechid.identification.output_error.noise_level import known_noise
-from mechid.reports.overview import campaign_data, print_campaign
 from printing import printed, tables
 
 
@@ -19,7 +20,7 @@ def campaign(tmp_path_factory):
 
 def test_the_overview_says_what_the_files_say(campaign):
     """Truth: the bench's own definition."""
-    data = campaign_data(campaign)
+    data = check_numbers(campaign)
     sweep = next(record for record in data["records"] if record["name"] == "sweep")
     assert sweep["samples"] == 10001
     assert sweep["sample_rate_hz"] == 10000.0
@@ -30,8 +31,8 @@ def test_the_overview_says_what_the_files_say(campaign):
 
 
 def test_the_overview_fits_eighty_columns(campaign):
-    data = campaign_data(campaign, ["something is odd"])
-    text = printed(print_campaign, data, 80)
+    data = check_numbers(campaign, ["something is odd"])
+    text = printed(PRESENTER.print, data, 80)
     assert max(len(line) for table in tables(text) for line in table) <= 80
     assert "warning: something is odd" in text.splitlines()
     assert all(row["key"] in text and row["text"]["value"] in text for row in data["parameters"])
@@ -45,7 +46,7 @@ def test_the_noise_of_the_tables_is_that_of_the_fit_without_bridged_samples(camp
     noisy = np.random.default_rng(1).normal(0.0, 0.002, torque.data.size)
     noisy[bridged] = 0.0
     gone = replace(entry, data=replace(entry.data, channels=(replace(torque, data=noisy, bridged=bridged),)))
-    data = campaign_data(replace(campaign, records=(gone,)))
+    data = check_numbers(replace(campaign, records=(gone,)))
     assert data["records"][0]["noise_sigma"] == pytest.approx(0.002, rel=0.05)
     assert data["channels"][0]["noise_sigma"] == data["records"][0]["noise_sigma"]
     assert known_noise(gone, gone.estimated[0]).sigma == data["records"][0]["noise_sigma"]

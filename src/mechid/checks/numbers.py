@@ -1,42 +1,33 @@
-"""Overview of a campaign: every number in one dict, and its ink for a terminal."""
+"""A campaign as it was understood: every number that a check shows, in one dict."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Console
-
+from mechid.analysis.commanded_rate import commanded_rate
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import START, key_in_record, names_start
 from mechid.campaign.prediction import time_base
 from mechid.command import MeasuredCommand
 from mechid.command.words import command_words
-from mechid.ink.console import print_lines, say, say_if_synthetic
+from mechid.identification.output_error.identity import file_digests
 from mechid.ink.digits import digits, plain
-from mechid.ink.text_table import Column, print_table
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
-from mechid.records import Record
-from mechid.reports.channels import channel_rows, print_channels
-from mechid.signal.moments import extremes, root_mean_square
+from mechid.records import Channel, Record
+from mechid.records.channel_keys import channel_keys
+from mechid.signal.moments import extremes, mean, root_mean_square
 from mechid.signal.stored import is_long
+from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words
 
-COLUMNS = (
-    Column("parameter", "key", words=True),
-    Column("symbol", "symbol", words=True),
-    Column("value", "value"),
-    Column("unit", "unit", words=True),
-    Column("min", "min"),
-    Column("max", "max"),
-    Column("prior", "sigma"),
-    Column("status", "status", words=True),
-)
+FORMAT = "mechid-check/1"
+FILE_NAME = "check.json"
 
 
-def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str, Any]:
-    """Return all that `mechid check` shows.
+def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """Return all that a check shows.
 
     Parameters
     ----------
@@ -46,6 +37,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         In addition to the campaign's own.
     """
     return {
+        "format": FORMAT,
         "campaign": str(campaign.path),
         "mechanism": str(campaign.mechanism_path),
         "synthetic": campaign.synthetic,
@@ -53,7 +45,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "validated": len(campaign.validated),
         "free": [parameter.name for parameter in campaign.free],
         "records": [_record(record, campaign) for record in campaign.records],
-        "channels": channel_rows(record.data for record in campaign.records),
+        "channels": [_channel(r.data, channel) for r in campaign.records if r.data for channel in r.data.channels],
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
         + [
             _parameter(q, None)
@@ -62,33 +54,15 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
+        "provenance": {"campaign": str(campaign.path.resolve()), "inputs_sha256": file_digests(campaign)},
     }
 
 
-def print_campaign(data: Mapping[str, Any], console: Console) -> None:
-    """Print what `campaign_data` made; what is odd comes first, where it is read."""
-    say(console, f"{data['campaign']} with {data['mechanism']}", "bold")
-    say_if_synthetic(console, data)
-    print_lines(console, "warning", data["warnings"], "yellow")
-    say(console, f"{data['estimated']} records to estimate from, {data['validated']} to validate with")
-    console.print()
-    for record in data["records"]:
-        say(console, f"{record['name']}  ({record['use']}, {record['file']})", "bold")
-        for line in record["lines"]:
-            say(console, f"  {line}")
-    console.print()
-    if data["channels"]:
-        print_channels(console, data["channels"])
-    print_table(console, COLUMNS, data["parameters"])
-    for row in data["parameters"]:
-        if row["tied_to"]:
-            say(console, f"{row['name']} follows {row['tied_to']}")
-    say(console, f"{len(data['free'])} parameters to be estimated")
-    for number, stage in enumerate(data["stages"], 1):
-        window = "all of them" if stage["window_s"] is None else "{:.9g} s to {:.9g} s".format(*stage["window_s"])
-        say(console, f"stage {number}: {', '.join(stage['free'])}; {', '.join(stage['records'])}, {window}")
-    if not data["stages"]:
-        say(console, "no stages: mechid plans its own")
+def has_one_rate(record: CampaignRecord, data: Record) -> bool:
+    """Whether a record's command steps at one rate all the time."""
+    base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
+    measured = isinstance(record.command, MeasuredCommand)
+    return not measured and len(commanded_rate(record.command.rate, record.time_offset.value, base)) == 1
 
 
 LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file while mechid runs"
@@ -133,6 +107,7 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "start_time": data.start_time,
         "conditioning": [treatment["text"] for treatment in data.treatments],
         "planned": False,
+        "figures": figure_names(record, data),
     }
 
 
@@ -147,7 +122,34 @@ def _planned(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
         "edges": record.command.excitation(base.duration_s).times.size,
         "stepped": True,
         "planned": True,
+        "figures": [],
     }
+
+
+def figure_names(record: CampaignRecord, data: Record) -> list[str]:
+    """Return the names of a record's figures: itself over time, then each channel over frequency."""
+    kinds = ("spectrum",) if has_one_rate(record, data) else ("spectrum", "waterfall")
+    return [record.name, *(f"{key}_{kind}" for key in channel_keys(data) for kind in kinds)]
+
+
+def _channel(record: Record, channel: Channel) -> dict[str, Any]:
+    values = channel.data
+    low, high = extremes(values)
+    numbers = {
+        "samples": record.samples,
+        "sample_rate_hz": record.sample_rate_hz,
+        "start_s": record.time_start_s,
+        "duration_s": record.duration_s,
+        "min": low,
+        "max": high,
+        "mean": mean(values),
+        "rms": root_mean_square(values),
+        "noise_sigma": record.noise_floor(channel.quantity),
+    }
+    exact = {key: plain(numbers[key], 9) for key in ("samples", "sample_rate_hz", "start_s", "duration_s")}
+    measured = {key: digits(numbers[key], 4) for key in ("min", "max", "mean", "rms", "noise_sigma")}
+    row = {"table": record.name, "quantity": channel.quantity, "column": channel.column, "unit": channel.unit}
+    return {**row, **numbers, "text": {**exact, **measured}}
 
 
 def _begins(begun_s: float) -> str:

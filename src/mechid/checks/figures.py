@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.look import Drive, look_at
-from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign import CampaignRecord
+from mechid.checks.numbers import has_one_rate
 from mechid.command import MeasuredCommand
 from mechid.ink.extremes import drawn
-from mechid.ink.figures import STYLE, made, over_time, write_figures
+from mechid.ink.figures import STYLE, made, over_time
 from mechid.ink.palette import MEASURED, ORDER, series
 from mechid.ink.quantities import TIME, quantity_words
 from mechid.looks.figures import look_figures
 from mechid.records import Channel, Record, Role
-from mechid.reports.curves import rate_over
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words
-from mechid.writing import writable
 
 LEFT_SHARE = 0.14
 CHANNEL_IN = 1.3
@@ -33,52 +32,20 @@ MOST_MARKED = 200
 RATE = "rate,\nfull steps/s"
 
 
-def write_record_figures(campaign: Campaign, folder: Path | str) -> list[Path]:
-    """Write a picture of each record that was read and its spectra, as SVG and PNG, by the record's name.
+def check_figures(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figure]]:
+    """Yield the picture of each record that was read, then its channels over frequency, with their names.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        With its records read.
-    folder : Path
-        Made with its parents where it is missing.
-
-    Returns
-    -------
-    list of Path
-        The SVG files.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
-    figures = record_figures(campaign.records)
-    with writable(folder):
-        write_figures(figures.items(), Path(folder))
-        spectra = write_figures(_spectra(campaign.records), Path(folder))
-    return [Path(folder) / f"{name}.svg" for name in (*figures, *spectra)]
-
-
-def _spectra(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figure]]:
-    """Yield the spectrum of each channel that was read beside the lines that the command would make.
-
-    Where the rate varies they are drawn over time or rate.
+    The spectrum of a channel stands beside the lines that the command would make; where the rate varies they are drawn
+    over time or rate.
     """
     for record in records:
         if record.data is not None:
+            with mpl.rc_context(STYLE):
+                draw = partial(_draw, record, record.data)
+                yield record.name, made(draw, CHANNEL_IN * _rows(record, record.data) + 0.7)
             look = look_at(record.data, Drive(command=record.command, time_offset_s=record.time_offset.value))
-            yield from look_figures([look], ("spectrum",) if look.constant_rate else ("spectrum", "waterfall"))
-
-
-def record_figures(records: Iterable[CampaignRecord]) -> dict[str, Figure]:
-    """Return the picture of each record that was read, by name."""
-    with mpl.rc_context(STYLE):
-        return {
-            r.name: made(partial(_draw, r, r.data), CHANNEL_IN * _rows(r, r.data) + 0.7)
-            for r in records
-            if r.data is not None
-        }
+            kinds = ("spectrum",) if has_one_rate(record, record.data) else ("spectrum", "waterfall")
+            yield from look_figures([look], kinds)
 
 
 def _rows(record: CampaignRecord, data: Record) -> int:
@@ -93,7 +60,7 @@ def _draw(record: CampaignRecord, data: Record, figure: Any) -> None:
     for ax, channel in zip(axes, data.channels, strict=False):
         _draw_channel(ax, channel, base)
     if len(axes) > len(data.channels):
-        rate = rate_over(record, base)
+        rate = commanded_rate(record.command.rate, record.time_offset.value, base)
         ends = [base.start_s, base.start_s + data.duration_s]
         times = rate[:, 0] if len(rate) > 1 else ends
         axes[-1].plot(times, rate[:, 1] if len(rate) > 1 else [rate[0, 1]] * 2, color=series(1), linewidth=1.0)
