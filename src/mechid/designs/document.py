@@ -26,9 +26,9 @@ BY_RECORD = (
     "itself."
 )
 RATES_WORDS = "The rates of the records, one after the other in this order, with the time between them."
-STYLE = (
-    "@media (min-width: 641px) { .scroll td.word { white-space: nowrap; } .scroll thead th { white-space: normal; } }"
-)
+STYLE = """
+@media (min-width: 641px) { .scroll td.word { white-space: nowrap; } .scroll thead th { white-space: normal; } }
+"""
 """Units and names stay in one line where there is room, headers need not."""
 BAND = "The line is at the values believed; the band holds all mechanisms that may be true."
 
