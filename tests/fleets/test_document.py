@@ -3,15 +3,11 @@
 import json
 
 import numpy as np
-from matplotlib.collections import Collection
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 import mechid
 from browser import chromium, faults, requests, shown
-from colours_drawn import SAID, colours_of, wrong_colours
 from mechid.fleets.document import PRESENTER
-from mechid.fleets.figures import figure_names, fleet_figures
+from mechid.fleets.figures import figure_names
 from mechid.fleets.numbers import fleet_data
 from mechid.fleets.texts import fleet_texts
 from mechid.fleets.verdict import fleet_verdict
@@ -56,18 +52,6 @@ def test_the_page_stands_alone_in_a_browser(data, tmp_path):
 
 ODD = "FM 1#2 50%"
 """A folder's name that is none of a link as it stands."""
-
-
-def test_colours_mean_what_they_mean_elsewhere(data):
-    """Truth: the one table of colours; what a fleet draws is neither measured nor modelled, residual or noise."""
-    for _, figure in fleet_figures(fleet_texts(data)):
-        assert wrong_colours(figure) == []
-        drawn = {colour for axes in figure.axes for artist in axes.get_children() for colour in colours_if_any(artist)}
-        assert drawn.isdisjoint(colour.lower() for colour in SAID)
-
-
-def colours_if_any(artist):
-    return colours_of(artist) if isinstance(artist, Line2D | Collection | Patch) else set()
 
 
 def test_links_lead_to_reports_after_the_whole_was_moved(tmp_path):

@@ -22,11 +22,14 @@ RATES_NAME = "torque_over_rate.csv"
 AT = "At the values believed, and the median over the mechanisms that may be true."
 BY_RECORD = (
     "The standard error of each parameter over its value (of a phase, in rad), before the first record and after each "
-    "one: the median over the mechanisms that may be true. A dot: more than the value itself."
+    "one: the median over the mechanisms that may be true. A dot, or no colour: more than the value "
+    "itself."
 )
 RATES_WORDS = "The rates of the records, one after the other in this order, with the time between them."
-UNBROKEN = "@media (min-width: 641px) { .scroll td.word { white-space: nowrap; } }"
-"""Units and names stay in one line where there is room."""
+STYLE = """
+@media (min-width: 641px) { .scroll td.word { white-space: nowrap; } .scroll thead th { white-space: normal; } }
+"""
+"""Units and names stay in one line where there is room, headers need not."""
 BAND = "The line is at the values believed; the band holds all mechanisms that may be true."
 
 
@@ -97,5 +100,5 @@ PRESENTER = Presenter(
     texts=_texts,
     files=write_proposal,
     figures=lambda _found, data: design_figures(data),
-    style=COMPACT + ONE_COLUMN + UNBROKEN,
+    style=COMPACT + ONE_COLUMN + STYLE,
 )

@@ -24,8 +24,8 @@ NAMES_IN = 1.9
 """Of the parameters' names at the left."""
 BELOW_IN = 0.95
 """Of the records' names below."""
-NAMED_RECORDS, NUMBERED_RECORDS = 40, 12
-"""Up to so many records each has its name, and each of its errors is written out."""
+NAMED_COLUMNS, NAMED_RECORDS, NUMBERED_RECORDS = 40, 12, 6
+"""Records up to which each has its name below the errors, its name over its rate, its errors written out."""
 DARK = 1.5
 """Sum of red, green and blue below which text in a cell is light."""
 ON_DARK, ON_LIGHT = "#FEFEFE", "#010101"
@@ -109,20 +109,28 @@ def _errors_by_record(data: Mapping[str, Any], figure: Any) -> None:
     """Draw a row for each parameter, a column before the first record and after each."""
     records, errors = data["chosen"]["records"], relative_errors(data)
     known = np.where(errors < LARGEST_ERROR, errors, np.nan)
-    least = float(np.nanmin(known)) if np.isfinite(known).any() else 0.1 * LARGEST_ERROR
+    norm = LogNorm(*_decades_of(known if data["after_fit"] else known[:, 1:]), clip=True)
     bottom = BELOW_IN / figure.get_figheight()
     figure.subplots_adjust(left=NAMES_IN / WIDTH_IN, right=1.0 - BAR_IN / WIDTH_IN, bottom=bottom)
     axes = figure.subplots()
-    image = axes.pcolormesh(known, norm=LogNorm(least, LARGEST_ERROR), cmap="cividis_r", rasterized=True)
+    image = axes.pcolormesh(known, norm=norm, cmap="cividis_r", rasterized=True)
     axes.set_yticks(np.arange(len(errors)) + 0.5, [p["name"] for p in data["parameters"]])
     names = ["now" if data["after_fit"] else "no record", *(r["name"] for r in records)]
-    shown = names if len(names) <= NAMED_RECORDS else [""] * len(names)
+    shown = names if len(names) <= NAMED_COLUMNS else [""] * len(names)
     axes.set_xticks(np.arange(len(names)) + 0.5, shown, rotation=40, ha="right", rotation_mode="anchor")
     axes.invert_yaxis()
     axes.grid(visible=False)
     if len(records) <= NUMBERED_RECORDS:
         _write_errors(axes, image, errors)
     in_powers(figure.colorbar(image, ax=axes, label="standard error over value", pad=0.02, fraction=0.05).ax.yaxis)
+
+
+def _decades_of(errors: FloatArray) -> tuple[float, float]:
+    """Return the powers of ten around errors."""
+    if not np.isfinite(errors).any():
+        return 0.1 * LARGEST_ERROR, LARGEST_ERROR
+    low, high = np.log10([np.nanmin(errors), np.nanmax(errors)])
+    return float(10.0 ** np.floor(low)), float(10.0 ** np.ceil(high))
 
 
 def _write_errors(axes: Any, image: Any, errors: FloatArray) -> None:
@@ -146,7 +154,7 @@ def _record_rates(data: Mapping[str, Any], figure: Any) -> None:
         label = None if r["stepping"] in axes.get_legend_handles_labels()[1] else r["stepping"]
         time = start_s + np.array([0.0, *at, r["duration_s"]])
         axes.plot(time, rate, style, color=colour, linewidth=1.2, label=label)
-        if len(records) <= NUMBERED_RECORDS:
+        if len(records) <= NAMED_RECORDS:
             place = (start_s + 0.5 * r["duration_s"], max(rate, key=abs))
             axes.annotate(r["name"], place, (0, 2), textcoords="offset points", ha="center", fontsize=6.5)
         start_s += r["duration_s"] + data["limits"]["between_s"]

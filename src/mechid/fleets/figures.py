@@ -21,6 +21,8 @@ REACH = 1.96
 """Of the error bars: 95 %."""
 MOST_NAMES = 30
 """Campaigns that are named below a panel; more are counted."""
+LETTERS = 16
+"""Of a name below a panel, for which there is room."""
 SHOWN = 12
 """Panels of trends and of changes at most, the clearest first."""
 
@@ -90,8 +92,22 @@ def _panels(panels: Sequence[Any], names: Sequence[str], figure: Any) -> None:
 def _name(axes: Any, names: Sequence[str], *, shown: bool) -> None:
     named = shown and len(names) <= MOST_NAMES
     axes.set_xlim(-0.6, len(names) - 0.4)
-    axes.set_xticks(range(len(names)), names if named else [""] * len(names), rotation=90, fontsize=5.0)
+    axes.set_xticks(
+        range(len(names)), [*map(shortened, names)] if named else [""] * len(names), rotation=90, fontsize=5.0
+    )
     axes.grid(axis="x", visible=False)
+
+
+def shortened(name: str) -> str:
+    """Return a name with its middle left out where it is longer than there is room.
+
+    Examples
+    --------
+    >>> shortened("FM1 before vibration, third run")
+    'FM1 befo…hird run'
+    """
+    half = LETTERS // 2
+    return f"{name[:half]}…{name[-half:]}" if len(name) > LETTERS else name
 
 
 def _title(axes: Any, name: str, unit: str) -> None:

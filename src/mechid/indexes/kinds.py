@@ -114,7 +114,7 @@ KINDS: tuple[Kind, ...] = (
         format="mechid-design/1",
         verdict=verdicts.design_verdict,
         page="design.html",
-        picture="design_",
+        picture="standard_errors",
     ),
     Kind(
         heading=BUDGETS,

@@ -77,7 +77,7 @@ class Table:
     def html(self) -> Markup:
         """Return it for a page."""
         shown = _shown(self.columns, PAGE)
-        heads = Markup("").join(map(_head, shown))
+        heads = Markup("").join(map(_head, shown)) if any(column.label for column in shown) else ""
         head = Markup('<div class="scroll"><table class="{}">\n<thead><tr>{}</tr></thead><tbody>')
         parts = [head.format(self.style, heads)]
         before = None

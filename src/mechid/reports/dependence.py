@@ -1,4 +1,4 @@
-"""What the report says of dependence: correlation of the estimates, information by record and by channel."""
+"""Sections on dependence: correlation of the estimates, information by record and by channel."""
 
 from __future__ import annotations
 

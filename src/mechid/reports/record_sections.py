@@ -1,4 +1,4 @@
-"""What the report says of the records: all of them in a table, then each with its figures."""
+"""Sections on the records: all of them in a table, then each with its figures."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def record_parts(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[
     if "record_table" in data:
         parts.append(Rows(record_table(data), where=IN_DOCUMENTS))
     yield Section("Records", parts, "records", "Records")
-    yield from _predicted(data)
+    yield from _predictions(data)
     firsts = [k for k, one in enumerate(curves) if one.name == one.record]
     sections = [_record(data, curves[first:end]) for first, end in pairwise((*firsts, len(curves)))]
     yield Section("", sections, entry="records", where=IN_DOCUMENTS)
 
 
-def _predicted(data: Mapping[str, Any]) -> Iterator[Section]:
+def _predictions(data: Mapping[str, Any]) -> Iterator[Section]:
     """Yield, for a terminal, how the records that the fit has not seen are predicted."""
     for rows, words in ((held_out(data["validation"]), HELD_OUT), (left_out(data["validation"]), LEFT_OUT)):
         yield Section(f"{words}; residual in {_unit(rows)}", (Rows(validation_table(rows)),), where=ON_TERMINAL)

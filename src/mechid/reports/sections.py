@@ -13,7 +13,6 @@ from mechid.ink.document import (
     ON_TERMINAL,
     Code,
     Document,
-    Facts,
     Html,
     Lines,
     Part,
@@ -46,6 +45,7 @@ TRUTH = "Off: estimate less truth, in standard errors."
 PRIORS = "Records alone: the standard error without any prior, empty where the last fit left them out."
 RESONANCES = "Resonances of the estimate, undamped: {}."
 NOTES = "What records of this kind cannot tell"
+ORIGIN = (Column("", "label", words=True), Column("", "value", words=True))
 INPUTS = (
     Column("input", "file", words=True),
     Column("SHA-256", "digest", words=True, on_page=OnPage(style="word digest")),
@@ -74,12 +74,12 @@ def report_document(
         is_synthetic=bool(data["synthetic"]),
         parts=(
             *_verdict(data),
-            *_completed(data["completed"]),
-            *map(_not_declared, data["missing"]),
+            *_completion(data["completed"]),
+            *map(_undeclared_effect, data["missing"]),
             _parameters(data),
             *record_parts(data, curves),
             *_side(data["side"]),
-            *_found(data),
+            *_conclusions(data),
             _stages(data),
             Section("Model", [_equations(one) for one in equations], "model", "Model", where=(PAGE,)),
             _provenance(data),
@@ -120,14 +120,14 @@ def _reasons(reasons: Sequence[Mapping[str, Any]]) -> Iterator[Lines]:
         yield Lines([reason["next_command"]], "next")
 
 
-def _completed(completed: Mapping[str, Any] | None) -> Iterator[Section]:
+def _completion(completed: Mapping[str, Any] | None) -> Iterator[Section]:
     """Yield the steps by which the mechanism was completed, where that was asked for."""
     if completed is not None:
         parts: tuple[Part, ...] = (*map(Words, completed["said"]), Rows(path_table(completed["rows"])))
         yield Section(COMPLETED_TITLE, parts, "completed", "Completed")
 
 
-def _not_declared(one: Mapping[str, Any]) -> Section:
+def _undeclared_effect(one: Mapping[str, Any]) -> Section:
     """Return what the files do not declare and the fit has, and what declares it."""
     text = one["text"]
     file, added = ("mechanism", "; it was added") if one["block"] else ("campaign", "")
@@ -166,7 +166,7 @@ def _side(rows: Sequence[Mapping[str, Any]]) -> Iterator[Section]:
         yield Section(SIDE_TITLE, parts, "side", "Beside the torque")
 
 
-def _found(data: Mapping[str, Any]) -> Iterator[Part]:
+def _conclusions(data: Mapping[str, Any]) -> Iterator[Part]:
     """Yield what the estimate tells beyond the records, in documents alone."""
     if "summary" in data:
         found = "; ".join(f"{one['name']} {one['text']['frequency_hz']} Hz" for one in data["resonances"])
@@ -192,6 +192,7 @@ def _equations(one: Equations) -> Section:
 
 def _provenance(data: Mapping[str, Any]) -> Section:
     digests = data["provenance"].get("inputs_sha256", {}).items()
-    table = Table(INPUTS, [{"file": file, "digest": digest} for file, digest in digests])
-    parts = (Facts(data.get("origin", ())), Rows(table))
+    origin = Table(ORIGIN, [{"label": label, "value": value} for label, value in data.get("origin", ())], style="plain")
+    inputs = Table(INPUTS, [{"file": file, "digest": digest} for file, digest in digests], style="plain")
+    parts = (Rows(origin), Rows(inputs))
     return Section("Provenance", parts, "provenance", "Provenance", where=IN_DOCUMENTS)
