@@ -16,9 +16,9 @@ from unittest.mock import patch
 import numpy as np
 
 from bench_sweep import RESULTS, machine
+from mechid.fits.load import load_fit
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.refit.bootstrap import bootstrap
-from mechid.interface.fits import load_fit
 from mechid.simulation.batch import SETS, Batch
 from mechid.simulation.simulator import Simulator, TimeBase
 

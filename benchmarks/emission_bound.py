@@ -32,7 +32,8 @@ from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import identify
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports import report_data, write_results
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 from mechid.structure import Modes, Structure
 
 HELD_OUT = (

@@ -20,8 +20,8 @@ from mechid.exports.c.source import Source
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
 from mechid.exports.handover import Trial, handover
+from mechid.exports.run import read_with_campaign
 from mechid.exports.trials import sample_rate_hz, substeps
-from mechid.interface.export import read_with_campaign
 from mechid.simulation.simulator import Simulator, TimeBase
 
 SECONDS = 60.0

@@ -15,11 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from mechid.campaign.bench import TRUTH, write_bench
-from mechid.fleets.files import write_fleet
 from mechid.fleets.fleet import Fleet, make_fleet
 from mechid.fleets.fleet_file import read_fleet_file
-from mechid.fleets.numbers import fleet_data
-from mechid.reports.fleet.files import write_fleet_report
 
 SPREAD, SPREAD_DEG = 0.02, 3.0
 COPPER, VISCOUS = 0.0039, -0.004
@@ -37,8 +34,7 @@ def main() -> None:
     made = make_fleet(read_fleet_file(file), out, say=_clock())
     print(f"identified: {time.perf_counter() - began:.1f} s, {time.process_time() - spent:.1f} s of one core's time")
     spent = time.process_time()
-    data = fleet_data(made, out)
-    for path in (*write_fleet(data, out), *write_fleet_report(data, out)):
+    for path in made.write(out):
         print(f"written: {path}")
     print(f"statistics, table and page: {time.process_time() - spent:.1f} s of one core's time")
     _print_truth(made, folder)

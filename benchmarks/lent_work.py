@@ -27,12 +27,12 @@ from pathlib import Path
 import psutil
 
 from bench_sweep import RESULTS, machine
+from mechid.fits.load import load_fit
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.bootstrap import bootstrap
-from mechid.interface.fits import load_fit
 
 ALONE = 200
 """Batches sent alone, of which the shortest counts."""

@@ -17,7 +17,7 @@ from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.linear import linear_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import response_of
-from mechid.interface.export import read_with_campaign
+from mechid.exports.run import read_with_campaign
 
 DRAWS = 500
 FREQUENCIES_HZ = np.geomspace(1.0, 400.0, 60)

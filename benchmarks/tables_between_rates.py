@@ -14,9 +14,9 @@ import numpy as np
 
 from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import handover
+from mechid.exports.run import read_with_campaign
 from mechid.exports.stepping import steppings, usual_rates
 from mechid.exports.tables.bulk import order_loads
-from mechid.interface.export import read_with_campaign
 
 ORDERS = 4.0
 """Up to here a row each; all together below."""

@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "mathml",
     "beside_docs",
+    "modules",
     "public_names",
 ]
 external_toc_path = "_toc.yml"

@@ -34,7 +34,7 @@ WATCHED = (
     "budgets/mode_entry",
     "budgets/error_entry",
     "budgets/flight_entry",
-    "reports/channels",
+    "checks/data_file",
     "budgets/operating_mode",
     "budgets/requirement",
     "designs/design_file",

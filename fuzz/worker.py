@@ -22,7 +22,7 @@ GRACE_S = 900.0
 IMPORTED = (
     "mechid.campaign",
     "mechid.records.bare",
-    "mechid.reports.channels",
+    "mechid.checks.data_file",
     "mechid.budgets.budget_file",
     "mechid.structure",
     "mechid.budgets.example",

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import mechid
+from mechid.shown import DOCUMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path(mechid.__file__).parent
@@ -26,6 +27,8 @@ FOLDERS_WITHOUT_A_PACKAGE = {
 }
 WITHOUT_A_TEST_FILE = {"identification/conclude.py"}
 """Modules whose tests do not lie in a file of their name yet. It only gets shorter: nothing is added here."""
+WITHOUT_A_FUNCTION = {"validations/run.py"}
+"""Functions of capabilities that stand in a lower layer, which needs them too."""
 NAMES_THAT_SAY_NOTHING = {"base", "common", "helper", "helpers", "misc", "tools", "util", "utils"}
 
 
@@ -66,6 +69,13 @@ def test_what_scripts_import_of_mechid_is_there(folder: str) -> None:
     assert asked
     lost = [one for one in sorted(asked) if not _is_there(*one[:2])]
     assert not lost
+
+
+def test_a_capability_has_its_function_and_its_document_in_its_folder() -> None:
+    """Truth: the folders; where a command's function stands, and what is shown of its result, follows from its name."""
+    folders = {module.split(".")[1] for module in DOCUMENTS.values()}
+    asked = {f"{folder}/{file}.py" for folder in folders for file in ("run", "document")}
+    assert {file for file in asked if not (PACKAGE / file).is_file()} == WITHOUT_A_FUNCTION
 
 
 def test_test_folders_mirror_the_packages() -> None:

@@ -18,21 +18,21 @@ PARTS = {
     "records": ("mechid.campaign", "load_campaign"),
     "kernel": ("mechid.cli.kernel_notice", "prepare_kernel"),
     "first sight": ("mechid.identification.identify", "read_as_found"),
-    "search": ("mechid.reports.identified", "identify"),
+    "search": ("mechid.reports.into_folder", "identify"),
     "multi-start": ("mechid.identification.stages.growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),
-    "suggestions": ("mechid.reports.identified", "with_suggestions"),
-    "validation": ("mechid.reports.identified", "validate"),
-    "results": ("mechid.reports.identified", "write_results"),
-    "curves": ("mechid.reports.fit.illustration", "record_curves"),
-    "page": ("mechid.reports.fit.files", "write_together"),
-    "equations": ("mechid.reports.fit.files", "equations_mathml"),
-    "terminal": ("mechid.cli.identification", "print_report"),
-    "declarations": ("mechid.interface.check", "declaration_warnings"),
-    "starts and chaos": ("mechid.interface.check", "start_warnings"),
+    "suggestions": ("mechid.reports.into_folder", "with_suggestions"),
+    "validation": ("mechid.reports.into_folder", "validate"),
+    "results": ("mechid.reports.into_folder", "write_results"),
+    "curves": ("mechid.reports.illustration", "record_curves"),
+    "page": ("mechid.reports.files", "write_together"),
+    "equations": ("mechid.reports.files", "equations_mathml"),
+    "terminal": ("mechid.ink.presenter", "print_document"),
+    "declarations": ("mechid.checks.run", "declaration_warnings"),
+    "starts and chaos": ("mechid.checks.run", "start_warnings"),
 }
 """Name of a part -> module and name of the function that does it."""
-LATE = {"mechid.reports.fit.files"}
+LATE = {"mechid.reports.files"}
 """Modules that a command imports only when it comes to them."""
 
 Seconds = dict[str, float]
@@ -69,7 +69,7 @@ def _process_start() -> float:
 def _prepared(verb: str) -> Callable[[], None]:
     """Import what the verb imports first, and put a clock around each of its parts."""
     app = importlib.import_module("mechid.cli.app")
-    early = {"identify": ("mechid.cli.identification",), "check": ("mechid.interface.check",)}.get(verb, ())
+    early = {"identify": ("mechid.cli.identification",), "check": ("mechid.checks.run",)}.get(verb, ())
     for name in ("mechid.campaign", "mechid.cli.kernel_notice", *early):
         importlib.import_module(name)
     for part, (module, name) in PARTS.items():
@@ -87,7 +87,7 @@ def _clock(part: str, module: str, name: str) -> None:
 
 def _clock_late() -> None:
     """Put clocks around the parts of the report once that has been imported, within the report's own time."""
-    identified = sys.modules["mechid.reports.identified"]
+    identified = sys.modules["mechid.reports.into_folder"]
     report = identified._report
 
     def with_clocks(*arguments: object) -> object:

@@ -169,10 +169,11 @@ def _listed(path: Path, written: dict[str, Any]) -> None:
 
     from rich.console import Console
 
-    from mechid.reports.channels import file_data, print_file
+    from mechid.checks.data_file import file_document, file_numbers
+    from mechid.ink.on_terminal import print_document
 
-    data = file_data(path)
-    print_file(data, Console(file=StringIO()))
+    data = file_numbers(path)
+    print_document(file_document(data), Console(file=StringIO()))
     if not written["damaged"]:
         lengths = {row["column"]: row["samples"] for row in data["columns"]}
         for key, expected in written["columns"].items():

@@ -13,23 +13,34 @@ if TYPE_CHECKING:
     from mechid.analysis.comparison import Comparison
     from mechid.analysis.survey import Survey
     from mechid.analysis.validation import RecordValidation, Validations, validate
+    from mechid.bootstraps.run import bootstrap
     from mechid.budgets.budget import Budget
+    from mechid.budgets.run import budget
     from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.catalogue import catalogue_mechanism
     from mechid.campaign.identify_options import IdentifyOptions
     from mechid.campaign.in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
     from mechid.campaign.in_files import write_campaign
+    from mechid.campaign.mechanism_file import load_mechanism
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
     from mechid.campaign.templates import new_campaign
+    from mechid.checks.run import Understanding, check
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
+    from mechid.comparisons.run import compare
+    from mechid.demos.run import demo
     from mechid.designs.design import Design
     from mechid.designs.design_file import DesignOptions
+    from mechid.designs.run import design
+    from mechid.diagnoses.run import diagnose
     from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
     from mechid.exports.export import Exported
+    from mechid.exports.run import export
+    from mechid.fits.load import load_fit
     from mechid.fleets.fleet import Fleet
+    from mechid.fleets.run import fleet
     from mechid.identification.computation.progress import Progress
     from mechid.identification.diagnosis.diagnosis import Diagnosis
     from mechid.identification.refit.bootstrap import Bootstrap
@@ -37,55 +48,59 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
     from mechid.identification.result.grade import Grade
     from mechid.identification.result.parameter_estimate import ParameterEstimate
-    from mechid.interface.budget import budget
-    from mechid.interface.check import Understanding, check
-    from mechid.interface.compare import compare
-    from mechid.interface.demo import demo
-    from mechid.interface.design import design
-    from mechid.interface.diagnose import diagnose
-    from mechid.interface.equations import equations, kernel_source
-    from mechid.interface.explore import explore
-    from mechid.interface.export import export
-    from mechid.interface.fits import load_fit
-    from mechid.interface.fleet import fleet
-    from mechid.interface.identification import identify, identify_into
-    from mechid.interface.look import look
-    from mechid.interface.reading import load_mechanism, load_record, load_structure
-    from mechid.interface.refits import Profiles, bootstrap, profile
-    from mechid.interface.report import report
+    from mechid.indexes.index import Index
+    from mechid.indexes.run import open_results
+    from mechid.kernel.generated_text import equations, kernel_source
+    from mechid.looks.run import look
     from mechid.parameter import Declaration, Parameter
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
+    from mechid.profiles.run import Profiles, profile
+    from mechid.records.load import load_record
     from mechid.records.record import Channel, Record
-    from mechid.reports.identified import Identified
+    from mechid.reports.into_folder import Identified
+    from mechid.reports.run import identify, identify_into, report
     from mechid.simulation.trajectory import Trajectory
+    from mechid.structure.formats import load_structure
     from mechid.structure.linear_system import from_state_space
     from mechid.structure.modes import Modes
     from mechid.structure.response import FrequencyResponse
     from mechid.structure.structure import Structure
+    from mechid.web.run import explore
 
 __version__ = "0.1.0"
 _NAMES = {
     "analysis.comparison": ("Comparison",),
     "analysis.survey": ("Survey",),
     "analysis.validation": ("RecordValidation", "Validations", "validate"),
+    "bootstraps.run": ("bootstrap",),
     "budgets.budget": ("Budget",),
+    "budgets.run": ("budget",),
     "campaign.campaign": ("Campaign", "CampaignRecord", "Stage"),
     "campaign.campaign_file": ("load_campaign",),
     "campaign.catalogue": ("catalogue_mechanism",),
     "campaign.identify_options": ("IdentifyOptions",),
     "campaign.in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
     "campaign.in_files": ("write_campaign",),
+    "campaign.mechanism_file": ("load_mechanism",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),
     "campaign.templates": ("new_campaign",),
+    "checks.run": ("Understanding", "check"),
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
+    "comparisons.run": ("compare",),
+    "demos.run": ("demo",),
     "designs.design": ("Design",),
     "designs.design_file": ("DesignOptions",),
+    "designs.run": ("design",),
+    "diagnoses.run": ("diagnose",),
     "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
     "exports.export": ("Exported",),
+    "exports.run": ("export",),
+    "fits.load": ("load_fit",),
     "fleets.fleet": ("Fleet",),
+    "fleets.run": ("fleet",),
     "identification.computation.progress": ("Progress",),
     "identification.diagnosis.diagnosis": ("Diagnosis",),
     "identification.refit.bootstrap": ("Bootstrap",),
@@ -93,32 +108,25 @@ _NAMES = {
     "identification.result.fit": ("Fit",),
     "identification.result.grade": ("Grade",),
     "identification.result.parameter_estimate": ("ParameterEstimate",),
-    "interface.budget": ("budget",),
-    "interface.check": ("Understanding", "check"),
-    "interface.compare": ("compare",),
-    "interface.demo": ("demo",),
-    "interface.design": ("design",),
-    "interface.diagnose": ("diagnose",),
-    "interface.equations": ("equations", "kernel_source"),
-    "interface.explore": ("explore",),
-    "interface.export": ("export",),
-    "interface.fleet": ("fleet",),
-    "interface.fits": ("load_fit",),
-    "interface.identification": ("identify", "identify_into"),
-    "interface.look": ("look",),
-    "interface.reading": ("load_mechanism", "load_record", "load_structure"),
-    "interface.refits": ("Profiles", "bootstrap", "profile"),
-    "interface.report": ("report",),
+    "indexes.index": ("Index",),
+    "indexes.run": ("open_results",),
+    "kernel.generated_text": ("equations", "kernel_source"),
+    "looks.run": ("look",),
     "parameter": ("Declaration", "Parameter"),
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
+    "profiles.run": ("Profiles", "profile"),
+    "records.load": ("load_record",),
     "records.record": ("Channel", "Record"),
-    "reports.identified": ("Identified",),
+    "reports.into_folder": ("Identified",),
+    "reports.run": ("identify", "identify_into", "report"),
     "simulation.trajectory": ("Trajectory",),
+    "structure.formats": ("load_structure",),
     "structure.linear_system": ("from_state_space",),
     "structure.modes": ("Modes",),
     "structure.response": ("FrequencyResponse",),
     "structure.structure": ("Structure",),
+    "web.run": ("explore",),
 }
 """The public names, by the module that defines them."""
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
@@ -144,6 +152,7 @@ __all__ = [
     "Grade",
     "Identified",
     "IdentifyOptions",
+    "Index",
     "InputFileError",
     "Mechanism",
     "MechidError",
@@ -194,6 +203,7 @@ __all__ = [
     "make_mechanism",
     "make_record",
     "new_campaign",
+    "open_results",
     "profile",
     "report",
     "simulate",

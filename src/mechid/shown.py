@@ -1,23 +1,42 @@
 """Results that show and write themselves.
 
-A result stands in the layer that makes it; its numbers as a dict, its files and its ink are made in layers above. A
-result names the module that knows them, which is imported when a result is asked, so that no import goes up.
+A result stands in the layer that makes it; its document and its files are made by its capability, which may stand above
+it. That module is named here and imported when a result is asked, so that no import goes up.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-SYNTHETIC = "SYNTHETIC: the records were simulated, nothing of this was measured."
+SIMULATED = "the records were simulated, nothing of this was measured."
+SYNTHETIC = f"SYNTHETIC: {SIMULATED}"
 
-PRESENTERS = "mechid.interface.presenters"
-"""Knows how each kind of result is shown and written. It stands above this module, which names it and does not
-import it."""
+DOCUMENTS: Mapping[str, str] = {
+    "Bootstrap": "mechid.bootstraps.document",
+    "Budget": "mechid.budgets.document",
+    "Comparison": "mechid.comparisons.document",
+    "Design": "mechid.designs.document",
+    "Diagnosis": "mechid.diagnoses.document",
+    "Exported": "mechid.exports.document",
+    "Fit": "mechid.reports.document",
+    "Fleet": "mechid.fleets.document",
+    "Index": "mechid.indexes.document",
+    "Profiles": "mechid.profiles.document",
+    "Simulated": "mechid.simulations.document",
+    "Survey": "mechid.looks.document",
+    "Trajectory": "mechid.simulations.document",
+    "Understanding": "mechid.checks.document",
+    "Validations": "mechid.validations.document",
+}
+"""Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
 
-PLOTS = "mechid.interface.plots"
-"""Draws them, likewise."""
+
+def presenter_of(result: object) -> Any:
+    """Return the `ink.presenter.Presenter` of a result's kind."""
+    return import_module(DOCUMENTS[type(result).__name__]).PRESENTER
 
 
 class Shown:
@@ -30,7 +49,7 @@ class Shown:
 
     def to_dict(self) -> dict[str, Any]:
         """Return every number that is shown, in SI units or as its key says, as JSON can hold it."""
-        found: dict[str, Any] = import_module(PRESENTERS).data_of(self)
+        found: dict[str, Any] = presenter_of(self).numbers(self)
         return found
 
     def write(self, out: Path | str) -> list[Path]:
@@ -41,17 +60,18 @@ class Shown:
         UsageError
             The folder cannot be written to.
         """
-        files: list[Path] = import_module(PRESENTERS).written(self, Path(out))
+        own = presenter_of(self)
+        files: list[Path] = own.write(self, own.numbers(self), Path(out))
         return files
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {import_module(PRESENTERS).line_of(self)}>"
+        return f"<{type(self).__name__}: {presenter_of(self).line(self)}>"
 
     def __str__(self) -> str:
         """Return what the command prints."""
-        text: str = import_module(PRESENTERS).text_of(self)
+        text: str = presenter_of(self).text(self)
         return text
 
     def _repr_html_(self) -> str:
-        html: str = import_module(PRESENTERS).html_of(self)
+        html: str = presenter_of(self).html(self)
         return html

@@ -1,4 +1,4 @@
-"""Residuals of a fit from its folder. Truth: the files as written; that they equal computed ones, tests/interface."""
+"""Residuals of a fit from its folder. Truth: the files; tests/test_folder_or_memory.py: they equal computed ones."""
 
 import json
 import math

@@ -1,13 +1,15 @@
 """What several tests of budgets begin with: the paper's mechanism as it flies, its steady torque, a small budget."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from mechid.budgets.document import PRESENTER
 from mechid.budgets.flight_entry import Flight
 from mechid.budgets.flying_mechanism import flying_estimate
-from mechid.budgets.numbers import budget_data
+from mechid.budgets.numbers import budget_numbers
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
@@ -54,4 +56,19 @@ def made(tmp_path_factory):
 @pytest.fixture(scope="session")
 def data(made):
     """Return every number of the small budget; not to be changed."""
-    return json.loads(json_text(budget_data(made)))
+    return json.loads(json_text(budget_numbers(made)))
+
+
+@pytest.fixture(scope="session")
+def write_report():
+    """Return what writes page, Markdown and figures of a budget's numbers into a folder."""
+    shown = replace(PRESENTER, texts=lambda *_: {}, files=lambda *_: [])
+    return lambda data, folder: shown.write(None, data, folder)
+
+
+@pytest.fixture(scope="session")
+def report(data, write_report, tmp_path_factory):
+    """Return the folder of the small budget's page; not to be changed."""
+    out = tmp_path_factory.mktemp("report")
+    write_report(data, out)
+    return out

@@ -10,14 +10,13 @@ from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.example import BUDGET, write_example
 from mechid.budgets.indices import KINDS, Index, Kind
 from mechid.budgets.levels import level
-from mechid.budgets.numbers import budget_data
+from mechid.budgets.numbers import budget_numbers
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.pointing_error import PointingError, Source
 from mechid.budgets.profile_run import ProfileResponse
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports.budget.files import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
 ROW = Kind(
@@ -116,12 +115,12 @@ def test_what_it_needs_of_a_budget_file(tmp_path, old, new, said):
         budget_file(tmp_path, REQUIREMENT.replace(old, new))
 
 
-def test_it_is_in_the_budget_and_its_report(tmp_path):
+def test_it_is_in_the_budget_and_its_report(write_report, tmp_path):
     """Truth: a million draws of the phases of the slew's lines and the wheel's, each with its gain, and of the noise;
     the words of the row. A free body does it no harm."""
     asked = budget_file(tmp_path, REQUIREMENT)
     made = make_budget(asked, read_fit(asked.estimate))
-    data = json.loads(json_text(budget_data(made)))
+    data = json.loads(json_text(budget_numbers(made)))
     (row,) = (r for r in data["requirements"] if (r["index"], r["mode"]) == ("SDE", "slew"))
     (response,) = made.modes[0].responses
     f, rng = response.state.frequency_hz, np.random.default_rng(6)
@@ -136,7 +135,7 @@ def test_it_is_in_the_budget_and_its_report(tmp_path):
     assert (row["separation_s"], row["index_words"]) == (S, ROW.words)
     (told,) = (w for w in made.warnings if "rigid body is free" in w)
     assert "pointing asks" in told
-    write_budget_report(data, tmp_path)
+    write_report(data, tmp_path)
     page = (tmp_path / "budget.html").read_text(encoding="utf-8")
     assert 'title="second difference of three windows&#39; means">SDE 0.2 s, 0.5 s apart, x' in page
     assert "SDE 0.2 s, 0.5 s apart" in (tmp_path / "budget.md").read_text(encoding="utf-8")

@@ -13,11 +13,12 @@ from mechid.budgets import budget as budget_module
 from mechid.budgets.budget import make_budget
 from mechid.budgets.budget_file import read_budget_file
 from mechid.budgets.carried import Carried
-from mechid.budgets.files import write_budget
+from mechid.budgets.files import budget_texts
 from mechid.budgets.flying_mechanism import flying_estimate
-from mechid.budgets.numbers import budget_data
+from mechid.budgets.numbers import budget_numbers
 from mechid.budgets.residual_source import ResidualSource
 from mechid.identification.result.fit_file import read_fit
+from mechid.writing import write_together
 from paper_estimate import write_estimate_of_paper
 
 BUDGET = """\
@@ -90,7 +91,7 @@ def made(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(budget_module, "flying_estimate", with_residual)
         budget = make_budget(read_budget_file(folder / "budget.toml"), fit)
-    write_budget(budget, folder / "out")
+    write_together(folder / "out", budget_texts(budget, budget_numbers(budget)))
     return budget, folder / "out"
 
 
@@ -123,7 +124,7 @@ def test_in_every_row_of_a_table_the_value_lies_within_its_interval(made, file, 
 
 def test_every_interval_of_the_json_file_holds_its_value(made):
     """Truth: whatever has a key with ci95 in it stands beside a key of the same name without."""
-    data = json.loads(json.dumps(budget_data(made[0])))
+    data = json.loads(json.dumps(budget_numbers(made[0])))
     found = list(intervals_of(data))
     assert {name for name, *_ in found} >= {
         "rms_ci95_rad",

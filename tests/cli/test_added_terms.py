@@ -17,8 +17,8 @@ from incomplete.benches import make_bench
 from mechid.budgets.example import BUDGET, write_example
 from mechid.campaign import load_campaign
 from mechid.cli.app import app
-from mechid.interface.explore import explored
 from mechid.web import read_estimated
+from mechid.web.run import explored
 from mechid.web.session import Session
 
 pytestmark = pytest.mark.slow

@@ -53,7 +53,7 @@ def test_a_budget_from_file_to_file(run, folder):
     assert not exposure["met"]
     assert sum(exposure["variance_shares"].values()) == pytest.approx(1.0)
     assert exposure["variance_shares"]["model discrepancy"] > 0.0
-    assert "avoid: mode" in result.stdout
+    assert "stability in an exposure: avoid " in result.stdout
     assert "left on the bench: [housing]: its filter has no reaction" in result.stdout
 
 
@@ -78,7 +78,8 @@ def test_several_steady_states_from_file_to_file(run, folder):
     assert told["rate"] == 21.0
     assert [" and ".join(s["reached"]) for s in told["states"]] == list(here)
     assert "the disturbance depends on how the rate was reached" in " ".join(result.stdout.split())
-    assert "Rates with several steady states" in (folder / "out" / "budget.md").read_text(encoding="utf-8")
+    text = (folder / "out" / "budget.md").read_text(encoding="utf-8")
+    assert "Rates at which there is more than one steady motion" in text
     assert "steady_states.csv" in result.stdout
 
 

@@ -1,5 +1,8 @@
 """`mechid check`; truth: what the test wrote into the files."""
 
+import hashlib
+import json
+import re
 import subprocess
 import sys
 
@@ -91,6 +94,25 @@ def test_a_picture_of_each_record_has_its_channels_and_its_command(run, folder, 
     assert all(label in spectrum for label in ("frequency, Hz", "amplitude, N m", "level around", ">1<", ">2<"))
     assert "step rate, full steps/s" in (tmp_path / "pictures" / "sweep_waterfall.svg").read_text()
     assert not (tmp_path / "pictures" / "full_46_waterfall.svg").exists()
+
+
+def test_its_page_its_markdown_and_its_numbers_lie_beside_the_pictures(run, folder, tmp_path):
+    """Truth: the names of the bench's records and parameters."""
+    assert run("check", folder, "--out", tmp_path).exit_code == 0
+    page, text = ((tmp_path / f"check.{suffix}").read_text(encoding="utf-8") for suffix in ("html", "md"))
+    for name in ("full_46", "sweep"):
+        assert f'<h2 id="record-{name}">' in page
+        assert f'id="figure-{name}_spectrum"' in page
+        assert f"(<{name}.svg>)" in text.replace("\\", "")
+        assert (tmp_path / f"{name}.svg").is_file()
+    linked = set(re.findall(r"\(<(.*?)>\)", text))
+    assert linked == {path.name for path in tmp_path.glob("*.svg")}
+    data = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))
+    assert data["format"] == "mechid-check/1"
+    assert (
+        data["provenance"]["inputs_sha256"]["sweep.csv"]
+        == hashlib.sha256((folder / "sweep.csv").read_bytes()).hexdigest()
+    )
 
 
 def test_a_picture_of_a_bare_file_is_refused(run, folder, tmp_path):

@@ -6,7 +6,8 @@ import numpy as np
 
 from instrument_files import FORMATS, write_csv, write_tdms
 from mechid.campaign import load_campaign
-from mechid.reports import campaign_data, file_data
+from mechid.checks.data_file import file_numbers
+from mechid.checks.numbers import check_numbers
 
 
 def test_a_files_columns_are_listed_with_unit_length_and_sampling(run, tmp_path):
@@ -23,7 +24,7 @@ def test_a_files_columns_are_listed_with_unit_length_and_sampling(run, tmp_path)
 def test_every_format_is_listed(run, tmp_path):
     for one in FORMATS.values():
         one.write(tmp_path / one.name)
-        rows = file_data(tmp_path / one.name)["columns"]
+        rows = file_numbers(tmp_path / one.name)["columns"]
         torque = next(row for row in rows if row["column"].rpartition("/")[2].startswith("Mz"))
         assert (torque["samples"], torque["sample_rate_hz"], torque["start_s"]) == (64, 1000.0, 0.0)
         assert run("check", tmp_path / one.name).exit_code == 0
@@ -55,7 +56,7 @@ def test_an_irregular_clock_has_its_median_rate(tmp_path):
     write_csv(tmp_path / "run.csv")
     text = (tmp_path / "run.csv").read_text().replace("0.010000", "0.010400")
     (tmp_path / "run.csv").write_text(text)
-    row = file_data(tmp_path / "run.csv")["columns"][1]
+    row = file_numbers(tmp_path / "run.csv")["columns"][1]
     assert (row["text"]["sample_rate_hz"], row["clock"], row["text"]["start_s"]) == ("1000", "irregular", "")
 
 
@@ -75,7 +76,7 @@ def test_a_damaged_file_is_4(refused, tmp_path):
 def test_a_campaigns_channels_are_a_table_with_statistics(run, folder):
     result = run("check", folder)
     assert "noise" in result.stdout
-    data = campaign_data(load_campaign(folder))
+    data = check_numbers(load_campaign(folder))
     row = next(row for row in data["channels"] if row["table"] == "full_46")
     samples = np.loadtxt(folder / "full_46.csv", delimiter=",", skiprows=1)[:, 1]
     assert (row["min"], row["max"], row["samples"]) == (samples.min(), samples.max(), samples.size)

@@ -64,7 +64,7 @@ def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run
             session.follow()
             notes.append((session.watched.state.value, len(session.watched.reports)))
 
-    monkeypatch.setattr("mechid.reports.identified.StageLines", Noted)
+    monkeypatch.setattr("mechid.reports.into_folder.StageLines", Noted)
     assert run("identify", staged, "--out", out).exit_code == 0
     assert notes == [("running", k) for k in range(1, len(notes) + 1)]
     assert len(notes) > 3

@@ -7,6 +7,7 @@ import pytest
 
 from layouts import mechanism_of
 from mechid.exports.c.compiler import found_compiler
+from mechid.exports.document import PAGES
 from paper_estimate import estimate_of, write_estimate_of_paper
 from paper_estimate import write_estimate as write_signed
 
@@ -36,7 +37,7 @@ def test_it_writes_the_files_of_the_contract(run, fit, bench, tmp_path, target, 
     said = json.loads((out / "mechid_export.json").read_text(encoding="utf-8"))
     name = said["files"][0].removesuffix("_fmi2.fmu")
     assert set(said["files"]) == {file.format(name) for file in files}
-    assert {path.name for path in out.iterdir()} == {*said["files"], "mechid_export.json"}
+    assert {path.name for path in out.iterdir()} == {*said["files"], *PAGES, "mechid_export.json"}
     first = result.stdout.splitlines()[0]
     assert (
         first

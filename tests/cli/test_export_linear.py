@@ -5,6 +5,7 @@ import json
 import pytest
 
 from layouts import mechanism_of
+from mechid.exports.document import PAGES
 from paper_estimate import estimate_of, write_estimate_of_paper
 from paper_estimate import write_estimate as write_signed
 
@@ -32,7 +33,9 @@ def test_it_writes_and_says_what(run, fit, bench, tmp_path):
     out = tmp_path / "new" / "out"
     result = run("export", fit, "--campaign", bench / "campaign.toml", "--to", "linear", "--out", out, *FEW)
     assert result.exit_code == 0, result.stderr
-    assert sorted(p.name for p in out.iterdir()) == ["linear.json", "linear.mat", "mechid_export.json", "mechid_uss.m"]
+    assert sorted(p.name for p in out.iterdir()) == sorted(
+        ["linear.json", "linear.mat", "mechid_export.json", "mechid_uss.m", *PAGES]
+    )
     said = " ".join(result.stdout.split())
     for part in ("Checked against the nonlinear equations", "45 electrical degrees", "The supply lets", "Grade A"):
         assert part in said

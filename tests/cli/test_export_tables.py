@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from mechid.exports.document import PAGES
 from nastran_cards import cards
 from paper_estimate import write_estimate_of_paper
 
@@ -21,7 +22,7 @@ def test_tables_from_folder_to_folder(run, fit, tmp_path):
     result = run("export", fit, "--to", "tables", "--out", tmp_path / "out", *options)
     assert result.exit_code == 0, result.stderr
     done = json.loads((tmp_path / "out" / "mechid_export.json").read_text(encoding="utf-8"))
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {*done["files"], "mechid_export.json"}
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {*done["files"], *PAGES, "mechid_export.json"}
     assert {"tables.xlsx", "lines.csv", "lines.bdf", "history_sweep.csv"} <= set(done["files"])
     (area,) = [fields for name, fields in cards(tmp_path / "out" / "lines.bdf") if name == "DAREA"]
     assert area[1:4] == [1001, 4, 1000.0]

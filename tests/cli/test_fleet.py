@@ -16,7 +16,7 @@ from mechid.cli.identification import INTERRUPTED
 from mechid.fleets import unit_run
 from mechid.identification import run as identification
 from mechid.identification.result.grade import FitOutcome
-from mechid.reports import identified
+from mechid.reports import into_folder
 from synthetic_fleet import drawn, write_fit, write_fleet_file
 
 
@@ -36,7 +36,7 @@ def units(staged, tmp_path):
 @pytest.fixture
 def without_reports(monkeypatch):
     """Leave the campaigns' own reports away, which take most of the time."""
-    monkeypatch.setattr(identified, "_report", lambda *_: [])
+    monkeypatch.setattr(into_folder, "_report", lambda *_: [])
 
 
 def estimate(folder, unit):
@@ -55,7 +55,8 @@ def test_campaigns_are_identified_taken_up_and_done_anew_where_they_have_changed
     arguments = ("fleet", *units, "--out", out, "--workers", 1)
     result = run(*arguments)
     assert result.exit_code == 0, result.stderr
-    assert sorted(p.name for p in out.iterdir()) == ["figures", "fleet.csv", "fleet.html", "fleet.json", "units"]
+    files = ["fleet.csv", "fleet.html", "fleet.json", "fleet.md"]
+    assert sorted(p.name for p in out.iterdir()) == ["figures", *files, "units"]
     assert set(hows(out).values()) == {("identified", "")}
     stiffness = next(
         p for p in json.loads((out / "fleet.json").read_text())["parameters"] if p["name"] == "gear.stiffness"

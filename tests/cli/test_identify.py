@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
-from mechid.reports import identified
+from mechid.reports import into_folder
 
 FILES = [
     "estimate.json",
@@ -67,7 +67,7 @@ def test_the_provenance_names_each_record_file_and_what_was_done_to_it(real, sta
 
 def test_the_mechanism_file_holds_the_estimate(real):
     parameters = json.loads((real.out / "estimate.json").read_text())["parameters"]
-    read = read_mechanism(real.out / "mechanism.toml")
+    read = load_mechanism(real.out / "mechanism.toml")
     assert {name: read.value(name) for name in read.parameters} == {n: p["value"] for n, p in parameters.items()}
 
 
@@ -105,8 +105,8 @@ def ended(monkeypatch, staged):
         from dataclasses import replace
 
         monkeypatch.setattr(identification, "search", lambda *_, **__: replace(fit, **changes))
-        monkeypatch.setattr(identified, "_report", lambda *_: [])  # tests/cli/test_report.py has it
-        monkeypatch.setattr(identified.Illustration, "begin", lambda *_: None)
+        monkeypatch.setattr(into_folder, "_report", lambda *_: [])  # tests/cli/test_report.py has it
+        monkeypatch.setattr(into_folder.Illustration, "begin", lambda *_: None)
 
     return end
 

@@ -16,7 +16,7 @@ from mechid.identification import conclude
 from mechid.identification import run as identification
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import UNEXAMINED
-from mechid.reports import identified
+from mechid.reports import into_folder
 from signalled import Command
 
 RESULTS = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json"]
@@ -64,7 +64,7 @@ def disturbed(monkeypatch, module, name, error):
 def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, monkeypatch, name, error):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
-        disturbed(patched, identified if name == "validate" else identification, name, error)
+        disturbed(patched, into_folder if name == "validate" else identification, name, error)
         result = run("identify", wrong / "bench", "--out", out)
     assert result.exit_code == (130 if isinstance(error, KeyboardInterrupt) else result.exit_code) != 0
     assert sorted(path.name for path in out.iterdir()) == RESULTS
@@ -114,7 +114,7 @@ def test_a_search_keeps_what_it_has_before_its_last_steps(run, wrong, tmp_path, 
 
     monkeypatch.setattr(conclude, "standard_errors", end)
     with pytest.raises(Ended):
-        identified.identify_into_folder(load_campaign(wrong / "bench"), tmp_path, quiet())
+        into_folder.identify_into_folder(load_campaign(wrong / "bench"), tmp_path, quiet())
     content, _ = numbers(tmp_path)
     whole, _ = numbers(wrong / "whole")
     assert (content["grade"], content["outcome"]["code"]) == ("failed", "interrupted")
@@ -123,7 +123,7 @@ def test_a_search_keeps_what_it_has_before_its_last_steps(run, wrong, tmp_path, 
 
 
 def quiet():
-    return identified.Audience(followed=lambda: nullcontext(lambda progress: None), say=lambda line: None)
+    return into_folder.Audience(followed=lambda: nullcontext(lambda progress: None), say=lambda line: None)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")

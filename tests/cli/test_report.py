@@ -75,7 +75,7 @@ def test_a_report_that_fails_leaves_the_estimate(run, staged, tmp_path, monkeypa
     def fail(*_):
         raise RuntimeError("no font")
 
-    monkeypatch.setattr("mechid.reports.fit.files.write_report", fail)
+    monkeypatch.setattr("mechid.reports.files.write_report", fail)
     result = run("identify", staged, "--out", tmp_path / "out", "--workers", 1)
     assert result.exit_code == 0
     assert "no report was made (RuntimeError: no font)" in result.stderr

@@ -67,7 +67,7 @@ def test_a_budget_of_six_components(run, folder):
     assert "Forces and moments beside the torque" in result.stdout
     page = (folder / "out" / "budget.html").read_text(encoding="utf-8")
     assert "moved to the mounting point at [0.02, -0.03, 0.06] m, " in page
-    assert "| scan | force x | 1 | 1 |" in (folder / "out" / "budget.md").read_text(encoding="utf-8")
+    assert "| force x | 1 | 1 |" in (folder / "out" / "budget.md").read_text(encoding="utf-8")
 
 
 def test_a_structure_of_one_direction_takes_the_torque_alone(run, folder):

@@ -41,7 +41,7 @@ def test_no_memory_is_2(refused, folder, monkeypatch):
     def fails(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("mechid.interface.check.check", fails)
+    monkeypatch.setattr("mechid.checks.run.check", fails)
     assert "not enough memory for this" in refused(2, "check", folder)
 
 

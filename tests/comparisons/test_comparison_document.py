@@ -8,8 +8,17 @@ import pytest
 import mechid
 from estimates import free, known, record, write
 from mechid.comparisons.document import PRESENTER
-from mechid.comparisons.figures import EVIDENCE_NAME, RECORDS_NAME, above_least, over_first
+from mechid.comparisons.figures import (
+    EVIDENCE_NAME,
+    RECORDS_NAME,
+    SPECTRA_NAME,
+    above_least,
+    apart_most,
+    comparison_figures,
+    over_first,
+)
 from mechid.errors import UsageError
+from mechid.ink.in_markdown import document_markdown
 from printing import printed, tables
 
 
@@ -75,3 +84,17 @@ def test_a_folder_that_cannot_be_made_is_refused(found, data, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot be written to"):
         PRESENTER.write(found, data, tmp_path / "file" / "out")
+
+
+def test_residual_spectra_stand_side_by_side(data):
+    """Truth: fits written by hand leave no residual.json, so that there is nothing to draw."""
+    assert data["spectra"]["records"] == []
+    text = document_markdown(PRESENTER.document(data))
+    assert "Residual spectra" not in text
+    rms = [[1e-3] * 41, None]
+    record = {"name": "sweep", "rms": rms, "noise": [1e-4] * 41}
+    shown = {**data, "spectra": {**data["spectra"], "records": [record]}}
+    assert f"figures/{SPECTRA_NAME}" in document_markdown(PRESENTER.document(shown))
+    assert SPECTRA_NAME in dict(comparison_figures(shown))
+    more = [{**record, "name": name} for name in ("full_46", "sweep")]
+    assert [one["name"] for one in apart_most({**shown, "spectra": {"records": more}})] == ["full_46", "sweep"]

@@ -1,21 +1,7 @@
 """Every number of a design. Truth: laws between them, and what no motor of this kind can do."""
 
-import json
-
 import numpy as np
 import pytest
-
-from mechid.campaign.bench import write_bench
-from small_design import design
-
-
-@pytest.fixture(scope="module")
-def data(tmp_path_factory):
-    """Return the numbers of a small design: one record planned, three rates to choose from."""
-    bench = tmp_path_factory.mktemp("bench")
-    write_bench(bench, seed=3, sweep_s=1.0)
-    folder, _ = design(bench, tmp_path_factory)
-    return json.loads((folder / "design.json").read_text(encoding="utf-8"))
 
 
 def test_what_loses_steps_is_not_chosen(data):
@@ -36,6 +22,15 @@ def test_more_records_tell_more(data):
     assert data["gain_factor"] > 1.0
     for p in data["parameters"]:
         assert p["chosen"] is None or p["chosen"] < p["planned"], p["name"]
+
+
+def test_each_record_tells_more_of_every_parameter(data):
+    """Truth: information adds up, so that no error rises; after the last record it is that of all chosen."""
+    for p in data["parameters"]:
+        known = [sigma for sigma in p["by_record"] if sigma is not None]
+        assert len(p["by_record"]) == 1 + len(data["chosen"]["records"])
+        assert np.all(np.diff(known) <= 1e-9 * np.array(known[:-1])), p["name"]
+        assert p["by_record"][-1] == (p["chosen_spread"][0] and pytest.approx(p["chosen_spread"][0]))
 
 
 def test_ranges_of_rates_have_ends_and_holes(data):

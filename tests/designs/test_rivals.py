@@ -14,7 +14,8 @@ from mechid.command import Command, RateProfile
 from mechid.designs.candidates import CandidateChoice
 from mechid.designs.design import make_design
 from mechid.designs.design_file import DesignOptions, Limits
-from mechid.designs.numbers import design_data
+from mechid.designs.document import PRESENTER
+from mechid.designs.numbers import design_numbers
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group, fitted_alike
 from mechid.designs.separating import separation
@@ -22,7 +23,6 @@ from mechid.designs.separation import CLEAR, refitted
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.identify import make_problem
-from mechid.reports.design.files import write_design
 
 LOG = logging.getLogger(__name__)
 KNOWN = ("micro_res", "full_slow")
@@ -137,7 +137,7 @@ def test_the_record_that_tells_is_proposed_first_and_says_why(tmp_path):
     choices = CandidateChoice(steppings=("full",), rates=(10.0, 60.0), start_angles_deg=(45.0,), sweeps_s=())
     options = DesignOptions(candidates=choices, limits=Limits(total_s=22.0), mechanisms=1)
     design = make_design(campaign, options, rivals=[group])
-    write_design(design, tmp_path / "out", data := design_data(design))
+    PRESENTER.write(design, data := design_numbers(design), tmp_path / "out")
     (entry,) = data["rivals"]
     assert entry["clear"]
     assert set(entry["records"]) <= {r["name"] for r in data["chosen"]["records"]}

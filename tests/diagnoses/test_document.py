@@ -69,4 +69,4 @@ def test_where_nothing_is_missing_there_is_one_line():
     none = {**DATA, "missing": [], "evidence": [], "tried": [], "drawn": {"spectra": [], "stretch": None}}
     document = diagnosis_document(none)
     assert document_markdown(document) == "# What the model is missing\n\n**One tenth of the misfit is left.**\n"
-    assert document.sections() == []
+    assert document.contents() == []

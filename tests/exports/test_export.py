@@ -34,6 +34,18 @@ def test_a_file_of_somebody_else_is_not_replaced(tables, tmp_path):
     assert (out / "parameters.csv").read_text(encoding="utf-8") != "mine"
 
 
+def test_a_page_of_somebody_else_is_not_replaced(tables, tmp_path):
+    """Truth: its bytes; the page of an earlier export is replaced."""
+    page = tmp_path / "mechid_export.html"
+    page.write_text("mine", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"holds mechid_export[.]html, which no export of mechid has left"):
+        exported(tables.what, "tables", tmp_path, Options(rates=(23.0,)))
+    assert page.read_text(encoding="utf-8") == "mine"
+    (tmp_path / FILE_NAME).write_text('{"files": []}', encoding="utf-8")
+    exported(tables.what, "tables", tmp_path, Options(rates=(23.0,)))
+    assert page.read_text(encoding="utf-8") != "mine"
+
+
 @pytest.mark.parametrize(
     ("texts", "why"),
     [(["rates"], "which has no value"), (["=23"], "which has no name"), (["a=1", "a=2"], "which is there twice")],

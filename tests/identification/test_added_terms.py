@@ -15,7 +15,7 @@ import pytest
 from mechid.analysis import validate
 from mechid.budgets.flight_entry import Flight
 from mechid.budgets.flying_mechanism import flying_estimate
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
@@ -29,9 +29,10 @@ from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import rivals_of, superset_of
-from mechid.reports import print_report, report_data
-from mechid.reports.fit.files import write_report
-from mechid.reports.fit.results import write_results
+from mechid.reports.document import PRESENTER
+from mechid.reports.files import write_report
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
 
@@ -124,7 +125,7 @@ def estimate_of(made):
 def rms_of_left_mechanism(made, record=RECORD):
     """Return the RMS of a record less what the mechanism file left behind simulates, offset and drift fitted."""
     own = made.campaign.record(record)
-    mechanism = read_mechanism(made.folder / "mechanism.toml")
+    mechanism = load_mechanism(made.folder / "mechanism.toml")
     run = simulate(replace(made.campaign, mechanism=mechanism), record)
     rest = own.data.channel("torque").data - np.asarray(run.torque)
     line = np.stack([np.ones(rest.size), np.linspace(-1.0, 1.0, rest.size)], axis=1)
@@ -189,7 +190,7 @@ def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
 @pytest.mark.parametrize("name", ["made", "with_law", "with_both"])
 def test_the_mechanism_comes_back_from_the_file_left_behind(name, request):
     found = request.getfixturevalue(name)
-    again = read_mechanism(found.folder / "mechanism.toml")
+    again = load_mechanism(found.folder / "mechanism.toml")
     assert again.plant.digest == found.fit.mechanism.plant.digest
     assert {n: again.value(n) for n in again.parameters} == {
         n: found.fit.mechanism.value(n) for n in found.fit.mechanism.parameters
@@ -227,14 +228,14 @@ def test_a_budget_flies_the_term_and_leaves_the_filter_on_the_bench(made, with_l
 
 @pytest.mark.parametrize("width", [80, 160])
 def test_the_terminal_marks_the_term_and_says_how_the_file_does(made, width):
-    text = printed(print_report, report_data(made.read), width)
+    text = printed(PRESENTER.print, report_data(made.read), width)
     lines = text.splitlines()
     assert any("amplitude" in line and line.rstrip().endswith("free, added") for line in lines)
     ratio = made.fit.as_written.residual_over_noise[RECORD]
     follows = "follows the records too" if made.fit.as_written.follows else "does not follow all records"
     said = f"The mechanism file as written, at the same values, {follows} and leaves {ratio:.3g} to {ratio:.3g}"
     assert said in " ".join(lines)
-    assert "To declare it, at the end of mechanism.toml:" in lines
+    assert "To declare it, at the end of mechanism.toml" in lines
 
 
 def test_page_and_markdown_have_the_term(made):
@@ -332,12 +333,12 @@ def test_how_the_search_arrived_is_kept_and_shown(made):
     assert made.fit.path == made.read.path == PATH
     assert estimate_of(made)["outcome"]["path"] == list(PATH)
     said = f"How the search arrived: {', then '.join(PATH)}."
-    shown = " ".join(printed(print_report, report_data(made.read), 80).split())
+    shown = " ".join(printed(PRESENTER.print, report_data(made.read), 80).split())
     assert said in shown
     for suffix in ("html", "md"):
         assert said in (made.folder / f"report.{suffix}").read_text(encoding="utf-8")
     without = replace(made.fit, path=())
-    assert "How the search arrived" not in printed(print_report, report_data(without), 80)
+    assert "How the search arrived" not in printed(PRESENTER.print, report_data(without), 80)
 
 
 def test_a_fit_without_added_terms_has_nothing_as_written():

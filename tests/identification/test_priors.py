@@ -7,7 +7,7 @@ import pytest
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.identify import identify
 from mechid.identification.search.settings import SEARCH
-from mechid.reports.fit.numbers import report_data
+from mechid.reports.numbers import report_data
 from synthetic import bench, displaced, truth
 
 DAMPING = "gear.damping"

@@ -26,8 +26,8 @@ from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
-from mechid.reports import report_data
-from mechid.reports.fit.results import write_results
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 
 GAINS = {"full": 1.02, "half": 0.985, "micro": 1.01}
 TABLE = "transducer"

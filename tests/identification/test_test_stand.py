@@ -13,12 +13,12 @@ from mechid.analysis import validate
 from mechid.analysis.information import record_information
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.prediction import simulate
+from mechid.checks.numbers import check_numbers
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.readings.alternatives import judge
 from mechid.identification.readings.trial import first_moments
-from mechid.reports.overview import campaign_data
 from paper import constant
 from runs import base, run_twin
 
@@ -158,7 +158,7 @@ def test_known_values_of_a_record_hold_for_it_alone(tmp_path):
     m = campaign.mechanism.with_values({"transducer.gain": -0.94, "charge_amplifier.time_constant": 0.22})
     torque = simulate(campaign, "full_46", sample_rate_hz=1e4, duration_s=0.05).torque
     twin = run_twin(m, replace(constant(46.0), clock_tick_s=TICK_S), base(0.05)).y[:, 0]
-    (line,) = [line for line in campaign_data(campaign)["records"][1]["lines"] if "of its own" in line]
+    (line,) = [line for line in check_numbers(campaign)["records"][1]["lines"] if "of its own" in line]
     assert line == "of its own: transducer.gain = -0.94, charge_amplifier.time_constant = 0.22"
     assert np.linalg.norm(torque - twin) <= 1e-5 * np.linalg.norm(twin)
 

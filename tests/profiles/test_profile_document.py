@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mechid.identification.refit.profile import Cliff, Point, Profile, SideEnd
-from mechid.interface.refits import Profiles
 from mechid.profiles.document import PRESENTER
 from mechid.profiles.figures import figure_name, profile_figures
 from mechid.profiles.numbers import profile_numbers
+from mechid.profiles.run import Profiles
 
 STIFFNESS = "gear.stiffness"
 LEVEL = 3.84

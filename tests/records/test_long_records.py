@@ -254,12 +254,12 @@ def test_a_long_record_takes_a_tenth_of_its_length_in_memory(suffix, tmp_path, m
 
 
 def test_check_says_that_a_record_is_long_and_how_long_it_took(tmp_path, little_memory):  # noqa: F811
-    from mechid.reports import campaign_data
+    from mechid.checks.numbers import check_numbers
     from synthetic import COMMANDS, campaign, record, truth
 
     write_hdf5(tmp_path / "run.h5", TORQUE)
     data = read(tmp_path / "run.h5")
     assert 0.0 < data.reading_s < 60.0
     entry = record("run", TORQUE, COMMANDS["full_46"], rate_hz=RATE)
-    lines = campaign_data(campaign(truth(), replace(entry, data=data)))["records"][0]["lines"]
+    lines = check_numbers(campaign(truth(), replace(entry, data=data)))["records"][0]["lines"]
     assert f"a long record: read block by block in {data.reading_s:.3g} s, kept in a temporary file" in "\n".join(lines)

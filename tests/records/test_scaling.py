@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from mechid.checks.data_file import file_numbers
 from mechid.errors import RecordError
 from mechid.records import Conditioning
 from mechid.records.bare import Hints, read_bare
-from mechid.reports.channels import file_data
 from packed_files import COUNTS, write_hdf5
 from records_read import read, refused, torque
 
@@ -177,7 +177,7 @@ def test_a_sensitivity_of_numbers_without_a_unit_is_a_scaling(tmp_path):
 def test_the_list_of_a_files_columns_says_what_is_not_applied(tmp_path):
     path = tmp_path / "run.h5"
     write_hdf5(path, COUNTS, units="N m", gain=0.5)
-    assert file_data(path)["warnings"] == ['run.h5: column "run/torque": gain = 0.5 is not applied']
+    assert file_numbers(path)["warnings"] == ['run.h5: column "run/torque": gain = 0.5 is not applied']
 
 
 def test_a_stated_unit_leaves_the_doubt_about_integers(tmp_path):

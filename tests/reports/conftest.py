@@ -20,8 +20,8 @@ from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Status
-from mechid.reports import report_data
-from mechid.reports.fit.files import write_report
+from mechid.reports.files import write_report
+from mechid.reports.numbers import report_data
 from mechid.signal import LjungBox, TheilInequality
 from once import once
 from synthetic import COMMANDS, displaced, measured

@@ -12,13 +12,12 @@ from matplotlib.colors import to_rgb
 
 from colours_drawn import wrong_colours
 from mechid.analysis.look import look_at
+from mechid.checks.figures import check_figures
 from mechid.ink.drawings import draw
 from mechid.ink.palette import MEANINGS, SERIES, colour_style
 from mechid.ink.pens import Pens
-from mechid.interface.plots import plot_fit, plot_record
-from mechid.reports.fit.illustration import Illustration
-from mechid.reports.look.figures import look_figures
-from mechid.reports.record_figures import record_figures
+from mechid.looks.figures import look_figures
+from mechid.reports.illustration import Illustration
 
 FOUR = ("measured", "modelled", "residual", "noise")
 APART = 0.2
@@ -84,7 +83,8 @@ def test_the_figures_of_a_look_and_of_check(reported):
     look = look_at(reported.campaign.records[0].data)
     figures = [figure for _, figure in look_figures([look])]
     assert [line for figure in figures for line in wrong_colours(figure)] == []
-    for figure in record_figures(reported.campaign.records).values():
+    over_time = {record.name for record in reported.campaign.records}
+    for figure in (figure for name, figure in check_figures(reported.campaign.records) if name in over_time):
         for axes in figure.axes[:-1]:
             assert axes.lines[0].get_color() == MEANINGS["measured"].paper
 
@@ -92,7 +92,7 @@ def test_the_figures_of_a_look_and_of_check(reported):
 def test_what_python_plots(reported):
     record = reported.campaign.records[0].data
     for axes in (
-        plot_fit(replace(reported.fit, campaign=reported.campaign), "full_46", None, None),
-        plot_record(record, None, None),
+        replace(reported.fit, campaign=reported.campaign).plot("full_46"),
+        record.plot(),
     ):
         assert wrong_colours(axes.figure) == []

@@ -10,11 +10,12 @@ from rich.console import Console
 import mechid
 from mechid.campaign.bench import TRUTH, write_bench
 from mechid.campaign.campaign_file import TRUTH_NAME, load_campaign
+from mechid.checks.document import PRESENTER
+from mechid.checks.numbers import check_numbers
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import is_synthetic, write_estimate
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports import report_data
-from mechid.reports.overview import campaign_data, print_campaign
+from mechid.reports.numbers import report_data
 from mechid.shown import SYNTHETIC
 
 
@@ -89,5 +90,5 @@ def test_a_fit_of_a_synthetic_campaign_is_so(reported):
     assert fit.synthetic
     assert report_data(fit)["synthetic"]
     assert not report_data(reported.fit)["synthetic"]
-    assert SYNTHETIC in printed(print_campaign, campaign_data(campaign))
-    assert SYNTHETIC not in printed(print_campaign, campaign_data(reported.campaign))
+    assert SYNTHETIC in printed(PRESENTER.print, check_numbers(campaign))
+    assert SYNTHETIC not in printed(PRESENTER.print, check_numbers(reported.campaign))

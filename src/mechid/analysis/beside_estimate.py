@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from mechid.analysis.residual_emission import TRACKED
 from mechid.errors import InputFileError
-from mechid.identification.result.fit import Fit
 from mechid.reading.whole import read_result
+
+if TYPE_CHECKING:
+    from mechid.identification.result.fit import Fit
 
 Content = TypeVar("Content")
 

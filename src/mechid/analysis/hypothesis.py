@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -87,6 +87,8 @@ class Hypothesis:
     equations : str
         Digest of the plant.
     parameters, records : mapping by name
+    residuals : FitResiduals or None
+        What it left of its records.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Hypothesis:
     equations: str
     parameters: Mapping[str, Believed]
     records: Mapping[str, RecordEvidence]
+    residuals: FitResiduals | None = field(default=None, repr=False, compare=False)
 
     @property
     def free(self) -> frozenset[str]:
@@ -134,7 +137,8 @@ def hypotheses_of(fits: Mapping[str, Fit]) -> tuple[Hypothesis, ...]:
 
 
 def _hypothesis(name: str, fit: Fit) -> Hypothesis:
-    summaries = FitResiduals(fit).summaries
+    residuals = FitResiduals(fit)
+    summaries = residuals.summaries
     if fit.records.keys() - summaries.keys():
         raise InputFileError(f"{fit.source}: no 'validation'; it was written by another version, identify anew")
     return Hypothesis(
@@ -145,6 +149,7 @@ def _hypothesis(name: str, fit: Fit) -> Hypothesis:
         equations=str(fit.provenance.get("plant", "")),
         parameters={n: _believed(n, p) for n, p in key_by_period_or_order(fit.parameters).items()},
         records={n: _evidence(r, summaries[n]) for n, r in fit.records.items()},
+        residuals=residuals,
     )
 
 

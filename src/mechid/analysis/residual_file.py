@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechid.analysis.beside_estimate import read_beside
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
-from mechid.analysis.validation import TORQUE, RecordValidation
 from mechid.arrays import FloatArray
-from mechid.identification.result.fit import Fit
+
+if TYPE_CHECKING:
+    from mechid.analysis.validation import RecordValidation
+    from mechid.identification.result.fit import Fit
 
 FILE_NAME, FORMAT = "residual.json", "mechid-residual/1"
 DIGITS = 5
@@ -62,6 +64,8 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
     validation : mapping
         Of the records, as `validate` makes it.
     """
+    from mechid.analysis.validation import TORQUE  # the simulator, which reading the file does not need
+
     records = {}
     for name, record in validation.items():
         channel = record.channels.get(TORQUE)

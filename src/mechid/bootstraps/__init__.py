@@ -1,1 +1,1 @@
-"""A bootstrap: its numbers, its document and figures."""
+"""A bootstrap: the public function, its numbers, its document and figures."""

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +37,7 @@ from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import PLOTS, Shown
+from mechid.shown import Shown
 from mechid.simulation.resonances import resonances
 from mechid.structure import Modes, Structure
 
@@ -85,8 +84,13 @@ class Budget(Shown):
         UsageError
             There is no such mode.
         """
-        axes: Axes = import_module(PLOTS).plot_budget(self, mode, ax)
-        return axes
+        from mechid.budgets.plot import plot_mode, plot_requirements
+        from mechid.ink.axes import one_of
+
+        if mode is None:
+            return plot_requirements(self.to_dict()["requirements"], ax)
+        modes = {one.mode.name: one for one in self.modes}
+        return plot_mode(modes[one_of(mode, modes, "mode")], ax)
 
     @property
     def standings(self) -> list[Standing]:

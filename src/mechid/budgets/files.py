@@ -1,9 +1,8 @@
-"""The budget as files: tables in CSV, and every number that is shown in budget.json."""
+"""The tables of a budget in CSV, and its numbers in budget.json."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,37 +10,25 @@ import numpy as np
 from mechid.analysis.residual_emission import TRACKED
 from mechid.budgets.budget import Budget
 from mechid.budgets.emission import line_sigmas
-from mechid.budgets.hdf5 import is_available, write_hdf5
-from mechid.budgets.numbers import band_edges, budget_data
+from mechid.budgets.numbers import band_edges
 from mechid.budgets.side_here import COHERENT
 from mechid.identification.result.estimate_file import json_text
 from mechid.units import unit_words
-from mechid.writing import writable, write_whole
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
 CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
 EMISSION, COMPONENTS = "emission.csv", "components.csv"
 
 
-def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
-    """Write the files of a budget into a folder, made where it is missing; each whole or not at all.
-
-    Time series and densities go into disturbance.h5 where h5py is there. `data` is what `budget_data` made, where it
-    is at hand.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
-    folder = Path(folder)
+def budget_texts(budget: Budget, numbers: Mapping[str, Any]) -> dict[str, str | Iterable[str]]:
+    """Return the content of each text file of a budget by name; `numbers` is what `budget_numbers` made."""
     texts: dict[str, str | Iterable[str]] = {
         HARMONICS: _harmonics(budget),
         LINES: _line_of_sight(budget),
         ENVELOPE: _envelope(budget),
         EMISSION: _emission(budget),
         CROSSINGS: _crossings(budget),
-        JSON: json_text(budget_data(budget) if data is None else data),
+        JSON: json_text(numbers),
     }
     if any(made.course is not None for made in budget.modes):
         texts[WINDOWED] = _windowed(budget)
@@ -49,11 +36,7 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
         texts[STATES] = _steady_states(budget)
     if any(response.side for made in budget.modes for response in made.responses):
         texts[COMPONENTS] = _components(budget)
-    with writable(folder):
-        for name, content in texts.items():
-            write_whole(folder / name, content)
-    files = [folder / name for name in texts]
-    return [*files, write_hdf5(budget, folder)] if is_available() else files
+    return texts
 
 
 def _harmonics(budget: Budget) -> Iterator[str]:

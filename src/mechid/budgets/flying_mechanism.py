@@ -16,6 +16,7 @@ from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
 from mechid.budgets.residual_source import ResidualSource, residual_source
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.as_fitted import error_covariance, refuse_failed
+from mechid.identification.result.estimate_file import DIGEST
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.parameter import Role
@@ -51,6 +52,8 @@ class Estimate:
         Forces and moments that the bench measured beside the torque; None where it did not.
     synthetic : bool
         Whether its records were simulated.
+    digest : str
+        SHA-256 of the mechanism file that identify left with it; empty of a fit in memory.
     """
 
     mechanism: Mechanism
@@ -62,6 +65,7 @@ class Estimate:
     residual: ResidualSource | None = None
     side: SideRecords | None = None
     synthetic: bool = False
+    digest: str = ""
 
 
 def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
@@ -107,6 +111,7 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
         residual=source,
         side=residuals.components,
         synthetic=is_simulated(fit),
+        digest=str(fit.provenance.get(DIGEST, "")),
     )
 
 

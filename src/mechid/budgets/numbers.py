@@ -21,6 +21,7 @@ from mechid.budgets.requirement import Standing
 from mechid.budgets.settings import LEVEL, RESIDUALS
 from mechid.budgets.side_numbers import side_of_bench, side_of_mode
 from mechid.budgets.steadiness import steadiness
+from mechid.identification.result.estimate_file import DIGEST
 from mechid.signal.power import cumulative_rms
 
 FORMAT = "mechid-budget/1"
@@ -31,7 +32,7 @@ SHOWN_S, SHOWN_SAMPLES = 0.25, 1500
 GAIN_POINTS = 500
 
 
-def budget_data(budget: Budget) -> dict[str, Any]:
+def budget_numbers(budget: Budget) -> dict[str, Any]:
     """Return every number of the budget that is shown, as a plain dict; JSON can hold it."""
     file = budget.file
     return {
@@ -73,6 +74,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "coupling": _coupling(budget),
         "notes": _notes(budget),
         "warnings": list(budget.warnings),
+        "provenance": {"fit": {DIGEST: budget.estimate.digest or None}},
     }
 
 

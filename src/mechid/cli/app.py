@@ -34,6 +34,7 @@ from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.look import look
 from mechid.cli.new import new
+from mechid.cli.open import open_index
 from mechid.cli.profile import profile
 from mechid.cli.report import report
 from mechid.cli.simulate import simulate
@@ -109,6 +110,7 @@ VERBS = (
 )
 for verb in VERBS:
     app.command()(verb)
+app.command("open")(open_index)  # a function of the command's own name would hide Python's
 
 
 def _print_version(asked: bool) -> None:

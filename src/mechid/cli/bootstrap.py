@@ -23,11 +23,11 @@ def bootstrap(
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Refit simulated records, and see how estimates scatter."""
+    from mechid.bootstraps.run import bootstrap as bootstrapped
     from mechid.cli.ending import advise
     from mechid.cli.printed import followed, print_result
+    from mechid.fits.load import load_fit
     from mechid.holding import held
-    from mechid.interface.fits import load_fit
-    from mechid.interface.refits import bootstrap as bootstrapped
 
     found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")

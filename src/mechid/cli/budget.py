@@ -17,9 +17,9 @@ def budget(
     scheduler: Scheduler = None,
 ) -> None:
     """Predict the line of sight's error against requirements."""
+    from mechid.budgets.run import budget as budgeted
     from mechid.cli.printed import print_result, say
     from mechid.holding import held
-    from mechid.interface.budget import budget as budgeted
 
     with held(out), on_scheduler(scheduler):
         made = budgeted(file, workers=workers, say=say)

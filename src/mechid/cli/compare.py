@@ -14,6 +14,6 @@ def compare(
 ) -> None:
     """Compare finished fits of the same records."""
     from mechid.cli.printed import print_result
-    from mechid.interface.compare import compare as compared
+    from mechid.comparisons.run import compare as compared
 
     print_result(compared(*fits), out)

@@ -18,10 +18,10 @@ def demo(
     from mechid.campaign.bench import TRUTH, refuse_measured_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.demos.run import made_bench
     from mechid.holding import held
     from mechid.identification.run import IdentifyRun
-    from mechid.interface.demo import made_bench
-    from mechid.reports.fit.files import PAGE_NAME
+    from mechid.reports.files import PAGE_NAME
 
     refuse_measured_campaign(out)
     with held(out):

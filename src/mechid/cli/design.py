@@ -33,10 +33,10 @@ def design(
     from mechid.campaign import load_campaign
     from mechid.cli.printed import print_result, say
     from mechid.designs.diagnosis_file import read_diagnosed
+    from mechid.designs.proposal import refuse_own_folder
+    from mechid.designs.run import design as designed
     from mechid.errors import UsageError
     from mechid.holding import held
-    from mechid.interface.design import design as designed
-    from mechid.reports.design.files import refuse_own_folder
 
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)

@@ -23,9 +23,9 @@ def diagnose(
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
     from mechid.cli.printed import followed, print_result
+    from mechid.diagnoses.run import diagnose as diagnosed
+    from mechid.fits.load import load_fit
     from mechid.holding import held
-    from mechid.interface.diagnose import diagnose as diagnosed
-    from mechid.interface.fits import load_fit
 
     finished = load_fit(fit, campaign)
     with held(out):

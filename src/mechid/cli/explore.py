@@ -24,7 +24,7 @@ def explore(
 ) -> None:
     """Turn parameters in the browser and watch model and fit."""
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.interface.explore import explored, serve
+    from mechid.web.run import explored, serve
 
     source = explored(campaign, fit=fit, diagnosis=diagnosis, workers=workers, needed=prepare_kernels)
     serve(source, port, browser=browser, ready=_ready)

@@ -22,8 +22,8 @@ def export(
     from mechid.cli.printed import print_result
     from mechid.exports.export import exported, named_options
     from mechid.exports.handover import handover
+    from mechid.exports.run import read_with_campaign
     from mechid.ink.console import console_on, print_lines
-    from mechid.interface.export import read_with_campaign
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)

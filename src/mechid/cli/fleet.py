@@ -26,8 +26,8 @@ def fleet(
     """Identify many campaigns, and say what differs, what changes and what stands off."""
     from mechid.cli.printed import print_result, say
     from mechid.errors import FitError
+    from mechid.fleets.run import fleet as together
     from mechid.holding import held
-    from mechid.interface.fleet import fleet as together
 
     with held(out):
         with on_scheduler(scheduler):

@@ -14,8 +14,8 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome, grade_words
 from mechid.identification.run import IdentifyRun
 from mechid.ink.console import console_on
-from mechid.reports import print_report
-from mechid.reports.identified import DEFAULT_RUN, Audience, identify_into_folder
+from mechid.reports.document import PRESENTER
+from mechid.reports.into_folder import DEFAULT_RUN, Audience, identify_into_folder
 
 
 def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN) -> None:
@@ -30,7 +30,7 @@ def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_R
     """
     advise(f"what was worked out is in {folder}: mechid identify with --resume goes on")
     made = identify_into_folder(campaign, folder, Audience(followed=followed, say=say), run)
-    print_report(made.data, console_on(), made.files)
+    PRESENTER.print(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         say_interrupted(f"mechid: interrupted; {folder} holds the best so far")
         raise typer.Exit(INTERRUPTED)

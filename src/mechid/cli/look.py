@@ -28,7 +28,7 @@ def look(
     from mechid.cli.printed import print_result
     from mechid.errors import RecordError
     from mechid.holding import held
-    from mechid.interface.look import look as looked
+    from mechid.looks.run import look as looked
 
     with held(out):
         found = looked(*records, sample_rate_hz=sample_rate_hz, columns=column or (), quantity=quantity, unit=unit)

@@ -10,13 +10,15 @@ import typer
 
 from mechid.identification.computation.progress import Listener
 from mechid.ink.console import console_on
-from mechid.interface.presenters import show_written
-from mechid.interface.progress_line import ProgressLine
+from mechid.progress.terminal import ProgressLine
+from mechid.shown import presenter_of
 
 
 def print_result(result: object, out: Path | None) -> None:
     """Print a result, its files left in a folder where one is given."""
-    show_written(result, out, console_on())
+    own = presenter_of(result)
+    numbers = own.numbers(result)
+    own.print(numbers, console_on(), own.write(result, numbers, out) if out is not None else ())
 
 
 @contextmanager

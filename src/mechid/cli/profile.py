@@ -24,9 +24,9 @@ def profile(
     """Profile the likelihood over a parameter, all others refitted."""
     from mechid.cli.ending import advise
     from mechid.cli.printed import followed, print_result
+    from mechid.fits.load import load_fit
     from mechid.holding import held
-    from mechid.interface.fits import load_fit
-    from mechid.interface.refits import profile as profiled
+    from mechid.profiles.run import profile as profiled
 
     found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")

@@ -16,11 +16,11 @@ def report(
 ) -> None:
     """Make the report of an identification anew."""
     from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.fits.load import load_fit
     from mechid.holding import held
     from mechid.ink.console import console_on, print_lines
-    from mechid.interface.fits import load_fit
-    from mechid.interface.report import report as reported
-    from mechid.reports import read_truth
+    from mechid.reports.results import read_truth
+    from mechid.reports.run import report as reported
 
     read_truth(folder)
     with held(folder):

@@ -1,1 +1,1 @@
-"""Fits of the same records compared: their numbers, their document and figures."""
+"""Fits of the same records compared: the public function, their numbers, their document and figures."""

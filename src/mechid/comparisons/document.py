@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mechid.comparisons.figures import EVIDENCE_NAME, RECORDS_NAME, comparison_figures
+from mechid.comparisons.figures import EVIDENCE_NAME, RECORDS_NAME, SPECTRA_NAME, apart_most, comparison_figures
 from mechid.comparisons.numbers import FILE_NAME, comparison_numbers
 from mechid.identification.result.estimate_file import json_text
 from mechid.ink.document import IN_DOCUMENTS, Document, Lines, Picture, Rows, Section, Words
@@ -28,6 +28,10 @@ SCORE_LAYOUTS = (
 EVIDENCE = (
     "How much more than the best one each fit costs by the Bayesian criterion, which counts the misfit and each free "
     "number: by effective samples, and as if residuals were white. From 10 on it is very strong evidence."
+)
+SPECTRA = (
+    "The RMS of each fit's residual by third octave, lines at orders of the step rate included, beside the record's "
+    "noise: what a hypothesis lacks stands out where it moves the mechanism."
 )
 OF_RECORDS = "What each fit leaves of each record, as a share of what the first one leaves."
 
@@ -63,6 +67,7 @@ def comparison_document(data: Mapping[str, Any]) -> Document:
                 "records",
                 "Records",
             ),
+            _spectra(data),
             Section(
                 f"Parameters; off: difference to {names[0]}, in sigmas",
                 (Rows(_table(_parameter_layouts(names), data["parameters"])),),
@@ -71,6 +76,14 @@ def comparison_document(data: Mapping[str, Any]) -> Document:
             ),
         ),
     )
+
+
+def _spectra(data: Mapping[str, Any]) -> Section:
+    every, drawn = data["spectra"]["records"], apart_most(data)
+    fewer = f" Drawn are the {len(drawn)} of {len(every)} records whose residuals differ most."
+    words = Words(SPECTRA + (fewer if len(drawn) < len(every) else ""))
+    parts = (words, Picture(SPECTRA_NAME, "Residual spectra of each record by fit")) if drawn else ()
+    return Section("Residual spectra", parts, "spectra", "Spectra", where=IN_DOCUMENTS)
 
 
 Layouts = tuple[tuple[tuple[Column, ...], ...], ...]

@@ -10,6 +10,7 @@ from typing import Any
 from mechid.analysis.comparison import Comparison, ParameterComparison, RecordComparison
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
+from mechid.comparisons.spectra import residual_spectra
 from mechid.ink.digits import digits, rounded, with_sigma
 
 FORMAT = "mechid-comparison/1"
@@ -31,6 +32,7 @@ def comparison_numbers(comparison: Comparison) -> dict[str, Any]:
         "scores": [_score(h, s, best) for h, s in zip(comparison.hypotheses, comparison.scores, strict=True)],
         "records": [_record(r) for r in comparison.records],
         "parameters": [_parameter(p) for p in comparison.parameters],
+        "spectra": residual_spectra(comparison.hypotheses),
     }
 
 

@@ -20,7 +20,7 @@ from mechid.designs.information import informations
 from mechid.designs.loss_table import LossRow, loss_table
 from mechid.designs.planned import PlannedRecord, planned_records
 from mechid.designs.rate_map import RateMap, rate_map
-from mechid.designs.record_set import RecordSet, record_set
+from mechid.designs.record_set import RecordSet, errors_by_record, record_set
 from mechid.designs.rivals import Group
 from mechid.designs.screening import Screening, screening
 from mechid.designs.selection import Choice, Pool, select
@@ -51,6 +51,8 @@ class Design(Shown):
     chosen : RecordSet
     trail : tuple of float
         The criterion before the first chosen record and after each.
+    errors_by_record : mapping of str to tuple of float
+        Standard error of each parameter at the same places, as the median over the mechanisms that may be true.
     candidates : tuple of PlannedRecord
         All that there was to choose from, the campaign's own first.
     objections : tuple of str
@@ -74,6 +76,7 @@ class Design(Shown):
     planned: RecordSet
     chosen: RecordSet
     trail: tuple[float, ...]
+    errors_by_record: dict[str, tuple[float, ...]]
     candidates: tuple[PlannedRecord, ...]
     objections: tuple[str, ...]
     peaks: FloatArray
@@ -192,6 +195,7 @@ class _Making:
             planned=self._set([pool[k] for k in planned], worth[:, planned], criterion),
             chosen=self._set(_named_apart(chosen), worth[:, list(choice.chosen)], criterion),
             trail=choice.trail,
+            errors_by_record=errors_by_record(self.here, worth[:, list(choice.chosen)]),
             candidates=tuple(pool),
             objections=tuple(objections),
             peaks=screened.peak[0],

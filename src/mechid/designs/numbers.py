@@ -24,7 +24,7 @@ TOLD_DEG = 90.0
 """A phase with a larger standard error is not told at all."""
 
 
-def design_data(design: Design) -> dict[str, Any]:
+def design_numbers(design: Design) -> dict[str, Any]:
     """Return every number of a design that is shown."""
     options, limits = design.options, design.options.limits
     kind = options.criterion
@@ -152,6 +152,7 @@ def _parameters(design: Design) -> list[dict[str, Any]]:
             row[key] = _knowable(records.errors.std_error(q.name), q.declaration.unit)
             row[f"{key}_reason"] = records.errors.reasons.get(q.name, "")
             row[f"{key}_spread"] = [_knowable(v, q.declaration.unit) for v in records.spread[q.name]]
+        row["by_record"] = [_knowable(v, q.declaration.unit) for v in design.errors_by_record[q.name]]
         rows.append(row)
     return rows
 

@@ -8,15 +8,40 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.in_files import command_text
+from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.designs.design import Design
 from mechid.designs.planned import PlannedRecord
+from mechid.errors import UsageError
+from mechid.writing import write_together
 
+CAMPAIGN_NAME, OPTIONS_NAME = "campaign.toml", "design.toml"
 GUIDE = """\
 Proposed by mechid design. Drive each record as its command says, from rest, and put the measured file in its place:
 one header line, time_s,torque_Nm. {records}, {seconds:.0f} s with {between:g} s between them; {chosen_by}.
 Lengths and noise stand in design.toml beside this file: mechid design on this folder takes them from there."""
+
+
+def write_proposal(design: Design, data: Mapping[str, Any], folder: Path) -> list[Path]:
+    """Write campaign and design file of the records chosen, and the mechanism where no file has it.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to, or holds the campaign itself.
+    """
+    refuse_own_folder(design.campaign.path, folder)
+    texts = {CAMPAIGN_NAME: proposed_campaign(design, data, folder), OPTIONS_NAME: proposed_options(design)}
+    if not has_file(design):
+        texts[MECHANISM_NAME] = mechanism_text(design.campaign.mechanism)
+    return write_together(folder, texts)
+
+
+def refuse_own_folder(campaign: Path, folder: Path) -> None:
+    """Raise UsageError where the proposal would replace the campaign file that it is made from."""
+    if folder.resolve() == campaign.parent.resolve():
+        raise UsageError(f"{folder}: holds the campaign itself, which must not be replaced; give another folder")
 
 
 def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> str:

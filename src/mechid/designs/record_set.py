@@ -82,11 +82,32 @@ def _errors(here: Standpoint, records: Sequence[PlannedRecord], workers: int) ->
     return predicted_errors(problem, np.concatenate([here.points[0], own]), here.known)
 
 
+def errors_by_record(here: Standpoint, information: FloatArray) -> dict[str, tuple[float, ...]]:
+    """Return the median standard error of each parameter before the first record and after each one.
+
+    Parameters
+    ----------
+    here : Standpoint
+    information : (points, records, n, n)
+        Of each record at each mechanism of the standpoint, in the order in which they are taken.
+    """
+    before = np.broadcast_to(here.before, (len(here.points), 1, *here.before.shape))
+    names, errors = _standard_errors(here, np.cumsum(np.concatenate([before, information], axis=1), axis=1))
+    return dict(zip(names, map(tuple, np.median(errors, axis=0).T.tolist()), strict=True))
+
+
 def _spread(here: Standpoint, total: FloatArray) -> dict[str, tuple[float, float]]:
     """Return median and 90 % quantile of each parameter's standard error over the mechanisms."""
-    rows = []
-    for q, information in zip(here.points, total, strict=True):
-        names, slopes = here.space.value_jacobian(q)
-        rows.append(np.sqrt(np.einsum("ij,jk,ik->i", slopes, np.linalg.inv(information), slopes).clip(min=0.0)))
-    middle, high = np.quantile(rows, (0.5, 0.9), axis=0)
+    names, errors = _standard_errors(here, total[:, None])
+    middle, high = np.quantile(errors[:, 0], (0.5, 0.9), axis=0)
     return {name: (float(a), float(b)) for name, a, b in zip(names, middle, high, strict=True)}
+
+
+def _standard_errors(here: Standpoint, information: FloatArray) -> tuple[Sequence[str], FloatArray]:
+    """Return the parameters and their standard errors, (points, k, parameters), of informations (points, k, n, n)."""
+    rows = []
+    for q, of_point in zip(here.points, information, strict=True):
+        names, slopes = here.space.value_jacobian(q)
+        inverses = np.linalg.inv(of_point)
+        rows.append([np.sqrt(np.einsum("ij,jk,ik->i", slopes, one, slopes).clip(min=0.0)) for one in inverses])
+    return names, np.array(rows)

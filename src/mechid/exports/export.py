@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from mechid.errors import UsageError, did_you_mean
+from mechid.exports.document import PAGES, PRESENTER, export_numbers
 from mechid.exports.handover import Handover
 from mechid.exports.stand import which_mechanism
 from mechid.holding import held
@@ -109,8 +110,13 @@ def exported(what: Handover, target: str, folder: Path, options: object = None) 
         earlier = _left(folder)
         done = Exported(target, folder, write(what, beside, *asked), what.provenance, earlier)
         write_whole(beside / FILE_NAME, json_text(done.to_dict()))
-        names = (FILE_NAME, *done.written.files)  # the list first: a killed export's files are known for mechid's
-        _refuse_foreign(folder, names, earlier)
+        PRESENTER.write(done, export_numbers(done), beside)
+        names = (
+            FILE_NAME,
+            *PAGES,
+            *done.written.files,
+        )
+        _refuse_foreign(folder, names, (*earlier, *PAGES) if earlier else ())
         for name in names:
             (beside / name).replace(folder / name)
     return done

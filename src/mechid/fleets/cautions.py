@@ -9,8 +9,8 @@ import numpy as np
 
 from mechid.fleets.fleet import Fleet
 from mechid.fleets.trends import first_day, numbers
+from mechid.fleets.verdict import listed
 from mechid.parameter import Status
-from mechid.reports.fleet.verdict import listed
 
 FEW = 5
 """Units below which the spread is known to a factor of two or worse."""

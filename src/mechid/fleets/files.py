@@ -5,11 +5,9 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 from mechid.identification.result.estimate_file import json_text
-from mechid.writing import write_together
 
 JSON_NAME, TABLE_NAME = "fleet.json", "fleet.csv"
 OF_CAMPAIGN = ("campaign", "unit", "group", "state", "grade")
@@ -17,15 +15,9 @@ OF_VALUE = ("parameter", "value", "std_error", "value_unit", "status", "left_out
 OF_FLEET = ("fleet_mean", "fleet_mean_std_error", "fleet_spread", "differs", "outlier")
 
 
-def write_fleet(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
-    """Write fleet.json and fleet.csv of what `fleet_data` made into a folder, made where it is missing.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
-    return write_together(folder, {TABLE_NAME: _table(data), JSON_NAME: json_text(data)})
+def fleet_files(data: Mapping[str, Any]) -> dict[str, str]:
+    """Return the contents of fleet.csv and fleet.json, of what `fleet_data` made."""
+    return {TABLE_NAME: _table(data), JSON_NAME: json_text(data)}
 
 
 def _table(data: Mapping[str, Any]) -> str:

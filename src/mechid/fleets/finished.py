@@ -12,7 +12,7 @@ from mechid.identification.result.fit_file import read_numbers
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
 from mechid.identification.result.journal_file import FINISHED
-from mechid.reports.identified import identification_inputs
+from mechid.reports.into_folder import identification_inputs
 
 COMPLETE, SEED = "--complete", "seed"
 

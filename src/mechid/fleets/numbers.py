@@ -19,7 +19,7 @@ from mechid.fleets.members import Member
 from mechid.fleets.significance import Tested
 from mechid.fleets.trends import Trend, first_day, numbers
 from mechid.fleets.unit_run import HOW_WORDS, UnitRun
-from mechid.reports.fit.files import PAGE_NAME
+from mechid.reports.files import PAGE_NAME
 from mechid.units import angle_difference
 
 FORMAT = "mechid-fleet/1"

@@ -18,7 +18,7 @@ from mechid.holding import held
 from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.run import IdentifyRun
-from mechid.reports.identified import Audience, identify_into_folder
+from mechid.reports.into_folder import Audience, identify_into_folder
 
 
 def silent(line: str) -> None:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 from rich.console import Console
 from rich.text import Text
-
-from mechid.shown import SYNTHETIC
 
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""
@@ -27,12 +24,6 @@ def print_lines(console: Console, word: str, lines: Iterable[str], style: str = 
     """Print lines that begin with a word."""
     for line in lines:
         say(console, f"{word}: {line}", style)
-
-
-def say_if_synthetic(console: Console, data: Mapping[str, Any]) -> None:
-    """Print that a result's records were simulated, where they were."""
-    if data.get("synthetic"):
-        say(console, SYNTHETIC, "bold")
 
 
 def say(console: Console, line: str, style: str = "") -> None:

@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping
 from itertools import chain
 
 from mechid.ink.document import (
+    Cards,
     Code,
     Document,
+    Facts,
+    Interactive,
     Lines,
     Part,
     Picture,
@@ -18,16 +21,13 @@ from mechid.ink.document import (
     shown_on,
 )
 from mechid.ink.markdown_text import bullets, cell
-from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.text_table import MARKDOWN
-
-SYNTHETIC = "**Synthetic**: the records were simulated; nothing of this was measured."
 
 
 def document_markdown(document: Document) -> str:
     """Return a document as Markdown."""
     blocks = [f"# {cell(document.title)}"]
-    blocks += [SYNTHETIC] if document.is_synthetic else []
+    blocks += [f"**Synthetic**: {cell(document.simulated)}"] if document.is_synthetic else []
     blocks += [cell(document.under)] if document.under else []
     for part in shown_on(document.parts, MARKDOWN):
         blocks += _blocks(part, 2)
@@ -44,11 +44,16 @@ def _words(part: Words, level: int) -> list[str]:
 
 
 def _lines(part: Lines, level: int) -> list[str]:
-    return [*_heading(part.heading, level), bullets(part.lines)] if part.lines else []
+    lines = "\n".join(f"- {_with_emphasis(line)}" for line in part.lines)
+    return [*_heading(part.heading, level), lines] if part.lines else []
 
 
 def _rows(part: Rows, level: int) -> list[str]:
     return [*([cell(part.caption)] if part.caption else []), part.table.markdown()]
+
+
+def _facts(part: Facts, level: int) -> list[str]:
+    return ["\n".join(f"- {cell(name)}: **{cell(value)}**" for name, value in part.pairs)]
 
 
 def _code(part: Code, level: int) -> list[str]:
@@ -56,12 +61,25 @@ def _code(part: Code, level: int) -> list[str]:
 
 
 def _picture(part: Picture, level: int) -> list[str]:
-    return [f"![{cell(part.words)}](<{FOLDER_NAME}/{part.name}.svg>)"]
+    return [f"![{cell(part.words)}](<{f'{part.folder}/' if part.folder else ''}{part.name}.svg>)"]
+
+
+def _interactive(part: Interactive, level: int) -> list[str]:
+    return _picture(part.picture, level)
 
 
 def _verdict(part: Verdict, level: int) -> list[str]:
     answers = [[*_heading(question, level), bullets(lines)] for question, lines in part.questions]
     return [f"**{cell(part.headline)}**", *chain.from_iterable(answers), *_lines(part.warnings, level)]
+
+
+def _cards(part: Cards, level: int) -> list[str]:
+    blocks: list[str] = []
+    for card in part.cards:
+        title = f"[{cell(card.title)}](<{card.link}>)" if card.link else f"**{cell(card.title)}**"
+        cautions = [f"caution: {line}" for line in card.cautions]
+        blocks += [f"{title}: {cell(card.headline)}", *([bullets(cautions)] if cautions else [])]
+    return blocks
 
 
 def _section(part: Section, level: int) -> list[str]:
@@ -88,8 +106,11 @@ _PRINTERS: Mapping[type, Callable[..., list[str]]] = {
     Words: _words,
     Lines: _lines,
     Rows: _rows,
+    Facts: _facts,
     Code: _code,
     Picture: _picture,
+    Interactive: _interactive,
     Verdict: _verdict,
+    Cards: _cards,
     Section: _section,
 }

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 Row = Sequence[str]
 
@@ -31,11 +30,6 @@ def table(header: Sequence[str], rows: Iterable[Row]) -> str:
     """Return a table; its cells are escaped."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(t if t == "---" else cell(t) for t in line) + " |" for line in lines)
-
-
-def synthetic_words(data: Mapping[str, Any]) -> list[str]:
-    """Return a paragraph that says that a result's records were simulated; none where they were measured."""
-    return ["**Synthetic**: the records were simulated; nothing of this was measured."] if data.get("synthetic") else []
 
 
 def bullets(lines: Iterable[str]) -> str:

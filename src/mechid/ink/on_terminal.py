@@ -12,8 +12,10 @@ from mechid.ink.document import (
     BAD,
     CAUTION,
     GOOD,
+    Cards,
     Code,
     Document,
+    Facts,
     Lines,
     Part,
     Rows,
@@ -23,7 +25,6 @@ from mechid.ink.document import (
     shown_on,
 )
 from mechid.ink.text_table import INDENT, TERMINAL
-from mechid.shown import SYNTHETIC
 
 STYLES = {GOOD: "bold green", CAUTION: "bold yellow", BAD: "bold red"}
 STRONG = "bold"
@@ -32,8 +33,11 @@ STRONG = "bold"
 def print_document(document: Document, console: Console, files: Sequence[Path] = ()) -> None:
     """Print a document, and where its files are."""
     if document.is_synthetic:
-        say(console, SYNTHETIC, STRONG)
-    for part in shown_on(document.parts, TERMINAL):
+        say(console, f"SYNTHETIC: {document.simulated}", STRONG)
+    parts = shown_on(document.parts, TERMINAL)
+    for before, part in zip([None, *parts], parts, strict=False):
+        if isinstance(before, Section) and not _ends_with_table(before):
+            console.print()
         _print(part, console)
     print_lines(console, "written", map(str, files))
 
@@ -60,6 +64,10 @@ def _rows(part: Rows, console: Console) -> None:
     part.table.print(console)
 
 
+def _facts(part: Facts, console: Console) -> None:
+    _lines(Lines([f"{name}: {value}" for name, value in part.pairs]), console)
+
+
 def _code(part: Code, console: Console) -> None:
     for line in part.text.splitlines():
         say(console, f"{INDENT}{line}")
@@ -72,7 +80,15 @@ def _verdict(part: Verdict, console: Console) -> None:
         _lines(Lines(answers), console)
     if part.questions:
         console.print()
-    _lines(part.warnings, console)
+    if TERMINAL in part.warnings.where:
+        _lines(part.warnings, console)
+
+
+def _cards(part: Cards, console: Console) -> None:
+    for card in part.cards:
+        say(console, f"{INDENT}{card.title}: {card.headline}", STYLES.get(card.tone, ""))
+        for line in card.cautions:
+            say(console, f"{INDENT}caution: {line}", "yellow")
 
 
 def _section(part: Section, console: Console) -> None:
@@ -82,11 +98,20 @@ def _section(part: Section, console: Console) -> None:
         _print(inner, console)
 
 
+def _ends_with_table(part: Part) -> bool:
+    """Return whether the last that is printed of a part is a table, which has an empty line behind it."""
+    if isinstance(part, Section):
+        return _ends_with_table(shown_on(part.parts, TERMINAL)[-1])
+    return isinstance(part, Rows)
+
+
 _PRINTERS: Mapping[type, Callable[..., None]] = {
     Words: _words,
     Lines: _lines,
     Rows: _rows,
+    Facts: _facts,
     Code: _code,
     Verdict: _verdict,
+    Cards: _cards,
     Section: _section,
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,8 @@ from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, Row, cell_of
 
 GROUP = "table"
 """Key of the name under which a row stands."""
+DARKEST = 0.75
+"""Opacity of a cell's colour at most, so that its number stays legible."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,8 @@ class Table:
         For a terminal too narrow for all columns, the first that fits: each one or more tables of the same rows.
     tip : str
         Key of what is told of a row under the pointer.
+    style : str
+        Its class on a page: rows of ``cards`` stand below one another where a page is small.
 
     Examples
     --------
@@ -55,23 +60,26 @@ class Table:
     group: str | None = None
     narrower: Sequence[Sequence[Sequence[Column]]] = ()
     tip: str = ""
+    style: str = "cards"
 
     def print(self, console: Console) -> None:
         """Print it on a terminal; columns without any text are left out."""
-        print_tables(console, ((self._shown(TERMINAL),), *self.narrower), self.rows)
+        layouts = ([self.columns], *self.narrower)
+        print_tables(console, [[_shown(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows)
 
     def markdown(self) -> str:
         """Return it as Markdown."""
-        shown = self._shown(MARKDOWN)
+        shown = _shown(self.columns, MARKDOWN)
         named = [self.group] if self.group and self._grouped else []
         lines = ([*([row[GROUP]] if named else []), *(_in_markdown(row, c) for c in shown)] for row in self.rows)
         return markdown_table([*named, *(c.label for c in shown)], lines)
 
     def html(self) -> Markup:
         """Return it for a page."""
-        shown = self._shown(PAGE)
-        heads = Markup("").join(map(_head, shown))
-        parts = [Markup('<div class="scroll"><table class="cards">\n<thead><tr>{}</tr></thead><tbody>').format(heads)]
+        shown = _shown(self.columns, PAGE)
+        heads = Markup("").join(map(_head, shown)) if any(column.label for column in shown) else ""
+        head = Markup('<div class="scroll"><table class="{}">\n<thead><tr>{}</tr></thead><tbody>')
+        parts = [head.format(self.style, heads)]
         before = None
         for row in self.rows:
             if self._grouped and row[GROUP] != before:
@@ -82,12 +90,13 @@ class Table:
             parts.append(Markup("<tr{}>{}</tr>").format(tip, cells))
         return Markup("\n").join([*parts, Markup("</tbody></table></div>")])
 
-    def _shown(self, where: str) -> list[Column]:
-        return [c for c in self.columns if where in c.where]
-
     @property
     def _grouped(self) -> bool:
         return self.group is not None and any(GROUP in row for row in self.rows)
+
+
+def _shown(columns: Sequence[Column], where: str) -> list[Column]:
+    return [c for c in columns if where in c.where]
 
 
 def _head(column: Column) -> Markup:
@@ -112,7 +121,25 @@ def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
     style = own.style(row) if callable(own.style) else own.style or ("word" if column.words else "number")
     label = Markup("") if own.drops else Markup(' data-label="{}"').format(column.label)
     tip = _attribute("title", own.tip(row) if own.tip else "")
-    return Markup("<td{}{}{}>{}</td>").format(_attribute("class", style + " whole" * own.wide), label, tip, text)
+    style = _attribute("class", style + " whole" * own.wide) + _heat(own.heat(row) if own.heat else 0.0)
+    return Markup("<td{}{}{}>{}</td>").format(style, label, tip, text)
+
+
+def _heat(value: float) -> Markup:
+    """Return the background of a cell, the stronger the larger its value."""
+    colour = "heat" if value >= 0.0 else "cold"
+    return _attribute("style", f"background: rgba(var(--{colour}), {opacity(value)})" if value else "")
+
+
+def opacity(value: float) -> str:
+    """Return the opacity of a cell's colour for a value from -1 to 1.
+
+    Examples
+    --------
+    >>> opacity(-0.5), opacity(2.0)
+    ('0.38', '0.75')
+    """
+    return f"{DARKEST * min(abs(value), 1.0) if math.isfinite(value) else 0.0:.2f}"
 
 
 def _attribute(name: str, value: str) -> Markup:

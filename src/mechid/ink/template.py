@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from importlib.resources import files
 from typing import Any
 
@@ -13,20 +12,18 @@ from markupsafe import Markup
 from mechid.ink.palette import colour_style
 
 INK = "mechid.ink"
-DARKEST = 0.75
-"""Opacity of a cell's colour at most, so that its number stays legible."""
 
 
-def environment(package: str = "mechid.reports") -> Environment:
-    """Return the environment of a package's templates and those that all pages share; texts are escaped."""
+def environment(*packages: str) -> Environment:
+    """Return the environment of some packages' templates and those that all pages share; texts are escaped."""
     environment = Environment(
-        loader=ChoiceLoader([PackageLoader(package), PackageLoader(INK)]),
+        loader=ChoiceLoader([PackageLoader(package) for package in (*packages, INK)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"script_json": script_json, "opacity": opacity}
+    environment.filters["script_json"] = script_json
     return environment
 
 
@@ -40,17 +37,6 @@ def script_json(value: Any) -> Markup:
     """
     text = json.dumps(value, separators=(", ", ": "), allow_nan=False)
     return Markup(text.replace("<", "\\u003c"))
-
-
-def opacity(value: float, most: float) -> str:
-    """Return the opacity of a cell's colour for a value between -`most` and `most`.
-
-    Examples
-    --------
-    >>> opacity(-0.5, 1.0), opacity(200.0, 100.0)
-    ('0.38', '0.75')
-    """
-    return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
 
 
 def page_style() -> str:

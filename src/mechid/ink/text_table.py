@@ -41,6 +41,8 @@ class OnPage:
         Its header above the cells, where the documents' is too wide.
     spoken : str
         Its header for who listens to the page, where the one that is seen says nothing.
+    heat : callable or None
+        From a row to how strong its cell's colour is, at most 1; another colour where it is negative.
     """
 
     ink: Callable[[Row], str] | None = None
@@ -50,6 +52,7 @@ class OnPage:
     drops: bool = False
     header: str = ""
     spoken: str = ""
+    heat: Callable[[Row], float] | None = None
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""Profiles of the likelihood: their numbers, their document and figures."""
+"""Profiles of the likelihood: the public function, their numbers, their document and figures."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
@@ -14,7 +13,6 @@ import numpy as np
 from mechid.arrays import FloatArray, IntArray
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
-from mechid.shown import PLOTS
 from mechid.signal.noise import noise_floor
 from mechid.signal.series import Series, no_samples
 
@@ -178,7 +176,14 @@ class Record:
         UsageError
             There is no such channel.
         """
-        axes: Axes = import_module(PLOTS).plot_record(self, quantity, ax)
+        from mechid.ink.axes import Clock, axes_or_new, draw_over_time, one_of
+        from mechid.ink.palette import MEASURED
+
+        channel = self.channel(one_of(quantity, (c.quantity for c in self.channels), "channel"))
+        axes, clock = axes_or_new(ax), Clock(self.sample_rate_hz, self.time_start_s)
+        style: dict[str, Any] = {"color": MEASURED, "linewidth": 0.8, "label": "measured"}
+        draw_over_time(axes, channel.data, clock, channel.quantity, **style)
+        axes.set_title(self.name, loc="left")
         return axes
 
     def __repr__(self) -> str:

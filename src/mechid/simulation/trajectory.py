@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.shown import PLOTS, Shown
+from mechid.shown import Shown
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
@@ -122,7 +121,13 @@ class Trajectory(Shown):
         UsageError
             There is no such quantity.
         """
-        axes: Axes = import_module(PLOTS).plot_trajectory(self, quantity, ax)
+        from mechid.ink.axes import Clock, axes_or_new, draw_over_time, one_of
+        from mechid.ink.palette import MODELLED
+
+        quantity, axes = one_of(quantity, self.values, "quantity"), axes_or_new(ax)
+        step_s = float(self.time[1:2][0] - self.time[:1][0]) if self.time.size > 1 else 1.0
+        clock, style = Clock(1.0 / step_s, float(self.time[:1][0])), {"linewidth": 0.8, "label": "modelled"}
+        draw_over_time(axes, self.values[quantity], clock, quantity, color=MODELLED, **style)
         return axes
 
     def to_pandas(self) -> pd.DataFrame:

@@ -14,9 +14,9 @@ from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.plant.mechanism import Mechanism
-from mechid.reports import report_data
-from mechid.reports.fit.contents import report_contents
-from mechid.reports.fit.noise import against_noise
+from mechid.reports.contents import report_contents
+from mechid.reports.noise import against_noise
+from mechid.reports.numbers import report_data
 from mechid.units import angle_difference
 
 

@@ -11,8 +11,8 @@ from mechid.analysis.hypothesis import LEFT_OUT
 from mechid.campaign import Campaign
 from mechid.ink.digits import digits, plain, with_sigma
 from mechid.parameter import Parameter
-from mechid.reports.fit.noise import level_words
-from mechid.reports.fit.payload import order_word
+from mechid.reports.noise import level_words
+from mechid.reports.payload import order_word
 from mechid.web.estimate import Estimate
 from mechid.web.fit_shown import run_data
 from mechid.web.knobs import FINE_SIGMAS, NOTCHES, Knob

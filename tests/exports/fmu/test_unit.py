@@ -15,6 +15,7 @@ from layouts import changed, mechanism_of, paper_table
 from mechid.command import Command, Excitation, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.exports.c.compiler import found_compiler
+from mechid.exports.document import PAGES
 from mechid.exports.export import exported
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.options import Options
@@ -266,7 +267,7 @@ def test_the_bench_variant_has_the_housing(paper, tmp_path):
     done = exported(paper, "fmu", tmp_path, Options(stand=True))
     assert done.written.checked.largest_error < 1e-9
     assert "as on the bench, with [housing]" in done.to_dict()["mechanism"]
-    assert {path.name for path in tmp_path.iterdir()} == {*done.written.files, "mechid_export.json"}
+    assert {path.name for path in tmp_path.iterdir()} == {*done.written.files, *PAGES, "mechid_export.json"}
     with zipfile.ZipFile(tmp_path / done.written.files[0]) as archive:
         names = archive.namelist()
     assert {"modelDescription.xml", "sources/mechanism.c", "sources/fmi2.c"} <= set(names)

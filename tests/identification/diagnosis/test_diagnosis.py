@@ -23,7 +23,7 @@ from mechid.identification.identify import identify
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME
 from mechid.identification.result.grade import Cause, Grade, Reason
 from mechid.ink.console import console_on
-from mechid.reports import report_data
+from mechid.reports.numbers import report_data
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 COMPLETED = ("modelled, with the effects", "residual, with the effects")

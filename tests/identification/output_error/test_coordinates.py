@@ -12,13 +12,13 @@ from incomplete.recording import Run, recorded
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.campaign import CLOCK
 from mechid.campaign.prediction import simulate
+from mechid.checks.numbers import check_numbers
 from mechid.errors import InputFileError
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.parameter import Parameter, Status
 from mechid.plant.superset import with_tables
-from mechid.reports.overview import campaign_data
 from runs import rms
 from synthetic import COMMANDS, displaced, measured, record, truth
 
@@ -190,7 +190,7 @@ def test_a_file_says_it_for_all_records_and_for_one(tmp_path):
     ]
     assert campaign.record("a").timing.clock_ppm == 30.0
     assert campaign.record("b").clock is campaign.parameters["campaign.clock_ppm"]
-    (line,) = [one for one in campaign_data(campaign)["records"][0]["lines"] if "of its own" in one]
+    (line,) = [one for one in check_numbers(campaign)["records"][0]["lines"] if "of its own" in one]
     assert line == "of its own: peak_voltage = 5.5"
     apart = loaded(
         tmp_path, more='[[own]]\nrecord = "a"\nclock_ppm = 30.0\n[[own]]\nrecord = "a"\npeak_voltage = 5.5\n'

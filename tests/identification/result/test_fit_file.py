@@ -14,8 +14,8 @@ from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.estimate_file import estimate_text, write_estimate
 from mechid.identification.result.fit_file import read_fit, read_numbers
 from mechid.identification.result.record_result import MaskedMoment
-from mechid.reports.fit.numbers import report_data
-from mechid.reports.fit.results import write_results
+from mechid.reports.numbers import report_data
+from mechid.reports.results import write_results
 
 STAGE = """
 [[stage]]

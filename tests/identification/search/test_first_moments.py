@@ -20,7 +20,7 @@ from mechid.identification.search.first_moments import first_window, robust_cost
 from mechid.identification.search.multistart import capped_costs
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.visibility import unseen_parameters
-from mechid.reports import report_data
+from mechid.reports.numbers import report_data
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.start import Start
 from paper import constant

@@ -11,7 +11,7 @@ from mechid.identification.result.grade import NOTHING_EXPLAINS, FitOutcome, Gra
 from mechid.identification.stages import budget
 from mechid.identification.stages.budget import complete_work
 from mechid.identification.stages.ladder import BUDGET_SPENT
-from mechid.reports.fit.numbers import report_data
+from mechid.reports.numbers import report_data
 from mechid.simulation.work import counted
 from synthetic import COMMANDS, campaign, displaced, measured, record, truth
 

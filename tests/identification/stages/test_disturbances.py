@@ -15,7 +15,7 @@ from mechid.errors import InputFileError
 from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
-from mechid.reports import report_data
+from mechid.reports.numbers import report_data
 
 HUM = {"mains_hz": 50.0, "mains_1": 3e-3, "mains_2": 1e-3, "mains_3": 1e-3}
 """Of the record: 1.5 times its noise."""

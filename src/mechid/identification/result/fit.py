@@ -20,7 +20,7 @@ from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Status
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import PLOTS, Shown
+from mechid.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +35,8 @@ LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 REBUILD = "mechid.identification.refit.rebuild"
 """Rebuilds the optimum of a fit, likewise."""
-
+PLOT = "mechid.analysis.fit_plot"
+"""Draws a fit, likewise."""
 MECHANISM_FILE = "mechid.identification.result.estimate_file"
 """Reads the mechanism file beside an estimate; likewise."""
 
@@ -287,7 +288,7 @@ class Fit(Shown):
         UsageError
             There is no such record or quantity, or the fit does not hold its campaign.
         """
-        axes: Axes = import_module(PLOTS).plot_fit(self, record, quantity, ax)
+        axes: Axes = import_module(PLOT).plot_fit(self, record, quantity, ax)
         return axes
 
     def to_pandas(self) -> pd.DataFrame:

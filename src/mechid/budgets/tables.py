@@ -1,0 +1,195 @@
+"""The tables of a budget."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from mechid.budgets.texts import NO_NUMBER
+from mechid.ink.data import Data
+from mechid.ink.document import IN_DOCUMENTS
+from mechid.ink.table import Table
+from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row, cell_of
+
+TEXTS = (TERMINAL, MARKDOWN)
+WIDE = "word shares"
+"""Style of a page's cells that list parameters."""
+
+
+def _below(text: str, *more: str) -> Markup:
+    """Return a text with more of it in small letters below, a line each."""
+    lines = Markup("").join(Markup('<span class="range">{}</span>').format(line) for line in more)
+    return Markup("<span>{} {}</span>").format(text, lines)
+
+
+def _with_range(key: str, header: str = "") -> OnPage:
+    """Return how a cell is shown on a page whose text has a range in brackets."""
+
+    def ink(row: Row) -> Markup:
+        text, bracket, more = row["text"][key].partition(" (")
+        return _below(text, bracket.strip() + more) if bracket else Markup("<span>{}</span>").format(text)
+
+    return OnPage(ink=ink, header=header)
+
+
+def _sure(row: Row) -> Markup:
+    """Return a level with its error, and what of the error is that of the draws."""
+    text = row["text"]
+    level = f"{text['level']} ± {text['sigma']}" if text["sigma"] else text["level"]
+    if not row["decided"]["sampling_sigma_rad"]:
+        return Markup("<span>{}</span>").format(level)
+    return _below(level, f"(± {text['sampling']} by draws)")
+
+
+def _deciding(row: Row) -> Markup:
+    """Return the number that decides, and below it of which coupling it is, with the margin and its interval."""
+    text = row["text"]
+    margin = text["two_way_margin" if text["coupling"] == "two-way" else "one_way_margin"]
+    return _below(text["deciding"], text["coupling"], margin)
+
+
+def _spread(row: Row) -> str:
+    return f"{row['text']['worst_member']}{row['text']['spread']}"
+
+
+def _index(row: Row) -> str:
+    return f"{row['text']['index']}, {row['axis']}; {row['text']['statistics']}"
+
+
+NAME, MODE = Column("requirement", "requirement", words=True), Column("mode", "mode", words=True)
+VERDICT = Column(
+    "verdict", "met", words=True, on_page=OnPage(style=lambda r: "word " + r["text"]["met"].replace(" ", "-"))
+)
+REQUIREMENTS = (
+    VERDICT,
+    NAME,
+    MODE,
+    Column("index", "index", words=True, where=TEXTS),
+    Column("axis", "axis", words=True, where=TEXTS),
+    Column(
+        "index", "index", words=True, where=(PAGE,), on_page=OnPage(ink=_index, tip=lambda r: str(r["index_words"]))
+    ),
+    Column("statistics", "statistics", words=True, where=(MARKDOWN,)),
+    Column("at, steps/s", "rate", where=IN_DOCUMENTS),
+    Column("level rad", "level", said="level, rad", where=TEXTS),
+    Column("+- sigma", "sigma", said="± σ", where=TEXTS),
+    Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_sure)),
+    Column("by draws", "sampling", said="of it by draws", where=TEXTS),
+    Column("lacking rad", "lacking", said="of it lacking in the model (of the limit)", where=TEXTS),
+    Column("limit rad", "limit", said="limit, rad"),
+    Column(
+        "decides %",
+        "deciding",
+        style="bold",
+        said="decides, %",
+        strong=True,
+        on_page=OnPage(ink=_deciding, style="estimate"),
+    ),
+    Column("of", "coupling", words=True, said="coupling that decides", where=TEXTS),
+    Column("two-way %", "two_way_margin", said="two-way margin, %", where=TEXTS),
+    Column("one-way %", "one_way_margin", said="one-way margin, %", on_page=_with_range("one_way_margin")),
+    Column("by ECSS sum", "ecss", said="ECSS sum, one-way", where=TEXTS),
+)
+SHARES = (
+    NAME,
+    MODE,
+    Column("band", "shares", words=True, on_page=OnPage(style=WIDE)),
+    Column("ensemble", "spread", words=True, on_page=OnPage(ink=_spread, style=WIDE)),
+    Column("one-way level, rad", "one_way"),
+    Column("nominal unit one-way, rad", "nominal"),
+    Column("nominal unit two-way, rad", "two_way"),
+    Column("ECSS sum one-way, rad", "ecss"),
+    Column("other sources, rad", "others"),
+    Column("lacking in the model, rad (of the limit)", "lacking", on_page=_with_range("lacking", "lacking, rad")),
+)
+MODES = (
+    Column("mode", "name", words=True),
+    Column("worst rate", "worst_rate", said="largest one-way RMS at, steps/s"),
+    Column("torque RMS N m", "torque", said="torque RMS, N m"),
+    Column("one-way RMS rad", "one_way", said="line of sight RMS one-way, rad"),
+    Column("lacking", "lacking", said="lacking in the model, one-way, rad"),
+    Column("two-way RMS rad", "two_way", said="line of sight RMS two-way, rad"),
+    Column("|R K|", "gain", said="largest |R K|"),
+    Column("slowest transient, to 1/e", "slowest", where=IN_DOCUMENTS),
+)
+STEADY = (
+    Column("rate, steps/s", "rate"),
+    Column("reached from", "reached", words=True),
+    Column("repeats", "repeats", words=True),
+    Column("largest multiplier", "multiplier"),
+    Column("decay, s", "decay"),
+    Column("follows", "follows", words=True),
+    Column("torque RMS, N m", "torque"),
+    Column("line of sight RMS, rad", "rms"),
+    Column("", "counts", words=True),
+)
+EMISSION = (
+    Column("Hz", "hz"),
+    Column("at, steps/s", "rate"),
+    Column("model, RMS N m", "modelled"),
+    Column("lacking, RMS N m", "residual"),
+    Column("95 % bound, RMS N m", "bound"),
+)
+SIDE = (
+    Column("", "name", words=True),
+    Column("with phase", "coherent", said="lines with a phase to the torque"),
+    Column("by magnitude", "magnitude"),
+    Column("line of sight RMS rad", "rms", words=True, said="line of sight RMS by itself, rad"),
+)
+CROSSINGS = (
+    Column("rate, steps/s", "rate"),
+    Column("order", "order"),
+    Column("mode", "mode", words=True),
+    Column("frequency, Hz", "frequency"),
+)
+
+
+def requirement_table(data: Data) -> Table:
+    """Return each requirement's level, limit and margins at its worst rate."""
+    return Table(REQUIREMENTS, data["requirements"])
+
+
+def share_table(data: Data) -> Table:
+    """Return which parameters drive each margin, and the levels beside that which decides."""
+    return Table(SHARES, data["requirements"])
+
+
+def mode_table(data: Data) -> Table:
+    """Return the modes of operation, at the rate of the largest line-of-sight RMS."""
+    return Table(MODES, data["modes"])
+
+
+def mode_facts(mode: Data) -> list[tuple[str, str]]:
+    """Return the known values of a mode's row in `mode_table`, with their names."""
+    pairs = [(column.label, cell_of(mode, column.key)) for column in MODES[1:]]
+    return [(name, value) for name, value in pairs if value != NO_NUMBER]
+
+
+def steady_table(mode: Data) -> Table:
+    """Return the steady states of a mode at the rates that have several, or an odd one."""
+    return Table(STEADY, mode["steady_rows"])
+
+
+def emission_table(mode: Data) -> Table:
+    """Return the torque of a mode on the base by third octave."""
+    return Table(EMISSION, mode["emission_rows"])
+
+
+def side_table(mode: Data) -> Table:
+    """Return the line-of-sight RMS of a mode from the torque and from each component beside it."""
+    return Table(SIDE, mode["side_rows"])
+
+
+def crossing_table(crossings: Sequence[Data]) -> Table:
+    """Return the rates at which orders of the step rate meet modes."""
+    rows = [
+        {
+            "rate": f"{c['rate']:.4g}",
+            "order": f"{c['order']:g}",
+            "mode": c["mode"],
+            "frequency": f"{c['frequency_hz']:.4g}",
+        }
+        for c in crossings
+    ]
+    return Table(CROSSINGS, rows)

@@ -1,0 +1,210 @@
+"""A campaign as it was understood: every number that a check shows, in one dict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mechid.analysis.commanded_rate import commanded_rate
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import START, key_in_record, names_start
+from mechid.campaign.prediction import time_base
+from mechid.command import MeasuredCommand
+from mechid.command.words import command_words
+from mechid.identification.output_error.identity import file_digests
+from mechid.ink.digits import digits, plain
+from mechid.parameter import Parameter
+from mechid.plant.mechanism import Mechanism
+from mechid.records import Channel, Record
+from mechid.records.channel_keys import channel_keys
+from mechid.signal.moments import extremes, mean, root_mean_square
+from mechid.signal.stored import is_long
+from mechid.simulation.simulator import TimeBase
+from mechid.units import unit_words
+
+FORMAT = "mechid-check/1"
+FILE_NAME = "check.json"
+
+
+def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """Return all that a check shows.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        With its records read.
+    warnings : sequence of str
+        In addition to the campaign's own.
+    """
+    return {
+        "format": FORMAT,
+        "campaign": str(campaign.path),
+        "mechanism": str(campaign.mechanism_path),
+        "synthetic": campaign.synthetic,
+        "estimated": len(campaign.estimated),
+        "validated": len(campaign.validated),
+        "free": [parameter.name for parameter in campaign.free],
+        "records": [_record(record, campaign) for record in campaign.records],
+        "channels": [_channel(r.data, channel) for r in campaign.records if r.data for channel in r.data.channels],
+        "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
+        + [
+            _parameter(q, None)
+            for q in campaign.free
+            if q.name not in campaign.mechanism.parameters and not names_start(q.name)
+        ],
+        "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
+        "warnings": [*campaign.warnings, *warnings],
+        "provenance": {"campaign": str(campaign.path.resolve()), "inputs_sha256": file_digests(campaign)},
+    }
+
+
+def has_one_rate(record: CampaignRecord, data: Record) -> bool:
+    """Whether a record's command steps at one rate all the time."""
+    base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
+    measured = isinstance(record.command, MeasuredCommand)
+    return not measured and len(commanded_rate(record.command.rate, record.time_offset.value, base)) == 1
+
+
+LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file while mechid runs"
+
+
+def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
+    found = _measured(record.data, record) if record.data else _planned(record, campaign)
+    data = {
+        "name": record.name,
+        "use": record.use,
+        "file": record.spec.path or "no file",
+        "command": command_words(record.command),
+        "time_offset_s": record.time_offset.value,
+        "begun_s": record.command.begun_s,
+        "start": [key_in_record(q.name).removeprefix(f"{START}.") for q in record.start if q.is_free],
+        "burn_in_s": record.burn_in_s,
+        "clock_ppm": record.timing.clock_ppm,
+        "test_stand": {key_in_record(q.name): q.value for q in record.replaced if not q.is_free},
+        **found,
+    }
+    return data | {"lines": _lines(data)}
+
+
+def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
+    torque = data.channel(record.leading).data
+    low, high = extremes(torque)
+    end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
+    return {
+        "samples": data.samples,
+        "reading_s": data.reading_s if is_long(data.samples) else None,
+        "sample_rate_hz": data.sample_rate_hz,
+        "start_s": data.time_start_s,
+        "duration_s": data.duration_s,
+        "edges": record.command.excitation(end).times.size,
+        "stepped": not isinstance(record.command, MeasuredCommand),
+        "quantity": record.leading,
+        "unit": unit_words(record.leading),
+        "torque_min": low,
+        "torque_max": high,
+        "torque_rms": root_mean_square(torque),
+        "noise_sigma": data.noise_floor(record.leading),
+        "start_time": data.start_time,
+        "conditioning": [treatment["text"] for treatment in data.treatments],
+        "planned": False,
+        "figures": figure_names(record, data),
+    }
+
+
+def _planned(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
+    """Return what is known of a record that has no file."""
+    base = time_base(record, campaign)
+    return {
+        "samples": base.samples,
+        "sample_rate_hz": base.sample_rate_hz,
+        "start_s": base.start_s,
+        "duration_s": base.duration_s,
+        "edges": record.command.excitation(base.duration_s).times.size,
+        "stepped": True,
+        "planned": True,
+        "figures": [],
+    }
+
+
+def figure_names(record: CampaignRecord, data: Record) -> list[str]:
+    """Return the names of a record's figures: itself over time, then each channel over frequency."""
+    kinds = ("spectrum",) if has_one_rate(record, data) else ("spectrum", "waterfall")
+    return [record.name, *(f"{key}_{kind}" for key in channel_keys(data) for kind in kinds)]
+
+
+def _channel(record: Record, channel: Channel) -> dict[str, Any]:
+    values = channel.data
+    low, high = extremes(values)
+    numbers = {
+        "samples": record.samples,
+        "sample_rate_hz": record.sample_rate_hz,
+        "start_s": record.time_start_s,
+        "duration_s": record.duration_s,
+        "min": low,
+        "max": high,
+        "mean": mean(values),
+        "rms": root_mean_square(values),
+        "noise_sigma": record.noise_floor(channel.quantity),
+    }
+    exact = {key: plain(numbers[key], 9) for key in ("samples", "sample_rate_hz", "start_s", "duration_s")}
+    measured = {key: digits(numbers[key], 4) for key in ("min", "max", "mean", "rms", "noise_sigma")}
+    row = {"table": record.name, "quantity": channel.quantity, "column": channel.column, "unit": channel.unit}
+    return {**row, **numbers, "text": {**exact, **measured}}
+
+
+def _begins(begun_s: float) -> str:
+    return f"begins in motion, {begun_s:.9g} s after its command" if begun_s else "begins at rest"
+
+
+def _lines(data: Mapping[str, Any]) -> list[str]:
+    edges = f": {data['edges']} step edges" if data["stepped"] else ""
+    offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
+    clock = f", the driver's clock {data['clock_ppm']:.9g} ppm faster than the recorder's" if data["clock_ppm"] else ""
+    lines = [data["command"] + offset + clock + edges]
+    if data["test_stand"]:
+        own = ", ".join(f"{name} = {value:.9g}" for name, value in data["test_stand"].items())
+        lines.append(f"of its own: {own}")
+    if data["start"]:
+        lines.append(f"{_begins(data['begun_s'])}: its start is estimated ({', '.join(data['start'])})")
+    if data["burn_in_s"]:
+        lines.append(f"the first {data['burn_in_s']:.9g} s are simulated and do not count")
+    if data["planned"]:
+        as_if = f"for {data['duration_s']:.9g} s at {data['sample_rate_hz']:.9g} Hz by simulate and design"
+        return [*lines, f"planned: it has no file, and counts {as_if}"]
+    until = data["start_s"] + data["duration_s"]
+    span = f"{data['start_s']:.9g} s to {until:.9g} s"
+    low, high, rms, noise = (digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma"))
+    unit = data["unit"]
+    return [
+        *lines,
+        f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",
+        f"{data['quantity']} {low} to {high} {unit}, RMS {rms} {unit}, noise floor {noise} {unit}",
+        *([LONG.format(data["reading_s"])] if data["reading_s"] is not None else []),
+        *([f"recorded on {data['start_time']}"] if data["start_time"] else []),
+        *(f"conditioned: {line}" for line in data["conditioning"]),
+    ]
+
+
+def _parameter(q: Parameter, mechanism: Mechanism | None) -> dict[str, Any]:
+    table, _, key = q.name.rpartition(".")
+    value = mechanism.value(q.name) if mechanism else q.value
+    limits = {"min": q.min, "max": q.max} if q.is_free else {"min": None, "max": None}
+    return {
+        "name": q.name,
+        "table": table,
+        "key": key,
+        "symbol": q.declaration.symbol,
+        "unit": q.declaration.unit,
+        "value": value,
+        **limits,
+        "sigma": q.sigma,
+        "status": str(q.status),
+        "tied_to": q.tied_to,
+        "text": {
+            "value": plain(value),
+            "unit": "" if q.declaration.unit == "1" else q.declaration.unit,
+            **{key: "" if limit is None else plain(limit) for key, limit in limits.items()},
+            "sigma": "" if q.sigma is None else plain(q.sigma),
+            "status": str(q.status).replace("_", " "),
+        },
+    }

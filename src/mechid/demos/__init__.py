@@ -1,0 +1,1 @@
+"""The demo: a synthetic bench, and its full identification."""

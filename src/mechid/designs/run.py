@@ -1,0 +1,114 @@
+"""Public function that chooses the records of the next test."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor
+from pathlib import Path
+
+from mechid.campaign import Campaign
+from mechid.designs.design import Design, make_design
+from mechid.designs.design_file import DesignOptions, beside, read_design_file
+from mechid.designs.diagnosis_file import Diagnosed, read_diagnosed
+from mechid.designs.rivals import Group, rival_groups
+from mechid.errors import UsageError
+from mechid.fits.load import fit_from, load_fit
+from mechid.identification.computation.workforce import working_on
+from mechid.identification.result.fit import Fit
+from mechid.progress.listening import telling
+
+
+def design(
+    campaign: Campaign,
+    options: DesignOptions | Path | str | None = None,
+    *,
+    fit: Fit | Path | str | None = None,
+    diagnosis: Path | str | Diagnosed | None = None,
+    criterion: str | None = None,
+    total_s: float | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Design:
+    """Choose the records of the next test, and rate step loss.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its records may be planned or measured.
+    options : DesignOptions, Path or None
+        Candidates and limits, or the design file that has them; None takes ``design.toml`` beside the campaign's
+        file, else the usual ones.
+    fit : Fit, Path or None
+        A fit of the campaign, or its result folder: what to measure next. A fit in memory that does not hold its
+        campaign is of this one, records read.
+    diagnosis : Path, Diagnosed or None
+        Result folder of a diagnosis of that fit, or what was read of it: records that tell its rival effects apart come
+        first.
+    criterion : str or None
+        "D", "A", "E" or a parameter's dotted name, in place of the options'.
+    total_s : float or None
+        Test time in s, what is between records included, in place of the options'.
+    workers : int or None
+        Threads; None takes one per core.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+    say : callable or None
+        Called with single lines; None shows the last one in a notebook and nothing elsewhere.
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    FitError
+        Nothing is to be estimated, or the records cannot be simulated.
+    UsageError
+        The options name what is not there, a diagnosis comes without its fit, or the campaign is not one of step
+        commands.
+    InputFileError
+        A file is missing or wrong, or of another fit.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> campaign = mechid.load_campaign("planned", read_records=False)  # doctest: +SKIP
+    >>> chosen = mechid.design(campaign, criterion="D", total_s=120.0)  # doctest: +SKIP
+    """
+    count = workers or os.cpu_count() or 1
+    if diagnosis is not None and fit is None:
+        raise UsageError("diagnosis: give the fit too that was diagnosed")
+    asked = _options(campaign, options).asking(criterion, total_s)
+    with telling(say) as tell, working_on(executor):
+        diagnosed = _diagnosed(diagnosis, tell)
+        optimum, rivals = None, tuple[Group, ...]()
+        if fit is not None:
+            own = _fit_of(campaign, fit)
+            optimum = own.optimum_on(count)
+            if diagnosed:
+                rivals = rival_groups(own, diagnosed, workers=count, say=tell)
+        return make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, say=tell)
+
+
+def _fit_of(campaign: Campaign, fit: Fit | Path | str) -> Fit:
+    """Return a fit that holds its campaign; in a result folder it is of the design's campaign file, records read."""
+    if not isinstance(fit, Path | str):
+        return fit_from(fit, None if fit.campaign else campaign)
+    return load_fit(fit, campaign.path if campaign.path.is_file() else campaign)
+
+
+def _options(campaign: Campaign, options: DesignOptions | Path | str | None) -> DesignOptions:
+    if isinstance(options, DesignOptions):
+        return options
+    return beside(campaign.path) if options is None else read_design_file(options)
+
+
+def _diagnosed(source: Path | str | Diagnosed | None, tell: Callable[[str], None]) -> Diagnosed | None:
+    if source is None:
+        return None
+    found = source if isinstance(source, Diagnosed) else read_diagnosed(source)
+    if not found.groups:
+        tell(f"{found.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one")
+    return found

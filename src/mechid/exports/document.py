@@ -1,0 +1,59 @@
+"""An export as a document: which mechanism it is, its files, how they were checked, what to know of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Facts, Lines, Section, Words
+from mechid.ink.presenter import Presenter
+
+NAME = "mechid_export"
+"""Of its page and its Markdown: the folder may hold a page of the user's."""
+PAGES = (f"{NAME}.md", f"{NAME}.html")
+
+
+def export_numbers(done: Any) -> dict[str, Any]:
+    """Return the content of mechid_export.json, and the folder of the files."""
+    return {**done.to_dict(), "folder": str(done.folder)}
+
+
+def export_document(data: Mapping[str, Any]) -> Document:
+    """Return the document of what `export_numbers` made."""
+    made, fit = data["provenance"], data["provenance"]["fit"]
+    digests = [f"{name}: {digest}" for name, digest in fit.get("inputs_sha256", {}).items()]
+    facts = [("target", data["target"]), ("grade of the fit", made["grade"]), ("mechid", made["mechid"])]
+    facts += [("seed of the fit", str(fit["seed"]))] if "seed" in fit else []
+    checked, known = _checked(data["checked"]), (*data["words"], str(made["trust"]))
+    return Document(
+        title="An export",
+        command="mechid export",
+        under=f"Target {data['target']}",
+        parts=(
+            Words(str(data["mechanism"])),
+            *(Words(str(Path(data["folder"]) / name), where=ON_TERMINAL) for name in data["files"]),
+            Section("Files", (Lines(data["files"]),), "files", "Files", where=IN_DOCUMENTS),
+            Words(checked, where=ON_TERMINAL),
+            Section("Check", (Words(checked),), "check", "Check", where=IN_DOCUMENTS),
+            *(Words(line, where=ON_TERMINAL) for line in known),
+            Section("What to know", (Lines(known),), "words", "What to know", where=IN_DOCUMENTS),
+            Section("Provenance", (Facts(facts), Lines(digests)), "provenance", "Provenance", where=IN_DOCUMENTS),
+        ),
+    )
+
+
+def _checked(checked: Mapping[str, Any] | None) -> str:
+    if checked is None:
+        return "Not checked."
+    errors = f"largest error {checked['largest_error']:.3g}, RMS {checked['rms_error']:.3g}"
+    return f"Checked against {checked['against']}: {errors}."
+
+
+PRESENTER = Presenter(
+    name=NAME,
+    numbers=export_numbers,
+    document=export_document,
+    line=lambda done: f"{done.target} in {done.folder}",
+    files=lambda done, _numbers, _folder: [done.folder / name for name in done.written.files],
+)

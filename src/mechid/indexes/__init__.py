@@ -1,0 +1,1 @@
+"""All results below a folder: one page that leads to each."""

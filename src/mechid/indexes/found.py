@@ -1,0 +1,82 @@
+"""Files of results, read: what each holds, or how it is damaged."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.toml_file import read_toml
+from mechid.errors import InputFileError
+from mechid.indexes.kinds import Kind
+from mechid.indexes.verdicts import Verdict
+from mechid.ink.document import BAD
+from mechid.reading.whole import is_file, read_result
+
+DAMAGE = (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError)
+"""What damaged numbers make of reading them."""
+FORMAT, OURS = "format", "mechid-"
+
+
+@dataclass(frozen=True)
+class Found:
+    """A result that was found.
+
+    Attributes
+    ----------
+    kind : Kind
+    file : Path
+    content : mapping
+        Its numbers; empty of one that is damaged.
+    verdict : Verdict
+    is_damaged : bool
+    """
+
+    kind: Kind
+    file: Path
+    content: Mapping[str, Any]
+    verdict: Verdict
+    is_damaged: bool = False
+
+    @property
+    def folder(self) -> Path:
+        """Where it lies."""
+        return self.file.parent
+
+
+def found_in(file: Path, kind: Kind) -> Found | None:
+    """Return the result of a file, damaged or not; None of a file that another program has left."""
+    try:
+        content = _content(file, kind)
+    except InputFileError as error:
+        return _damaged(file, kind, str(error).removeprefix(f"{file.name}: "))
+    except OSError as error:
+        return _damaged(file, kind, error.strerror or str(error))
+    except DAMAGE as error:
+        return _damaged(file, kind, f"cannot be read ({_words(error)})")
+    if kind.format and FORMAT not in content and not is_file(file.parent / kind.page):
+        return None
+    found = str(content.get(FORMAT, "nothing"))
+    if kind.format and found != kind.format:
+        return _damaged(file, kind, f'format: found {found}; this mechid reads "{kind.format}"')
+    try:
+        return Found(kind, file, content, kind.verdict(content))
+    except DAMAGE as error:
+        return _damaged(file, kind, f"damaged at {_words(error)}")
+
+
+def _content(file: Path, kind: Kind) -> Mapping[str, Any]:
+    content = json.loads(read_result(file)) if kind.format else read_toml(file)
+    if not isinstance(content, Mapping):
+        raise TypeError(f"found {type(content).__name__}, no table")
+    return content
+
+
+def _damaged(file: Path, kind: Kind, why: str) -> Found:
+    return Found(kind, file, {}, Verdict(f"{file.name}: {why}", BAD), is_damaged=True)
+
+
+def _words(error: BaseException) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__

@@ -1,0 +1,17 @@
+"""Names of a record's channels in the names of files."""
+
+from __future__ import annotations
+
+import re
+
+from mechid.records.record import Record
+
+_STRANGE = re.compile(r"[^A-Za-z0-9_-]+")
+
+
+def channel_keys(record: Record) -> list[str]:
+    """Return what the files of each channel are called: the record's name, with the column where it has several."""
+    if len(record.channels) == 1:
+        return [record.name]
+    columns = [_STRANGE.sub("_", one.column).strip("_") or str(k) for k, one in enumerate(record.channels)]
+    return [f"{record.name}.{c if columns.count(c) == 1 else f'{c}_{k}'}" for k, c in enumerate(columns)]

@@ -1,1 +1,0 @@
-"""The report of a budget: its verdict and texts in one plain dict, then terminal, page, figures and Markdown."""

@@ -1,0 +1,123 @@
+"""Details of the report: dependence, information by record, resonances, how records were driven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechid.analysis.information import Information
+from mechid.campaign import Campaign
+from mechid.campaign.campaign import parameters_of
+from mechid.command.words import command_words
+from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.fit import Fit
+from mechid.ink.digits import digits
+from mechid.reports.use import use_word
+from mechid.simulation.resonances import Resonance
+
+
+def correlation_data(fit: Fit) -> dict[str, Any]:
+    """Return the correlation of the free parameters: names, symbols, the matrix and its text."""
+    matrix = fit.correlation.tolist()
+    return {
+        "names": list(fit.correlation_names),
+        "symbols": [symbol_of(fit, name) for name in fit.correlation_names],
+        "matrix": matrix,
+        "text": [[f"{value:+.2f}" if math.isfinite(value) else "-" for value in row] for row in matrix],
+    }
+
+
+def information_data(information: Information | None, fit: Fit, campaign: Campaign) -> dict[str, Any] | None:
+    """Return what each record and channel tells of each parameter: shares in percent, factors on standard errors."""
+    if information is None:
+        return None
+    percent, by_channel = (100.0 * information.share).tolist(), (100.0 * information.channel_share).tolist()
+    return {
+        "parameters": list(information.parameters),
+        "symbols": [symbol_of(fit, name) for name in information.parameters],
+        "records": list(information.records),
+        "duration_s": [_duration(campaign, name) for name in information.records],
+        "share_percent": percent,
+        "without": information.without.tolist(),
+        "repeated": information.repeated.tolist(),
+        "channels": list(information.channels),
+        "channel_share_percent": by_channel,
+        "without_channel": information.without_channel.tolist(),
+        "text": {
+            "share_percent": [[_percent(value) for value in row] for row in percent],
+            "without": [[digits(value, 3) for value in row] for row in information.without.tolist()],
+            "repeated": [[digits(value, 3) for value in row] for row in information.repeated.tolist()],
+            "channel_share_percent": [[_percent(value) for value in row] for row in by_channel],
+            "without_channel": [[digits(value, 3) for value in row] for row in information.without_channel.tolist()],
+        },
+    }
+
+
+def resonance_data(found: Sequence[Resonance]) -> list[dict[str, Any]]:
+    """Return a row for each resonance."""
+    return [
+        {"name": r.name, "frequency_hz": r.frequency_hz, "text": {"frequency_hz": digits(r.frequency_hz, 4)}}
+        for r in found
+    ]
+
+
+def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
+    """Return how each record was taken to be driven and where it comes from, by name."""
+    return {
+        record.name: {
+            "use": use_word(record.use, left_out=fit.records[record.name].taken.left_out),
+            "command": command_words(record.command),
+            "taken": {key: v for key, v in fit.records[record.name].taken.to_dict().items() if key != "use"},
+            "file": record.spec.path,
+            "duration_s": _duration(campaign, record.name),
+        }
+        for record in (record_as_fitted(one, fit) for one in campaign.records)
+        if record.data is not None
+    }
+
+
+def meaning_data(campaign: Campaign, fit: Fit) -> dict[str, str]:
+    """Return what each parameter is, by name, those that the fit found its records to have among them."""
+    records = tuple(record_as_fitted(record, fit) for record in campaign.records)
+    return {name: q.declaration.meaning for name, q in parameters_of(fit.mechanism, records).items()}
+
+
+def symbol_of(fit: Fit, name: str) -> str:
+    """Return a parameter's symbol; of a record's own, with the record."""
+    symbol = fit.parameters[name].symbol
+    return f"{symbol} {name.split('.')[1]}" if name.startswith("record.") else symbol
+
+
+def worst_pair(correlation: Mapping[str, Any]) -> tuple[str, str, float] | None:
+    """Return the two parameters of the largest correlation, and it; None of fewer than two.
+
+    Examples
+    --------
+    >>> worst_pair({"names": ["a", "b", "c"], "matrix": [[1, 0.2, -0.9], [0.2, 1, 0], [-0.9, 0, 1]]})
+    ('a', 'c', -0.9)
+    """
+    names = correlation["names"]
+    if len(names) < 2:
+        return None
+    matrix = np.nan_to_num(np.array(correlation["matrix"], dtype=np.float64))
+    i, j = np.unravel_index(int(np.argmax(np.abs(np.triu(matrix, 1)))), matrix.shape)
+    return names[int(i)], names[int(j)], float(matrix[i, j])
+
+
+def _percent(value: float) -> str:
+    """Return a share to two digits; below a tenth of a percent it is nothing.
+
+    Examples
+    --------
+    >>> _percent(98.7), _percent(1.26), _percent(0.03)
+    ('99', '1.3', '0')
+    """
+    return "0" if value < 0.1 else f"{value:.1f}" if value < 9.95 else f"{value:.0f}"
+
+
+def _duration(campaign: Campaign, name: str) -> float:
+    data = campaign.record(name).data
+    return data.duration_s if data is not None else math.nan

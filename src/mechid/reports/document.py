@@ -1,0 +1,30 @@
+"""The document of a fit and its presenter; `sections` has what the document says.
+
+The two are apart because the run that writes a report is written with the sections, and the presenter with the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.identification.result.fit import Fit
+from mechid.ink.presenter import Presenter
+from mechid.reports.numbers import report_data
+from mechid.reports.sections import report_document
+
+
+def _write(fit: Fit, _data: Mapping[str, Any], folder: Path) -> list[Path]:
+    from mechid.reports.run import report  # loads the search, which a fit that is shown does not need
+
+    return report(fit, folder)
+
+
+PRESENTER = Presenter(
+    name="",
+    numbers=report_data,
+    document=report_document,
+    line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
+    files=_write,
+)

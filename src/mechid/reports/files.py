@@ -1,0 +1,79 @@
+"""The report's files beside an estimate: page, figures, tables, every number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.analysis.validation import RecordValidation
+from mechid.campaign import Campaign
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit import Fit
+from mechid.ink.in_markdown import document_markdown
+from mechid.ink.on_page import interactive_page
+from mechid.ink.pens import Pens
+from mechid.ink.sheet import FOLDER_NAME
+from mechid.kernel.equation_text import equations_mathml
+from mechid.reports.contents import report_contents
+from mechid.reports.embedded import page_script
+from mechid.reports.illustration import Illustration
+from mechid.reports.results import REPORT_NAME
+from mechid.reports.sections import report_document
+from mechid.writing import write_together
+
+PAGE_NAME = "report.html"
+TABLES_NAME = "report.md"
+
+
+def write_report(
+    data: Mapping[str, Any],
+    campaign: Campaign,
+    fit: Fit,
+    validation: Mapping[str, RecordValidation],
+    folder: Path | str,
+    illustration: Illustration | None = None,
+) -> list[Path]:
+    """Write report.html, report.json, report.md and the folder figures.
+
+    Each file is written beside its place first; earlier ones are replaced.
+
+    Parameters
+    ----------
+    data : mapping
+        As `report_data` makes it, with the validation.
+    campaign : Campaign
+        The one that was identified, its records read.
+    fit : Fit
+    validation : mapping
+        Of the records, as `validate` makes it.
+    folder : Path
+        Made with its parents where it is missing.
+    illustration : Illustration or None
+        Its figures, where they have been begun already.
+
+    Returns
+    -------
+    list of Path
+        The files, and the folder of the figures.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    folder = Path(folder)
+    if illustration is None:
+        with Pens() as pens, Illustration(campaign, fit, folder, pens) as own:
+            for record in validation.values():
+                own.begin(record)
+            return write_report(data, campaign, fit, validation, folder, own)
+    contents = report_contents(data, campaign, fit)
+    curves, pictures = illustration.finished(contents)
+    document = report_document(contents, curves, equations_mathml(fit.mechanism.plant))
+    texts: dict[str, str | Iterable[str]] = {
+        PAGE_NAME: interactive_page(document, pictures, page_script(curves, contents["resonances"])),
+        REPORT_NAME: json_text(contents),
+        TABLES_NAME: document_markdown(document),
+    }
+    return [*write_together(folder, texts), folder / FOLDER_NAME]

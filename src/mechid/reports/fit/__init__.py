@@ -1,1 +1,0 @@
-"""The report of a fit: its texts and verdict, its tables, then terminal, Markdown, figures, page."""

@@ -1,1 +1,0 @@
-"""The report of a fleet: its verdict and texts in one plain dict, then terminal, page and figures."""

@@ -1,0 +1,248 @@
+"""An identification with all that it leaves in a folder: its journal, its results, its report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechid.analysis import RecordValidation, validate
+from mechid.campaign import Campaign, load_campaign
+from mechid.campaign.mechanism_text import write_mechanism
+from mechid.errors import UnwritableError
+from mechid.fits.load import COMPLETED_NAME
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.output_error.identity import campaign_digests
+from mechid.identification.result.estimate_file import signed
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import FitOutcome
+from mechid.identification.result.journal_file import FILE_NAME, StageLines
+from mechid.identification.run import Companion, IdentifyRun, mark_unexamined, run_identification
+from mechid.ink.pens import Pens
+from mechid.reports.illustration import Illustration
+from mechid.reports.numbers import report_data
+from mechid.reports.results import ESTIMATED, MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
+
+if TYPE_CHECKING:
+    from mechid.identification.diagnosis.diagnosis import Diagnosis
+
+ESTIMATED_NAME = "mechanism_estimated.toml"
+"""Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
+FIRST_LETTERS = 1000
+"""Of a mechanism file, in which mechid writes that it is estimated."""
+DEFAULT_RUN = IdentifyRun()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Audience:
+    """Who hears of an identification.
+
+    Parameters
+    ----------
+    followed : callable
+        Gives a context for each search, which yields who listens to its progress.
+    say : callable
+        Called with single lines.
+    """
+
+    followed: Callable[[], AbstractContextManager[Listener]]
+    say: Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identified:
+    """A fit, what its report shows (`report_data`), and the files left."""
+
+    fit: Fit
+    data: Mapping[str, Any]
+    files: tuple[Path, ...]
+
+
+def identify_into_folder(
+    campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN
+) -> Identified:
+    """Identify a campaign and leave journal, results and report in a folder, also where it failed.
+
+    The results are there as soon as the search has ended; later steps, which may be interrupted or fail, replace them.
+    Where the search is interrupted they are the best values so far, without a report.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    folder : Path
+        Made with its parents where it is missing.
+    audience : Audience
+    run : IdentifyRun
+
+    Raises
+    ------
+    FitError
+        Nothing is free, or no record is to be estimated from.
+    UsageError
+        The folder cannot be written to, or the run to be resumed had other inputs.
+    KeyboardInterrupt
+        It was interrupted after the search; the estimate in the folder says that it was not examined.
+    """
+    with Pens() as pens, ExitStack() as entered:  # pens load beside the search, which leaves a core idle now and then
+
+        def illustrated(fit: Fit) -> Illustration:
+            return entered.enter_context(Illustration(fit.required_campaign, fit, folder, pens))
+
+        into = _IntoFolder(folder, audience, run, illustrated)
+        with into.told_where_the_estimate_is():
+            into.open_journal(campaign)
+            fit = run_identification(campaign, run, into)
+            if fit.outcome is FitOutcome.INTERRUPTED:
+                into.stages.finish(fit)
+                return replace(into.written[-1], files=(*into.written[-1].files, folder / FILE_NAME))
+            done = into.write(fit)
+        into.stages.finish(fit)
+        shown = _report(done, into.validation, folder, audience.say, into.illustration)
+    return replace(done, files=(*done.files, folder / FILE_NAME, *into.diagnosis_files, *shown))
+
+
+class _IntoFolder(Companion):
+    """Writes into a folder what an identification finds, as soon as it is found."""
+
+    stages: StageLines
+    illustration: Illustration
+
+    def __init__(
+        self,
+        folder: Path,
+        audience: Audience,
+        run: IdentifyRun,
+        illustrated: Callable[[Fit], Illustration],
+    ) -> None:
+        super().__init__()
+        self.folder, self.audience, self.run, self.illustrated = folder, audience, run, illustrated
+        self.keep_early = self.keep
+        self.written: list[Identified] = []
+        self.diagnosis_files: list[Path] = []
+        self.validation: Mapping[str, RecordValidation] = {}
+
+    def open_journal(self, campaign: Campaign) -> None:
+        """Open the journal of the folder, and say what it holds already."""
+        path, run = self.folder / FILE_NAME, self.run
+        about = {"campaign": str(campaign.path.resolve()), "seed": run.seed, "mechid": version("mechid")}
+        self.journal = Journal.opened(path, identification_inputs(campaign, run.seed), resume=run.resume, **about)
+        self.stages = StageLines(self.journal)
+        if self.journal.notice:
+            self.say(f"warning: {self.journal.notice}")
+        if run.resume:
+            self.say(f"{path}: {len(self.journal.known)} steps are there already")
+
+    @contextmanager
+    def progress(self) -> Iterator[Listener]:
+        """Show the progress of the searches; that of the mechanism as written goes to the journal too."""
+        is_completed = bool(self.diagnosis_files)
+        with self.audience.followed() as listener:
+
+            def tell(progress: Progress) -> None:
+                listener(progress)
+                if not is_completed:
+                    self.stages.tell(progress)
+
+            yield tell
+
+    def keep(self, fit: Fit) -> None:
+        """Write a fit as one that has not been examined yet."""
+        self.written.append(self.write(mark_unexamined(fit)))
+
+    def complete(self, campaign: Campaign, found: Diagnosis) -> Campaign:
+        """Write the diagnosis, and the mechanism that it proposes, with which the campaign is read again."""
+        from mechid.diagnoses.document import PRESENTER, PROPOSED
+
+        self.diagnosis_files = PRESENTER.write(found, PRESENTER.numbers(found), self.folder)
+        if found.mechanism is None:
+            return campaign
+        path = self.folder / COMPLETED_NAME
+        write_mechanism(found.mechanism, path, PROPOSED)
+        self.diagnosis_files = [path, *self.diagnosis_files]
+        in_files = campaign.path.is_file()
+        return load_campaign(campaign.path, mechanism_file=path) if in_files else super().complete(campaign, found)
+
+    def judge(self, fit: Fit) -> None:
+        """Validate the records, whose figures are begun meanwhile."""
+        self.illustration = self.illustrated(fit)
+        self.validation = validate(fit.required_campaign, fit, self.illustration.begin)
+
+    def say(self, line: str) -> None:
+        """Say a line to the audience."""
+        self.audience.say(line)
+
+    def write(self, fit: Fit) -> Identified:
+        """Write the results of a fit, and return them; without a validation those that its search gave."""
+        truth, validation = self.run.truth, self.validation or None
+        name = mechanism_name(fit.required_campaign, self.folder)
+        fit = replace(fit, synthetic=fit.synthetic or truth is not None)
+        fit = signed(fit, name, estimated_text(fit))
+        data = report_data(fit, truth, validation=validation)
+        files = write_results(fit, data, self.folder, mechanism_name=name, validation=validation)
+        return Identified(fit=fit, data=data, files=tuple(files))
+
+    @contextmanager
+    def told_where_the_estimate_is(self) -> Iterator[None]:
+        """Say, where the run is interrupted after its search, where its estimate is and how to go on."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if self.written:
+                self.say(
+                    f"the estimate is in {self.folder}, not examined any further; the same command with --resume goes "
+                    f'on, "mechid report {self.folder}" makes its report'
+                )
+            raise
+
+
+def mechanism_name(campaign: Campaign, folder: Path) -> str:
+    """Return what the estimated mechanism is called in a folder, where one may lie that somebody has written.
+
+    That is the campaign's own, or any in which mechid has not written that it is estimated.
+    """
+    place = folder / MECHANISM_NAME
+    is_own = place.resolve() == campaign.mechanism_path.resolve()
+    return ESTIMATED_NAME if is_own or _is_written_by_hand(place) else MECHANISM_NAME
+
+
+def _is_written_by_hand(file: Path) -> bool:
+    try:
+        with file.open(encoding="utf-8", errors="replace") as text:
+            return ESTIMATED not in text.read(FIRST_LETTERS)
+    except OSError:  # as where there is none
+        return False
+
+
+def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
+    """Return the digests by which the journal of an identification knows its inputs."""
+    return {**campaign_digests(campaign), "seed": str(seed)}
+
+
+def _report(
+    done: Identified,
+    validation: Mapping[str, RecordValidation],
+    folder: Path,
+    say: Callable[[str], None],
+    illustration: Illustration,
+) -> list[Path]:
+    """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
+    say("making the report ...")
+    try:
+        from mechid.reports.files import write_report
+
+        files = write_report(done.data, done.fit.required_campaign, done.fit, validation, folder, illustration)
+        return [path for path in files if path.name != REPORT_NAME]
+    except KeyboardInterrupt:
+        say(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
+        raise
+    except UnwritableError:
+        raise
+    except Exception as error:
+        illustration.give_up()
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        say(f'warning: no report was made ({what}); "mechid report {folder}" tries again')
+        return []

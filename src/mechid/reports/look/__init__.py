@@ -1,1 +1,0 @@
-"""The report of a look at records before any model: one plain dict, then terminal, page, figures and CSV."""

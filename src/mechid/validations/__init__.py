@@ -1,0 +1,1 @@
+"""Records predicted by a fit: numbers, tables, document."""

@@ -1,0 +1,97 @@
+"""The rows of a validation: each record's prediction in a line, and its orders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.analysis.order_tracking import OrderError
+from mechid.analysis.validation import ChannelValidation, RecordValidation
+from mechid.ink.digits import digits, plain, rounded
+from mechid.ink.quantities import quantity_words, torque_alone
+from mechid.units import unit_words
+
+
+def validation_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
+    """Return a row for each channel of each record: its numbers, and their texts."""
+    return _named([_row(record, channel) for record in validation.values() for channel in record.channels.values()])
+
+
+def order_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
+    """Return a row for each order of each channel: its numbers, and their texts."""
+    return _named(
+        [
+            _order_row(record, channel.quantity, order)
+            for record in validation.values()
+            for channel in record.channels.values()
+            for order in channel.orders
+        ]
+    )
+
+
+def _named(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Add the texts of quantity and unit, empty where the torque is all there is."""
+    plainly = torque_alone(rows)
+    for row in rows:
+        row["text"] |= {
+            "quantity": "" if plainly else quantity_words(row["quantity"]),
+            "unit": "" if plainly else unit_words(row["quantity"]),
+        }
+    return rows
+
+
+def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]:
+    row = channel.to_dict()
+    theil, test = row["theil"], row["ljung_box"]
+    return {
+        "name": record.name,
+        "use": channel.use or record.use,
+        "quantity": channel.quantity,
+        "fitted_of_its_own": list(record.nuisance.words()) if record.nuisance else [],
+        "judged_from_s": record.nuisance.until_s if record.nuisance else None,
+        **{key: entry for key, entry in row.items() if key != "orders"},
+        "text": {
+            "fit_percent": digits(channel.fit_percent, 4),
+            "residual_rms": digits(channel.residual_rms, 3),
+            "theil": digits(theil["coefficient"], 3),
+            **{part: _share(theil[part]) for part in ("bias", "variance", "covariance")},
+            "p_value": digits(test["p_value"], 2),
+            "largest": digits(test["largest"], 2),
+            "effective": rounded(channel.effective_samples),
+        },
+    }
+
+
+def _share(part: float) -> str:
+    """Return a part of one to three decimals, `-` where there is none.
+
+    Examples
+    --------
+    >>> _share(0.98765), _share(2e-28), _share(float("nan"))
+    ('0.988', '0.000', '-')
+    """
+    return f"{part:.3f}" if math.isfinite(part) else "-"
+
+
+def _order_row(record: RecordValidation, quantity: str, order: OrderError) -> dict[str, Any]:
+    return {
+        "name": record.name,
+        "use": record.use,
+        "quantity": quantity,
+        "order": order.order,
+        "windows": order.windows,
+        "measured": order.measured,
+        "modelled": order.modelled,
+        "amplitude_error_percent": order.amplitude_error_percent,
+        "phase_error_deg": order.phase_error_deg,
+        "peak_rate": order.peak_rate,
+        "text": {
+            "order": plain(order.order),
+            "measured": digits(order.measured, 3),
+            "modelled": digits(order.modelled, 3),
+            "amplitude_error_percent": digits(order.amplitude_error_percent, 2),
+            "phase_error_deg": digits(order.phase_error_deg, 2),
+            "peak_rate": digits(order.peak_rate, 3),
+        },
+    }

@@ -1,0 +1,50 @@
+"""Tables of records that were predicted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mechid.ink.quantities import torque_alone
+from mechid.ink.table import Table
+from mechid.ink.text_table import Column, Row
+
+RECORD = Column("record", "name", words=True)
+CHANNEL = (Column("channel", "quantity", words=True), Column("unit", "unit", words=True))
+AGREEMENT = (Column("fit %", "fit_percent"), Column("residual", "residual_rms"))
+THEIL = (
+    Column("Theil", "theil"),
+    Column("bias", "bias"),
+    Column("variance", "variance"),
+    Column("covariance", "covariance"),
+)
+WHITENESS = (Column("Ljung-Box p", "p_value"), Column("largest rho", "largest"), Column("effective", "effective"))
+NARROWER = (((RECORD, *CHANNEL, *AGREEMENT, *THEIL), (RECORD, *CHANNEL, *WHITENESS)),)
+ORDER = Column("order", "order")
+ORDER_ERRORS = (
+    Column("error %", "amplitude_error_percent", said="error, %"),
+    Column("phase deg", "phase_error_deg", said="phase, deg"),
+    Column("peak at", "peak_rate", said="largest at, steps/s"),
+)
+
+
+def validation_table(rows: Sequence[Row]) -> Table:
+    """Return how records are predicted, with what their residuals are made of."""
+    return Table((RECORD, *CHANNEL, *AGREEMENT, *THEIL, *WHITENESS), rows, narrower=NARROWER)
+
+
+def order_table(rows: Sequence[Row]) -> Table:
+    """Return how lines at orders of the step rate are predicted, by record and channel."""
+    unit = ", N m" if torque_alone(rows) else ""
+    channel = () if torque_alone(rows) else CHANNEL
+    return Table((RECORD, *channel, ORDER, *_sizes(unit), *ORDER_ERRORS), rows)
+
+
+def order_table_of_one(rows: Sequence[Row]) -> Table:
+    """Return the same of one channel of one record, whose unit stands beside it."""
+    return Table((ORDER, *_sizes(""), *ORDER_ERRORS), rows)
+
+
+def _sizes(unit: str) -> tuple[Column, Column]:
+    return Column("measured", "measured", said=f"measured{unit}"), Column(
+        "modelled", "modelled", said=f"modelled{unit}"
+    )

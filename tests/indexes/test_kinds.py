@@ -1,0 +1,39 @@
+"""The kinds of result that an index knows. Truth: the modules that write them."""
+
+import pytest
+
+from mechid.bootstraps import numbers as bootstraps
+from mechid.budgets import files as budget_files
+from mechid.budgets import numbers as budgets
+from mechid.campaign import campaign_file
+from mechid.checks import numbers as checks
+from mechid.comparisons import numbers as comparisons
+from mechid.designs import numbers as designs
+from mechid.exports import export as exports
+from mechid.fleets import files as fleet_files
+from mechid.fleets import numbers as fleets
+from mechid.identification.result import diagnosis_file, fit
+from mechid.indexes.kinds import KINDS
+from mechid.profiles import numbers as profiles
+from mechid.simulations import numbers as simulations
+
+WRITTEN = {
+    "Campaigns": (campaign_file.FILE_NAME, ""),
+    "Checks": (checks.FILE_NAME, checks.FORMAT),
+    "Fits": (fit.ESTIMATE_NAME, fit.FORMAT),
+    "Diagnoses": (diagnosis_file.FILE_NAME, diagnosis_file.FORMAT),
+    "Comparisons": (comparisons.FILE_NAME, comparisons.FORMAT),
+    "Profiles": (profiles.FILE_NAME, profiles.FORMAT),
+    "Bootstraps": (bootstraps.FILE_NAME, bootstraps.FORMAT),
+    "Designs": ("design.json", designs.FORMAT),
+    "Budgets": (budget_files.JSON, budgets.FORMAT),
+    "Fleets": (fleet_files.JSON_NAME, fleets.FORMAT),
+    "Exports": (exports.FILE_NAME, exports.FORMAT),
+    "Simulations": (simulations.FILE_NAME, simulations.FORMAT),
+    "Looks": ("look.json", "mechid-look/1"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.heading)
+def test_a_kind_is_found_by_what_its_command_writes(kind):
+    assert (kind.file, kind.format) == WRITTEN[kind.heading]
