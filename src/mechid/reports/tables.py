@@ -67,9 +67,9 @@ KNOWN = (
 PRIORS = (
     *NAMES,
     Column("prior", "prior"),
-    Column("+- sigma", "prior_sigma"),
+    Column("+- sigma", "prior_sigma", said="± σ"),
     Column("estimate", "estimate"),
-    Column("+- sigma", "std_error"),
+    Column("+- sigma", "std_error", said="± σ"),
     Column("records alone", "without_prior"),
 )
 FOLLOWED = (
