@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 
 DETENT = "[[stepper.detent]]"
 HOUSING = "[housing]"
@@ -42,7 +42,7 @@ def fitted(folder: Path, name: str, campaign: str, mechanism: str) -> Path:
     """Fit a mechanism in one stage from the values that it states; return the folder of the fit."""
     path = folder / f"{name}_mechanism.toml"
     path.write_text(mechanism)
-    free = [p.name for p in read_mechanism(path).free]
+    free = [p.name for p in load_mechanism(path).free]
     named = campaign.replace('mechanism = "mechanism.toml"', f'mechanism = "{path.name}"')
     (folder / f"{name}.toml").write_text(f"{named}\n[[stage]]\nfree = {free}\n")
     mechid("identify", folder / f"{name}.toml", "--out", folder / name)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.plant.plant import Plant
 
@@ -100,7 +100,7 @@ NAMES = (*VARIANTS, CHANNELS, OWN)
 def plant_named(name: str) -> Plant:
     """Return the plant of a variant."""
     if name == OWN:
-        return read_mechanism(OWN_BLOCKS).plant
+        return load_mechanism(OWN_BLOCKS).plant
     if name == CHANNELS:
         plant = mechanism_of(CATALOGUE).plant
         return plant.measuring(tuple(plant.offered))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mechid.campaign import load_campaign, read_mechanism
+from mechid.campaign import load_campaign, load_mechanism
 from mechid.campaign.prediction import simulate
 from mechid.cli.app import app
 from mechid.errors import InputFileError
@@ -45,7 +45,7 @@ def test_a_block_takes_some_twenty_lines():
 
 
 def test_the_rates_are_those_of_the_page():
-    m = read_mechanism(EXAMPLE / "mechanism.toml")
+    m = load_mechanism(EXAMPLE / "mechanism.toml")
     assert {q.name for q in m.free} == {"friction.dry", "friction.grease", "load.unbalance"}
     equations, names = equations_of(m.plant), list(map(str, m.plant.states))
     x = {"i_A": 0.3, "i_B": -0.2, "alpha": 1.2, "omega": -6.0, "alpha_gear": 0.0241, "omega_gear": -0.11}
@@ -99,7 +99,7 @@ def test_what_is_wrong_is_said_with_its_place(folder, case):
     path = folder / "mechanism.toml"
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(InputFileError, match=re.escape(message)) as caught:
-        read_mechanism(path)
+        load_mechanism(path)
     assert str(caught.value).startswith("mechanism.toml: friction.")
     assert "\n" not in str(caught.value)
 
@@ -118,7 +118,7 @@ def test_a_file_that_fails_is_named(folder, case):
     source = folder / "grease.py"
     source.write_text(source.read_text().replace(old, new, 1))
     with pytest.raises(InputFileError, match=re.escape(message)) as caught:
-        read_mechanism(folder / "mechanism.toml")
+        load_mechanism(folder / "mechanism.toml")
     assert str(caught.value).startswith("mechanism.toml: ")
 
 
@@ -139,6 +139,6 @@ def test_a_part_that_is_none_is_named(folder, part):
     changed = text.replace(part, other, 1).replace("import sqrt", "import zoo, sqrt")
     (folder / "grease.py").write_text(changed, encoding="utf-8")
     with pytest.raises(InputFileError) as error:
-        read_mechanism(folder / "mechanism.toml")
+        load_mechanism(folder / "mechanism.toml")
     assert said in str(error.value)
     assert "friction.block: grease.py:grease" in str(error.value)

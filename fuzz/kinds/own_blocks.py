@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzz.draw import Draw
-from fuzz.kinds.tomls import SEEDS, read_mechanism
+from fuzz.kinds.tomls import SEEDS, load_mechanism
 from fuzz.tree import changed, damaged, plain, toml
 from fuzz.trial import Kind
 
@@ -167,12 +167,12 @@ def write(draw: Draw, folder: Path) -> dict[str, Any]:
 
 def read(folder: Path, written: dict[str, Any]) -> None:
     """Read the mechanism, compare its numbers, and wire its plant."""
-    from mechid.campaign.mechanism_file import read_mechanism as read_file
+    from mechid.campaign.mechanism_file import load_mechanism as read_file
 
     plant = read_file(folder / "mechanism.toml").plant
     if not plant.states or not plant.digest:
         raise AssertionError("a plant without states")
-    read_mechanism(folder, written)
+    load_mechanism(folder, written)
 
 
 OWN_BLOCKS = (Kind("own_block", write, read, weight=2),)

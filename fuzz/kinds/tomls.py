@@ -78,12 +78,12 @@ def write_mechanism(draw: Draw, folder: Path) -> dict[str, Any]:
     return {"tree": plain(tree) if content == toml(tree).encode("utf-8", "replace") else {}}
 
 
-def read_mechanism(folder: Path, written: dict[str, Any]) -> None:
+def load_mechanism(folder: Path, written: dict[str, Any]) -> None:
     """Read it, compare every number, write it and read it once more."""
     from mechid.campaign import mechanism_text
-    from mechid.campaign.mechanism_file import mechanism_from_table, mechanism_warnings, read_mechanism
+    from mechid.campaign.mechanism_file import load_mechanism, mechanism_from_table, mechanism_warnings
 
-    mechanism = read_mechanism(folder / "mechanism.toml")
+    mechanism = load_mechanism(folder / "mechanism.toml")
     mechanism_warnings(mechanism, "mechanism.toml")
     for at, value in leaves(written["tree"]):
         name = ".".join(map(str, at))
@@ -287,7 +287,7 @@ def read_design(folder: Path, written: dict[str, Any]) -> None:
 
 
 TOMLS = (
-    Kind("mechanism", write_mechanism, read_mechanism, weight=8),
+    Kind("mechanism", write_mechanism, load_mechanism, weight=8),
     Kind("campaign", write_campaign, read_campaign, codes=(3, 4), weight=10),
     Kind("budget", write_budget, read_budget, weight=4),
     Kind("fleet", write_fleet, read_fleet, codes=(2, 3), weight=2),

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from mechid.campaign.identify_options import IdentifyOptions
     from mechid.campaign.in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
     from mechid.campaign.in_files import write_campaign
+    from mechid.campaign.mechanism_file import load_mechanism
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
-    from mechid.campaign.single_files import load_mechanism, load_record, load_structure
     from mechid.campaign.templates import new_campaign
     from mechid.checks.run import Understanding, check
     from mechid.command.rate import RateProfile
@@ -56,10 +56,12 @@ if TYPE_CHECKING:
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
     from mechid.profiles.run import Profiles, profile
+    from mechid.records.load import load_record
     from mechid.records.record import Channel, Record
     from mechid.reports.into_folder import Identified
     from mechid.reports.run import identify, identify_into, report
     from mechid.simulation.trajectory import Trajectory
+    from mechid.structure.formats import load_structure
     from mechid.structure.linear_system import from_state_space
     from mechid.structure.modes import Modes
     from mechid.structure.response import FrequencyResponse
@@ -80,9 +82,9 @@ _NAMES = {
     "campaign.identify_options": ("IdentifyOptions",),
     "campaign.in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
     "campaign.in_files": ("write_campaign",),
+    "campaign.mechanism_file": ("load_mechanism",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),
-    "campaign.single_files": ("load_mechanism", "load_record", "load_structure"),
     "campaign.templates": ("new_campaign",),
     "checks.run": ("Understanding", "check"),
     "command.rate": ("RateProfile",),
@@ -114,10 +116,12 @@ _NAMES = {
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
     "profiles.run": ("Profiles", "profile"),
+    "records.load": ("load_record",),
     "records.record": ("Channel", "Record"),
     "reports.into_folder": ("Identified",),
     "reports.run": ("identify", "identify_into", "report"),
     "simulation.trajectory": ("Trajectory",),
+    "structure.formats": ("load_structure",),
     "structure.linear_system": ("from_state_space",),
     "structure.modes": ("Modes",),
     "structure.response": ("FrequencyResponse",),

@@ -25,7 +25,9 @@ DOCUMENTS: Mapping[str, str] = {
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
+    "Simulated": "mechid.simulations.document",
     "Survey": "mechid.looks.document",
+    "Trajectory": "mechid.simulations.document",
     "Understanding": "mechid.checks.document",
     "Validations": "mechid.validations.document",
 }
@@ -34,10 +36,7 @@ DOCUMENTS: Mapping[str, str] = {
 
 def presenter_of(result: object) -> Any:
     """Return the `ink.presenter.Presenter` of a result's kind."""
-    kind = type(result).__name__
-    if kind not in DOCUMENTS:
-        return import_module("mechid.interface.presenters").PRESENTERS[kind]()
-    return import_module(DOCUMENTS[kind]).PRESENTER
+    return import_module(DOCUMENTS[type(result).__name__]).PRESENTER
 
 
 class Shown:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import paper
-from mechid.campaign import load_campaign, read_mechanism
+from mechid.campaign import load_campaign, load_mechanism
 from mechid.campaign.bench import NOISE_NM, TRUTH, bench_records, true_mechanism, write_bench
 from mechid.campaign.prediction import simulate_all
 
@@ -34,7 +34,7 @@ def test_it_says_that_it_is_synthetic(folder):
 
 
 def test_the_mechanism_file_holds_the_catalogue_and_not_the_truth(folder):
-    mechanism = read_mechanism(folder / "mechanism.toml")
+    mechanism = load_mechanism(folder / "mechanism.toml")
     assert {q.name for q in mechanism.free} == set(TRUTH)
     assert mechanism.value("gear.stiffness") == 2200.0
     assert json.loads((folder / "truth.json").read_text()) == dict(TRUTH)

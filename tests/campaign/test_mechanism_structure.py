@@ -3,7 +3,7 @@
 import pytest
 
 from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
-from mechid.campaign import mechanism_text, read_mechanism
+from mechid.campaign import load_mechanism, mechanism_text
 from mechid.errors import InputFileError
 from mechid.plant.mechanisms import ASSEMBLIES
 from mechid.plant.tables import CHOICES
@@ -38,7 +38,7 @@ def test_a_mechanism_written_is_read_back(assembly, layout, tmp_path):
     changes = LAYOUTS[layout]
     m = mechanism_of(changed({"assembly": assembly, **TABLES[assembly]}, changes))
     (tmp_path / "mechanism.toml").write_text(mechanism_text(m))
-    again = read_mechanism(tmp_path / "mechanism.toml")
+    again = load_mechanism(tmp_path / "mechanism.toml")
     assert again.plant == m.plant
     assert again.options == m.options
     assert {n: (q.value, q.status) for n, q in again.parameters.items()} == {

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.campaign import catalogue_mechanism, mechanism_text, read_mechanism, write_mechanism
+from mechid.campaign import catalogue_mechanism, load_mechanism, mechanism_text, write_mechanism
 from mechid.campaign.toml_file import read_toml, toml_text
 from mechid.errors import UnwritableError
 from mechid.parameter import Status
@@ -23,24 +23,24 @@ def same(one, other):
 
 @pytest.mark.parametrize("name", ["exact", "noisy"])
 def test_the_independent_campaigns_mechanisms_survive(name, campaign_folder, tmp_path):
-    mechanism = read_mechanism(campaign_folder / name / "mechanism.toml")
+    mechanism = load_mechanism(campaign_folder / name / "mechanism.toml")
     write_mechanism(mechanism, tmp_path / "mechanism.toml", "read and written")
-    same(read_mechanism(tmp_path / "mechanism.toml"), mechanism)
+    same(load_mechanism(tmp_path / "mechanism.toml"), mechanism)
 
 
 def test_every_kind_of_entry_survives(folder):
-    mechanism = read_mechanism(folder / "mechanism.toml")
+    mechanism = load_mechanism(folder / "mechanism.toml")
     write_mechanism(mechanism, folder / "again.toml")
-    same(read_mechanism(folder / "again.toml"), mechanism)
+    same(load_mechanism(folder / "again.toml"), mechanism)
 
 
 def test_a_rigid_housing_survives(folder):
-    mechanism = read_mechanism(folder / "mechanism.toml")
+    mechanism = load_mechanism(folder / "mechanism.toml")
     content = (folder / "mechanism.toml").read_text()
     (folder / "rigid.toml").write_text(content[: content.index("[housing]")])
-    mechanism = read_mechanism(folder / "rigid.toml")
+    mechanism = load_mechanism(folder / "rigid.toml")
     write_mechanism(mechanism, folder / "again.toml")
-    same(read_mechanism(folder / "again.toml"), mechanism)
+    same(load_mechanism(folder / "again.toml"), mechanism)
 
 
 @pytest.mark.parametrize("value", AWKWARD)
@@ -48,7 +48,7 @@ def test_values_survive_to_the_last_digit(value, tmp_path):
     """Truth: the shortest decimal that reads back to the same number; NumPy's too."""
     mechanism = catalogue_mechanism().with_values({"load.inertia": np.float64(value)})
     write_mechanism(mechanism, tmp_path / "mechanism.toml")
-    assert read_mechanism(tmp_path / "mechanism.toml").value("load.inertia") == value
+    assert load_mechanism(tmp_path / "mechanism.toml").value("load.inertia") == value
 
 
 def test_what_the_fit_froze_is_free_again(tmp_path):
@@ -59,7 +59,7 @@ def test_what_the_fit_froze_is_free_again(tmp_path):
         "gear.stiffness": replace(mechanism.parameters["gear.stiffness"], status=Status.AT_BOUND),
     }
     write_mechanism(mechanism.with_parameters(stuck), tmp_path / "mechanism.toml")
-    assert read_mechanism(tmp_path / "mechanism.toml").free == mechanism.free
+    assert load_mechanism(tmp_path / "mechanism.toml").free == mechanism.free
 
 
 def test_each_line_says_symbol_unit_and_meaning():
@@ -74,7 +74,7 @@ def test_each_line_says_symbol_unit_and_meaning():
 
 def test_an_earlier_file_is_replaced_and_nothing_left_beside(folder):
     write_mechanism(catalogue_mechanism(), folder / "mechanism.toml")
-    assert read_mechanism(folder / "mechanism.toml").value("gear.ratio") == 50.0
+    assert load_mechanism(folder / "mechanism.toml").value("gear.ratio") == 50.0
     assert sorted(path.name for path in folder.iterdir()) == [
         "campaign.toml",
         "full_46.csv",

@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from mechid.campaign import RecordDraft, campaign_text, load_campaign, new_campaign, read_mechanism
+from mechid.campaign import RecordDraft, campaign_text, load_campaign, load_mechanism, new_campaign
 from mechid.campaign.channel_entry import QUANTITIES
 from mechid.campaign.not_filled_in import EXAMPLE_COMMAND
 from mechid.campaign.record_entry import KEYS
@@ -75,16 +75,16 @@ def test_a_mechanism_all_filled_in_is_told_to_lose_its_mark(bench):
     )
     bench[0].write_text(text)
     with pytest.raises(InputFileError, match="template: no number is the example's any more; delete this line"):
-        read_mechanism(bench[0])
+        load_mechanism(bench[0])
 
 
 def test_the_mark_is_true_or_false(filled):
     path, content = filled[0], filled[0].read_text()
     path.write_text(f"template = false\n{content}")
-    assert read_mechanism(path).value("gear.ratio") == 50.0
+    assert load_mechanism(path).value("gear.ratio") == 50.0
     path.write_text(f'template = "no"\n{content}')
     with pytest.raises(InputFileError, match='template: found "no"; write true or false'):
-        read_mechanism(path)
+        load_mechanism(path)
 
 
 def test_the_files_are_written(bench):
@@ -107,7 +107,7 @@ def test_they_load_when_they_are_filled_in(filled):
 
 def test_the_mechanism_is_the_papers_catalogue(filled, campaign_folder):
     """Truth: the start of the independent campaign, which is the paper's column of nominal values."""
-    ours, theirs = read_mechanism(filled[0]), read_mechanism(campaign_folder / "noisy" / "mechanism.toml")
+    ours, theirs = load_mechanism(filled[0]), load_mechanism(campaign_folder / "noisy" / "mechanism.toml")
     assert dict(ours.parameters) == dict(theirs.parameters)
 
 
@@ -206,12 +206,12 @@ def test_each_assembly_has_files_to_start_from(assembly, tmp_path):
     assert "empty, as mechid new wrote it" in line
     assert "mechanism.toml: template: nothing is filled in" in line
     mechanism.write_text(re.sub(r"template = true.*\n", "", mechanism.read_text()))
-    assert read_mechanism(mechanism).plant.name == assembly
+    assert load_mechanism(mechanism).plant.name == assembly
     text = campaign.read_text().replace("command = {}", f"command = {EXAMPLE_COMMAND}")
     campaign.write_text(re.sub(r"channels = \[\]  # write which column is what, as (.*)", r"channels = \1", text))
     (record,) = load_campaign(campaign, read_records=False).records
     inputs = {c.quantity for c in record.spec.channels if c.role is Role.INPUT}
-    assert inputs == set(measured_quantities(read_mechanism(mechanism).plant.inputs))
+    assert inputs == set(measured_quantities(load_mechanism(mechanism).plant.inputs))
 
 
 def test_an_unknown_assembly_is_answered_with_the_nearest(tmp_path):

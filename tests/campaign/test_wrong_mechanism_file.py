@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from mechid.campaign import mechanism_from_table, read_mechanism
+from mechid.campaign import load_mechanism, mechanism_from_table
 from mechid.errors import InputFileError
 
 REMEDY = "write { value = ..., min = ..., max = ... }"
@@ -213,7 +213,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
 def test_a_wrong_file_says_where_what_and_the_remedy(name, changed, refused):
     old, new, message = REFUSED[name]
     path = changed("mechanism.toml", old, new)
-    refused(f"mechanism.toml: {message}", read_mechanism, path)
+    refused(f"mechanism.toml: {message}", load_mechanism, path)
 
 
 def test_a_number_in_place_of_a_table():
@@ -224,22 +224,22 @@ def test_a_number_in_place_of_a_table():
 def test_a_table_that_is_not_closed_is_said_to_need_one_line(changed):
     path = changed("mechanism.toml", "max = 5000.0 }", "max = 5000.0")
     with pytest.raises(InputFileError, match=r"; a table in \{ \} has to stand on one line$"):
-        read_mechanism(path)
+        load_mechanism(path)
 
 
 def test_a_missing_file_and_its_neighbour(folder):
     message = f'{folder / "mechanisn.toml"}: there is no such file; did you mean "mechanism.toml"?'
     with pytest.raises(InputFileError, match=f"^{re.escape(message)}$"):
-        read_mechanism(folder / "mechanisn.toml")
+        load_mechanism(folder / "mechanisn.toml")
 
 
 def test_a_folder_is_no_mechanism(folder):
     with pytest.raises(InputFileError, match=r"cannot be read \(it is a folder\); check the path$"):
-        read_mechanism(folder)
+        load_mechanism(folder)
 
 
 def test_a_file_in_another_encoding(folder):
     (folder / "mechanism.toml").write_bytes("[stepper]\n# 90°\n".encode("latin-1"))
     message = r"^mechanism\.toml: line 2: is not UTF-8 text; save the file as UTF-8$"
     with pytest.raises(InputFileError, match=message):
-        read_mechanism(folder / "mechanism.toml")
+        load_mechanism(folder / "mechanism.toml")

@@ -13,7 +13,7 @@ from sympy import Symbol
 
 from freed import freed
 from layouts import changed, mechanism_of, paper_table
-from mechid.campaign import load_campaign, mechanism_text, read_mechanism
+from mechid.campaign import load_campaign, load_mechanism, mechanism_text
 from mechid.parameter import Declaration, Role
 from mechid.plant import friction
 from mechid.web import Source
@@ -137,7 +137,7 @@ def test_a_new_friction_law_through_the_whole_chain(run, bench):
     for name, value in TRUTH.items():
         p = estimate["parameters"][name]
         assert abs(p["value"] - value) < 5.0 * p["std_error"] < 0.2 * value, name
-    assert read_mechanism(fit / "mechanism.toml").options["friction.law"] == "turbulent"
+    assert load_mechanism(fit / "mechanism.toml").options["friction.law"] == "turbulent"
     page = (fit / "report.html").read_text(encoding="utf-8")
     assert "friction.drag" in page
     assert "drag at the square of the speed" in page
@@ -172,7 +172,7 @@ def _flown(run, fit):
     assert result.exit_code == 0, result.stderr
     data = json.loads((fit / "budget" / "budget.json").read_text(encoding="utf-8"))
     assert {"friction.dry", "friction.drag"} <= data["requirements"][0]["variance_shares"].keys()
-    estimated = read_mechanism(fit / "mechanism.toml")
+    estimated = load_mechanism(fit / "mechanism.toml")
     torque = run_twin(estimated, constant(46.0), base(1.5)).y[:, 0]
     last = torque[-1 - round(10_000 * 22 / 46.0) : -1]
     assert math.isclose(data["modes"][0]["torque_rms_Nm"], np.std(last), rel_tol=0.01)

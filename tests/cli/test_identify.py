@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
@@ -67,7 +67,7 @@ def test_the_provenance_names_each_record_file_and_what_was_done_to_it(real, sta
 
 def test_the_mechanism_file_holds_the_estimate(real):
     parameters = json.loads((real.out / "estimate.json").read_text())["parameters"]
-    read = read_mechanism(real.out / "mechanism.toml")
+    read = load_mechanism(real.out / "mechanism.toml")
     assert {name: read.value(name) for name in read.parameters} == {n: p["value"] for n, p in parameters.items()}
 
 

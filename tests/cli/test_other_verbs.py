@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import mechid
-from mechid.campaign import catalogue_mechanism, load_campaign, read_mechanism
+from mechid.campaign import catalogue_mechanism, load_campaign, load_mechanism
 from mechid.kernel.equation_text import equations_latex, equations_text
 
 
@@ -51,7 +51,7 @@ def test_kernel_prints_the_equations_of_a_file(run, folder, monkeypatch):
     monkeypatch.setattr("mechid.cli.kernel_notice.prepare_kernel", lambda *_: SimpleNamespace(path=path))
     result = run("kernel", path)
     assert result.exit_code == 0
-    assert result.stdout == equations_text(read_mechanism(path).plant)
+    assert result.stdout == equations_text(load_mechanism(path).plant)
     assert result.stdout != equations_text(catalogue_mechanism().plant)
 
 

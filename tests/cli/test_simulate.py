@@ -1,9 +1,13 @@
 """`mechid simulate`; truth: an independent simulator's records, and the command line's own promises."""
 
+import json
+
 import numpy as np
 import pytest
 
 PROMISE = 1e-5
+BESIDE = ("figures", "simulate.html", "simulate.md", "simulate.json")
+"""What lies beside the samples."""
 
 
 def read(path):
@@ -16,7 +20,7 @@ def test_the_independent_records_are_reproduced(run, campaign_folder, tmp_path):
     result = run("simulate", folder, "--out", tmp_path / "deep" / "sim")
     assert result.exit_code == 0, result.stderr
     files = sorted(folder.glob("*.csv"))
-    assert [path.name for path in sorted((tmp_path / "deep" / "sim").iterdir())] == [path.name for path in files]
+    assert [path.name for path in sorted((tmp_path / "deep" / "sim").glob("*.csv"))] == [path.name for path in files]
     for path in files:
         measured, simulated = read(path), read(tmp_path / "deep" / "sim" / path.name)
         assert np.array_equal(measured[:, 0], simulated[:, 0])
@@ -75,10 +79,24 @@ def test_a_record_with_a_file_keeps_its_time_base_and_this_is_said(run, folder, 
     assert len((tmp_path / "sim" / "full_46.csv").read_text().splitlines()) == 10002
 
 
+def test_a_page_shows_what_was_simulated(run, folder, tmp_path):
+    """Truth: the samples that lie beside it."""
+    assert run("simulate", folder, "--out", tmp_path).exit_code == 0
+    page = (tmp_path / "simulate.html").read_text(encoding="utf-8")
+    data = json.loads((tmp_path / "simulate.json").read_text(encoding="utf-8"))
+    for row in data["records"]:
+        torque = read(tmp_path / f"{row['name']}.csv")[:, 1]
+        assert row["samples"] == torque.size
+        assert row["rms"] == pytest.approx(np.sqrt(np.mean(torque**2)), rel=1e-9)
+        assert f'id="figure-simulated_{row["name"]}"' in page
+        assert row["command"] in page
+        assert (tmp_path / "figures" / f"simulated_{row['name']}.png").stat().st_size > 5000
+
+
 def test_earlier_files_are_replaced_and_nothing_is_left_beside(run, folder, tmp_path):
     out = tmp_path / "sim"
     out.mkdir()
     (out / "full_46.csv").write_text("time_s,torque_Nm\n0,1.000000000000e+00\n")  # as an earlier run wrote it
     assert run("simulate", folder, "--out", out).exit_code == 0
     assert len((out / "full_46.csv").read_text().splitlines()) > 2
-    assert sorted(path.name for path in out.iterdir()) == sorted(path.name for path in folder.glob("*.csv"))
+    assert {path.name for path in out.iterdir()} == {*(path.name for path in folder.glob("*.csv")), *BESIDE}

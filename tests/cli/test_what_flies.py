@@ -7,7 +7,7 @@ import pytest
 
 from flown import FULL, simulated
 from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.campaign import record_parameter_name
 from paper_estimate import estimate_of, write_estimate
 from whole_estimate import whole_estimate
@@ -251,7 +251,7 @@ def test_an_own_load_flies_one_way_and_says_so(run, tmp_path):
     assert "load: the block of your own is written for a base at rest" in " ".join(result.stdout.split())
     data = json.loads((tmp_path / "out" / "budget.json").read_text(encoding="utf-8"))
     assert data["requirements"][0]["decided"]["coupling"] == "one-way"
-    assert read_mechanism(tmp_path / "mechanism.toml").plant.layout.own.keys() == {"load"}
+    assert load_mechanism(tmp_path / "mechanism.toml").plant.layout.own.keys() == {"load"}
 
 
 @pytest.mark.parametrize(

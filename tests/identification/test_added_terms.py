@@ -15,7 +15,7 @@ import pytest
 from mechid.analysis import validate
 from mechid.budgets.flight_entry import Flight
 from mechid.budgets.flying_mechanism import flying_estimate
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
@@ -125,7 +125,7 @@ def estimate_of(made):
 def rms_of_left_mechanism(made, record=RECORD):
     """Return the RMS of a record less what the mechanism file left behind simulates, offset and drift fitted."""
     own = made.campaign.record(record)
-    mechanism = read_mechanism(made.folder / "mechanism.toml")
+    mechanism = load_mechanism(made.folder / "mechanism.toml")
     run = simulate(replace(made.campaign, mechanism=mechanism), record)
     rest = own.data.channel("torque").data - np.asarray(run.torque)
     line = np.stack([np.ones(rest.size), np.linspace(-1.0, 1.0, rest.size)], axis=1)
@@ -190,7 +190,7 @@ def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
 @pytest.mark.parametrize("name", ["made", "with_law", "with_both"])
 def test_the_mechanism_comes_back_from_the_file_left_behind(name, request):
     found = request.getfixturevalue(name)
-    again = read_mechanism(found.folder / "mechanism.toml")
+    again = load_mechanism(found.folder / "mechanism.toml")
     assert again.plant.digest == found.fit.mechanism.plant.digest
     assert {n: again.value(n) for n in again.parameters} == {
         n: found.fit.mechanism.value(n) for n in found.fit.mechanism.parameters

@@ -15,6 +15,7 @@ from mechid.fleets import numbers as fleets
 from mechid.identification.result import diagnosis_file, fit
 from mechid.indexes.kinds import KINDS
 from mechid.profiles import numbers as profiles
+from mechid.simulations import numbers as simulations
 
 WRITTEN = {
     "Campaigns": (campaign_file.FILE_NAME, ""),
@@ -28,6 +29,7 @@ WRITTEN = {
     "Budgets": (budget_files.JSON, budgets.FORMAT),
     "Fleets": (fleet_files.JSON_NAME, fleets.FORMAT),
     "Exports": (exports.FILE_NAME, exports.FORMAT),
+    "Simulations": (simulations.FILE_NAME, simulations.FORMAT),
     "Looks": ("look.json", "mechid-look/1"),
 }
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from mechid.analysis import validate
-from mechid.campaign import load_campaign, read_mechanism
+from mechid.campaign import load_campaign, load_mechanism
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import conclude
 from mechid.identification.effects.effect import add_terms
@@ -124,7 +124,7 @@ def test_friction_by_direction_that_a_fit_adds_is_in_all_that_is_left(example, t
     validation = validate(campaign, fit)
     write_results(fit, report_data(fit, validation=validation), tmp_path, validation=validation)
     own = json.loads((tmp_path / "estimate.json").read_text(encoding="utf-8"))["records"]["emps"]
-    run = simulate(replace(campaign, mechanism=read_mechanism(tmp_path / "mechanism.toml")), "emps")
+    run = simulate(replace(campaign, mechanism=load_mechanism(tmp_path / "mechanism.toml")), "emps")
     rest = campaign.record("emps").data.channel("position").data - np.asarray(run.values["position"])
     rms = math.sqrt(float(np.mean((rest - rest.mean()) ** 2)))
     assert own["residual_rms"] == pytest.approx(rms, rel=1e-4)  # finer steps of integration

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import mechid.writing
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.reports.numbers import report_data
@@ -21,7 +21,7 @@ def test_the_files_read_back(make_fit, truth, tmp_path):
     assert sorted(folder.iterdir()) == sorted(files)
     assert read_estimate(folder / "estimate.json")["parameters"]["gear.stiffness"]["value"] == 912.97
     assert json.loads((folder / "report.json").read_text())["outcome"] == data["outcome"]
-    read = read_mechanism(folder / "mechanism.toml")
+    read = load_mechanism(folder / "mechanism.toml")
     assert {q.name: q.value for q in read.free} == {q.name: q.value for q in fit.mechanism.free}
 
 

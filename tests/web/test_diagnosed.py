@@ -7,7 +7,7 @@ import pytest
 
 import synthetic
 from diagnosis_folder import DETENT, detent, left, less, missing
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.campaign.campaign import record_parameter_name
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME
@@ -29,7 +29,7 @@ def session(diagnosed):
 def saved(session, tmp_path):
     path = tmp_path / "mechanism.toml"
     path.write_text(session.mechanism_file(), encoding="utf-8")
-    return read_mechanism(path)
+    return load_mechanism(path)
 
 
 def test_a_switch_takes_an_effect_away_and_brings_it_back_and_undo_covers_it(session, whole):

@@ -10,7 +10,7 @@ import pytest
 import synthetic
 from browser import faults, requests
 from diagnosis_folder import DETENT
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.identification.computation.journal import Journal
 from mechid.simulation.interruption import ask
 from mechid.web.figures import RESIDUAL_HEIGHT, TORQUE_HEIGHT
@@ -521,4 +521,4 @@ def test_the_saved_file_is_the_mechanism_that_is_set(browser, address, tmp_path)
     end = time.monotonic() + SECONDS
     while not (path := tmp_path / "mechanism.toml").exists() and time.monotonic() < end:
         time.sleep(0.05)
-    assert read_mechanism(path).value(KNOB) == 877.5
+    assert load_mechanism(path).value(KNOB) == 877.5

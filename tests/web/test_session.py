@@ -11,7 +11,7 @@ import pytest
 import synthetic
 from diagnosis_folder import DETENT
 from layouts import mechanism_of
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Progress
 from mechid.simulation.interruption import ask
@@ -208,7 +208,7 @@ def test_the_saved_mechanism_reads_back_to_the_settings(session, tmp_path):
     session.set_free("gear.damping", is_free=False)
     path = tmp_path / "mechanism.toml"
     path.write_text(session.mechanism_file(), encoding="utf-8")
-    read = read_mechanism(path)
+    read = load_mechanism(path)
     assert {
         q.name: q.value for q in read.parameters.values() if q.name in session.state.knobs
     } == session.state.now.values

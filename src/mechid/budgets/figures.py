@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter
 from mechid.budgets.mode_figures import RATE, course, line_of_sight, number_array, over_rate
 from mechid.budgets.texts import mode_key
 from mechid.ink.data import Data
-from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, legend_above, made
 from mechid.ink.palette import GRID, INK, LIMIT, MARK, MODELLED, ORDER, series
 from mechid.ink.quantities import FREQUENCY
 
@@ -27,6 +27,8 @@ RAYS = (0.5, 1.0, 2.0, 4.0, 8.0)
 SPECTRA, SEEN = 30, 0.02
 """Of a waterfall: so many at most, up to the frequency of the last line above this share of the largest."""
 SHOWN_SHARES, LEAST_SHARE = 7, 0.01
+SMALL: Any = {"handlelength": 1.4, "columnspacing": 1.2, "fontsize": 7.0}
+"""Style of a legend of many entries."""
 NAME_IN = 2.5
 """Of the names beside bars."""
 
@@ -114,25 +116,12 @@ def _requirements(data: Data, figure: Any) -> None:
         axes.set_xscale("log")
         axes.set_xlim(left=min(0.05, *(0.5 - 0.5 * r["decided"]["margin"] for r in rows)))
     axes.set_xlabel("share of the limit")
-    _legend_above(figure, axes, 6)
+    legend_above(figure, axes, 6, **SMALL)
 
 
 def _once(axes: Any, words: str) -> str | None:
     """Return a label, or none where the legend has it already."""
     return None if words in axes.get_legend_handles_labels()[1] else words
-
-
-def _legend_above(figure: Any, axes: Any, columns: int) -> None:
-    figure.legend(
-        *axes.get_legend_handles_labels(),
-        ncols=columns,
-        loc="upper right",
-        bbox_to_anchor=(0.99, 1.0),
-        borderaxespad=0.3,
-        handlelength=1.4,
-        columnspacing=1.2,
-        fontsize=7.0,
-    )
 
 
 def _shares(data: Data, figure: Any) -> None:
@@ -164,7 +153,7 @@ def _shares(data: Data, figure: Any) -> None:
             ends[share >= 0.0] += 100.0 * share
     axes.use_sticky_edges = False
     axes.set_xlabel("share in the variance of the level, %")
-    _legend_above(figure, axes, 4)
+    legend_above(figure, axes, 4, **SMALL)
 
 
 def _map(mode: Data, figure: Any) -> None:
@@ -236,7 +225,7 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
         label="crossings",
     )
     axes.set(xlabel=RATE, ylabel=FREQUENCY, xlim=(rates[0], rates[-1]), ylim=(0.0, top))
-    _legend_above(figure, axes, 2)
+    legend_above(figure, axes, 2, **SMALL)
 
 
 def _waterfall(mode: Data, figure: Any) -> None:
@@ -273,7 +262,7 @@ def _envelope(mode: Data, figure: Any) -> None:
     for which in ("major", "minor"):
         getattr(axes.xaxis, f"set_{which}_formatter")(FuncFormatter(_leading))
     in_powers(axes.yaxis)
-    _legend_above(figure, axes, 2)
+    legend_above(figure, axes, 2, **SMALL)
 
 
 def _leading(value: float, _: int | None = None) -> str:
@@ -302,4 +291,4 @@ def _coupling(data: Data, figure: Any) -> None:
     axes.set(xlabel=FREQUENCY, ylabel="|R K|")
     for axis in (axes.xaxis, axes.yaxis):
         in_powers(axis)
-    _legend_above(figure, axes, 2)
+    legend_above(figure, axes, 2, **SMALL)

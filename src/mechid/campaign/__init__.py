@@ -8,7 +8,7 @@ Internal to mechid but for the names that docs/python.md lists.
 from mechid.campaign.campaign import Campaign, CampaignRecord, Match, Stage
 from mechid.campaign.campaign_file import load_campaign
 from mechid.campaign.catalogue import catalogue_mechanism
-from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
+from mechid.campaign.mechanism_file import load_mechanism, mechanism_from_table
 from mechid.campaign.mechanism_text import mechanism_text, write_mechanism
 from mechid.campaign.templates import RecordDraft, campaign_text, new_campaign
 
@@ -21,9 +21,9 @@ __all__ = [
     "campaign_text",
     "catalogue_mechanism",
     "load_campaign",
+    "load_mechanism",
     "mechanism_from_table",
     "mechanism_text",
     "new_campaign",
-    "read_mechanism",
     "write_mechanism",
 ]

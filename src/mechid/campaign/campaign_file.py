@@ -9,7 +9,7 @@ from typing import Any
 from mechid.campaign.bench_entry import read_bench, with_data
 from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.joined_campaign import KEYS, SYNTHETIC, Sources, joined_campaign
-from mechid.campaign.mechanism_file import read_mechanism
+from mechid.campaign.mechanism_file import load_mechanism
 from mechid.campaign.not_filled_in import refuse_empty_commands
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
@@ -70,7 +70,7 @@ def load_campaign(
     mechanism_path = file.parent / _mechanism(table, place) if mechanism_file is None else Path(mechanism_file)
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
-    sources = Sources(file.parent, lambda: read_mechanism(mechanism_path), _read, need_files, read_records)
+    sources = Sources(file.parent, lambda: load_mechanism(mechanism_path), _read, need_files, read_records)
     if SYNTHETIC not in table and is_file(file.parent / TRUTH_NAME):
         table = {**table, SYNTHETIC: True}
     return joined_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)

@@ -19,7 +19,7 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import LISTS, OPTIONAL, table_of
 
 
-def read_mechanism(path: Path | str) -> Mechanism:
+def load_mechanism(path: Path | str) -> Mechanism:
     """Return the mechanism that a file describes.
 
     A bare number is known; a table ``{ value, min, max }`` is to be estimated from `value`, `sigma`
@@ -34,6 +34,12 @@ def read_mechanism(path: Path | str) -> Mechanism:
     ------
     InputFileError
         The file is missing or wrong; one line with place and remedy.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.load_mechanism("mechanism.toml").value("gear.ratio")  # doctest: +SKIP
+    50.0
     """
     return mechanism_from_table(read_toml(Path(path), "mechanism"), Path(path).name, Path(path).parent)
 

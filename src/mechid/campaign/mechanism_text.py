@@ -15,7 +15,7 @@ from mechid.writing import writable, write_whole
 
 
 def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str = "") -> None:
-    """Write a mechanism file that `read_mechanism` reads back to equal values; whole or not at all.
+    """Write a mechanism file that `load_mechanism` reads back to equal values; whole or not at all.
 
     Parameters
     ----------

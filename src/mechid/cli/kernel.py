@@ -17,14 +17,14 @@ def kernel(
     lanes: Annotated[int, typer.Option(min=0, help="Parameters whose sensitivities ride along.")] = 0,
 ) -> None:
     """Print a mechanism's equations, or their compiled source."""
-    from mechid.campaign import catalogue_mechanism, read_mechanism
+    from mechid.campaign import catalogue_mechanism, load_mechanism
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.errors import UsageError
     from mechid.kernel.generated_text import equations, kernel_source
 
     if source and latex:
         raise UsageError("--source, --latex: give one of them")
-    read = read_mechanism(mechanism) if mechanism else catalogue_mechanism()
+    read = load_mechanism(mechanism) if mechanism else catalogue_mechanism()
     text = kernel_source(read, sensitivities=lanes) if source else equations(read, latex=latex)
     typer.echo(text, nl=False)
     typer.echo(f"its source: {prepare_kernel(read.plant, lanes).path}", err=True)

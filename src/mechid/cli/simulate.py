@@ -10,7 +10,9 @@ import typer
 
 def simulate(
     campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for <record>.csv; made where missing.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for <record>.csv, page and numbers; made where missing.")
+    ],
     sample_rate_hz: Annotated[
         float | None, typer.Option(help="For records without a file, else 10000 or as others have it.")
     ] = None,
@@ -20,12 +22,13 @@ def simulate(
 ) -> None:
     """Simulate each record at the mechanism's values, without noise."""
     from mechid.campaign import load_campaign
-    from mechid.campaign.prediction import simulate_all, time_base_warnings
-    from mechid.campaign.trajectory_file import refuse_measured, write_trajectories
+    from mechid.campaign.prediction import time_base_warnings
+    from mechid.campaign.trajectory_file import refuse_measured
     from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.cli.printed import print_result
     from mechid.holding import held
     from mechid.ink.console import console_on, print_lines
-    from mechid.reports.simulated import print_simulated, simulated_data
+    from mechid.simulations.run import simulate_campaign
 
     loaded = load_campaign(campaign, need_files=False)
     with held(out):
@@ -34,6 +37,4 @@ def simulate(
         warnings = (*loaded.warnings, *time_base_warnings(loaded, sample_rate_hz, duration_s))
         print_lines(console_on(err=True), "warning", warnings)
         prepare_kernel(loaded.mechanism.plant)
-        trajectories = simulate_all(loaded, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
-        files = write_trajectories(trajectories, out)
-        print_simulated(simulated_data(trajectories, files), console_on())
+        print_result(simulate_campaign(loaded, sample_rate_hz=sample_rate_hz, duration_s=duration_s), out)

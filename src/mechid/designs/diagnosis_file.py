@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from mechid.campaign.mechanism_file import read_mechanism
+from mechid.campaign.mechanism_file import load_mechanism
 from mechid.identification.effects.disturbance import MAINS_PREFIX
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME, read_diagnosis
 from mechid.identification.result.missing import Missing
@@ -50,5 +50,5 @@ def read_diagnosed(folder: Path | str) -> Diagnosed:
     path = Path(folder) / FILE_NAME
     content = read_diagnosis(path)
     effects = tuple(one for one in content["missing"] if not one.name.startswith(MAINS_PREFIX))
-    mechanism = read_mechanism(path.parent / PROPOSED_NAME) if effects else None
+    mechanism = load_mechanism(path.parent / PROPOSED_NAME) if effects else None
     return Diagnosed(path, effects, content["over_noise"]["with_effects"], mechanism)

@@ -8,7 +8,7 @@ from functools import wraps
 from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
-from mechid.campaign import Campaign, load_campaign, read_mechanism
+from mechid.campaign import Campaign, load_campaign, load_mechanism
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.estimate_file import WITH_ERRORS, read_estimate
@@ -144,7 +144,7 @@ def _completed(campaign: Campaign, folder: Path) -> Campaign:
     file = completed_file(folder)
     if file is None or file.resolve() == campaign.mechanism_path.resolve():
         return campaign
-    mechanism = read_mechanism(file)
+    mechanism = load_mechanism(file)
     mechanism = replace(mechanism, plant=mechanism.plant.measuring([*campaign.mechanism.plant.outputs]))
     # A campaign in memory was identified without files, so that the digests of its fit do not name this one.
     path = file if campaign.path.is_file() else campaign.mechanism_path

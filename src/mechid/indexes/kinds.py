@@ -40,7 +40,15 @@ class Kind:
     figure_folder: str = FOLDER_NAME
 
 
-CAMPAIGNS, CHECKS, FITS, BUDGETS, EXPORTS, LOOKS = "Campaigns", "Checks", "Fits", "Budgets", "Exports", "Looks"
+CAMPAIGNS, CHECKS, FITS, BUDGETS, EXPORTS, LOOKS, SIMULATIONS = (
+    "Campaigns",
+    "Checks",
+    "Fits",
+    "Budgets",
+    "Exports",
+    "Looks",
+    "Simulations",
+)
 KINDS: tuple[Kind, ...] = (
     Kind(heading=CAMPAIGNS, file="campaign.toml", format="", verdict=verdicts.campaign_verdict),
     Kind(
@@ -123,6 +131,14 @@ KINDS: tuple[Kind, ...] = (
         verdict=verdicts.fleet_verdict,
         page="fleet.html",
         picture="fleet_",
+    ),
+    Kind(
+        heading=SIMULATIONS,
+        file="simulate.json",
+        format="mechid-simulation/1",
+        verdict=verdicts.simulation_verdict,
+        page="simulate.html",
+        picture="simulated_",
     ),
     Kind(
         heading=EXPORTS,

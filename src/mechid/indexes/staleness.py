@@ -15,10 +15,12 @@ from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import DIGEST, FILE
 from mechid.indexes.found import DAMAGE, Found
-from mechid.indexes.kinds import BUDGETS, CHECKS, EXPORTS, FITS, LOOKS
+from mechid.indexes.kinds import BUDGETS, CHECKS, EXPORTS, FITS, LOOKS, SIMULATIONS
 from mechid.reading.whole import is_file
 from mechid.records.formats import digest_of
 
+AGAIN = {CHECKS: "check anew", SIMULATIONS: "simulate anew"}
+"""What is to be done of results whose own file names their campaign."""
 GONE = ""
 """In place of the digest of a file that is not there or cannot be read."""
 
@@ -63,8 +65,9 @@ class Staleness:
         if found.kind.heading == FITS:
             yield from self._of_records(found, self.campaign_of(found), "identify anew")
             yield from self._of_mechanism(found)
-        elif found.kind.heading == CHECKS:
-            yield from self._of_records(found, Path(found.content["provenance"]["campaign"]), "check anew")
+        elif found.kind.heading in AGAIN and found.content["provenance"]:
+            campaign = Path(found.content["provenance"]["campaign"])
+            yield from self._of_records(found, campaign, AGAIN[found.kind.heading])
         elif found.kind.heading in (BUDGETS, EXPORTS):
             yield from self._of_fit(found.content)
         elif found.kind.heading == LOOKS:

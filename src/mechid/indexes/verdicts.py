@@ -121,6 +121,15 @@ def look_verdict(data: Data) -> Verdict:
     return Verdict(headline, BAD if left_out else CAUTION if warnings else "", _few(lines))
 
 
+def simulation_verdict(data: Data) -> Verdict:
+    """Return which records were simulated, and warnings of their accuracy."""
+    records, warnings = data["records"], data["warnings"]
+    names = ", ".join(str(one["name"]) for one in records)
+    return Verdict(
+        f"{counted(len(records), 'record')} simulated", CAUTION if warnings else "", _few([names, *warnings])
+    )
+
+
 def export_verdict(data: Data) -> Verdict:
     """Return what was written for whom, and what it was compared with."""
     checked = data["checked"]

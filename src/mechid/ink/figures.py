@@ -99,10 +99,10 @@ def over_time(axes: Any, points: FloatArray, colour: str, width: float, label: s
     axes.plot(*points, color=colour, linewidth=width, label=label)
 
 
-def legend_above(figure: Any, axes: Any, columns: int) -> None:
-    """Write the legend above the axes, at the right."""
+def legend_above(figure: Any, axes: Any, columns: int, **style: Any) -> None:
+    """Write the legend above the axes, at the right; `style` is Matplotlib's of a legend."""
     place = {"loc": "upper right", "bbox_to_anchor": (1.0 - RIGHT_IN / WIDTH_IN, 1.0), "borderaxespad": 0.3}
-    figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place)
+    figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place, **style)
 
 
 def in_powers(axis: Any) -> None:

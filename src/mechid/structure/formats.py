@@ -86,6 +86,29 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
     return _with_axis(structure, axis) if structure.directions else structure
 
 
+def load_structure(path: Path | str, *, axis: str = "") -> Structure:
+    """Return the structure that a file describes whose columns have names; docs/budget.md has the formats.
+
+    Parameters
+    ----------
+    path : Path
+    axis : str
+        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; refused where the file says another.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing or wrong; one line with file, what was found and remedy.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.load_structure("structure.toml").line_of_sight  # doctest: +SKIP
+    ('x', 'y')
+    """
+    return read_structure(path, axis=axis)
+
+
 def _refuse_overflow(structure: Structure) -> None:
     """Refuse a structure whose numbers, multiplied with one another, are none any more."""
     for direction, model in {structure.axis or "torque": structure.model, **structure.directions}.items():

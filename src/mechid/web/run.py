@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 
-from mechid.campaign import Campaign, load_campaign, read_mechanism
+from mechid.campaign import Campaign, load_campaign, load_mechanism
 from mechid.fits.load import campaign_of_fit, completed_file
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
@@ -114,7 +114,7 @@ def _loaded(campaign: Campaign | Path | str, fit: Fit | Path | str | None, folde
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign, mechanism_file=completed)
     elif completed is not None:
-        campaign = replace(campaign, mechanism=read_mechanism(completed), mechanism_path=completed)
+        campaign = replace(campaign, mechanism=load_mechanism(completed), mechanism_path=completed)
     return campaign_of_fit(campaign, fit) if isinstance(fit, Fit) else campaign
 
 

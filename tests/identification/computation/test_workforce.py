@@ -14,7 +14,7 @@ import pytest
 import chores
 import synthetic
 from finished import optimum
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.errors import WorkersError
 from mechid.identification.computation import worker
 from mechid.identification.computation.journal import Journal
@@ -84,7 +84,7 @@ def test_an_identification_is_the_same_to_the_last_bit(pool):
 
 def test_a_block_of_ones_own_goes_along(pool):
     """Truth: the kernel's hash here; the worker has never seen the file of the block."""
-    mechanism = read_mechanism(Path(__file__).parents[3] / "examples" / "own_block" / "mechanism.toml")
+    mechanism = load_mechanism(Path(__file__).parents[3] / "examples" / "own_block" / "mechanism.toml")
     with working_on(pool):
         assert mapped(chores.hash_of_kernel, [mechanism], 1) == [chores.hash_of_kernel(mechanism)]
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.campaign.mechanism_file import read_mechanism
+from mechid.campaign.mechanism_file import load_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.identification.diagnosis.proposal import proposal_of
 from mechid.identification.diagnosis.start import initial_models
@@ -95,5 +95,5 @@ def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path)
     own = {name.rpartition(".")[2]: p.value for name, p in proposal.own[effect].items()}
     assert any(abs(value) == pytest.approx(SIZES[effect], rel=0.2) for value in own.values())
     (tmp_path / "proposed.toml").write_text(mechanism_text(proposal.mechanism))
-    back = read_mechanism(tmp_path / "proposed.toml")
+    back = load_mechanism(tmp_path / "proposed.toml")
     assert {p.name for p in proposal.mechanism.free} <= set(back.parameters)

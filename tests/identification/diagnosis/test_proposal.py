@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.analysis.preference import ComparisonOutcome
-from mechid.campaign.mechanism_file import read_mechanism
+from mechid.campaign.mechanism_file import load_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.diagnoses.numbers import evidence_lines
 from mechid.identification.identify import identify
@@ -18,7 +18,7 @@ def test_the_proposed_mechanism_reads_back_and_fits_with_grade_a(lacking, tmp_pa
     bench, found = lacking
     path = tmp_path / "mechanism.toml"
     path.write_text(mechanism_text(found.mechanism))
-    proposed = read_mechanism(path)
+    proposed = load_mechanism(path)
     fit = identify(replace(bench, mechanism=proposed), workers=1, near={p.name: p.value for p in proposed.free})
     assert fit.grade == "A"
     off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error and n in TRUTH]

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign import read_mechanism
+from mechid.campaign import load_mechanism
 from mechid.errors import InputFileError
 from mechid.identification.result.fit import FORMAT, Fit
 from mechid.identification.result.grade import Grade
@@ -168,7 +168,7 @@ def read_estimated_mechanism(provenance: object, path: Path) -> Mechanism:
         ) from error
     if found != digest:
         raise InputFileError(f"{file}: is not the file that identify left beside {path.name}: {NEXT}")
-    mechanism = read_mechanism(file)
+    mechanism = load_mechanism(file)
     measured = [q for q in provenance.get(QUANTITIES, ()) if q in mechanism.plant.offered]
     mechanism = replace(mechanism, plant=mechanism.plant.measuring(measured or [*mechanism.plant.outputs]))
     if mechanism.plant.digest != provenance.get(PLANT):

@@ -1,51 +1,44 @@
-"""What is shown of simulated records."""
+"""All that is shown of simulated records, in one dict."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
-from mechid.ink.console import print_lines
+from mechid.command.words import command_words
+from mechid.identification.output_error.identity import file_digests
 from mechid.ink.digits import digits
-from mechid.ink.text_table import Column, print_table
 from mechid.signal.moments import extremes, root_mean_square
 from mechid.simulation.accuracy import PROMISE
 from mechid.simulation.trajectory import Trajectory
+from mechid.simulations.run import Simulated
 from mechid.units import SI_UNIT
 
-COLUMNS = (
-    Column("record", "name", words=True),
-    Column("samples", "samples"),
-    Column("RMS", "rms"),
-    Column("peak", "peak"),
-    Column("unit", "unit", words=True),
-    Column("steps/sample", "substeps"),
-    Column("difference", "difference"),
-)
+FORMAT = "mechid-simulation/1"
+FILE_NAME = "simulate.json"
 
 
-def simulated_data(trajectories: Mapping[str, Trajectory], files: Mapping[str, Path]) -> dict[str, Any]:
-    """Return all that `mechid simulate` shows."""
+def simulation_numbers(found: Simulated) -> dict[str, Any]:
+    """Return all that is shown of simulated records."""
+    campaign = found.campaign
+    commands = {record.name: command_words(record.command) for record in campaign.records} if campaign else {}
+    provenance = {"campaign": str(campaign.path.resolve()), "inputs_sha256": file_digests(campaign)} if campaign else {}
     return {
-        "records": [_row(name, trajectory) for name, trajectory in trajectories.items()],
-        "files": [str(path) for path in files.values()],
+        "format": FORMAT,
+        "campaign": str(campaign.path) if campaign else "",
+        "records": [_row(name, run) | {"command": commands.get(name, "")} for name, run in found.trajectories.items()],
         "warnings": [
             f'record "{name}": halving the integration step still changes the {t.quantity} by {t.difference:.1e} '
             "of its RMS: a switch between stick and slip falls either way within that"
-            for name, t in trajectories.items()
+            for name, t in found.trajectories.items()
             if t.difference is not None and t.difference > PROMISE
         ],
+        "provenance": provenance,
     }
 
 
-def print_simulated(data: Mapping[str, Any], console: Console) -> None:
-    """Print what `simulated_data` made."""
-    print_table(console, COLUMNS, data["records"])
-    print_lines(console, "warning", data["warnings"], "yellow")
-    print_lines(console, "written", data["files"])
+def figure_name(record: str) -> str:
+    """Return what the figure of a record is called."""
+    return f"simulated_{record}"
 
 
 def _row(name: str, trajectory: Trajectory) -> dict[str, Any]:

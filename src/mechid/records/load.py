@@ -1,36 +1,11 @@
-"""Single files read: a mechanism, a measured record, a structure."""
+"""Public function that reads a measured file by itself."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from mechid.campaign.mechanism_file import read_mechanism
-from mechid.plant.mechanism import Mechanism
 from mechid.records.bare import Hints, read_bare
 from mechid.records.record import Record
-from mechid.structure import Structure, read_structure
-
-
-def load_mechanism(path: Path | str) -> Mechanism:
-    """Return the mechanism that a file describes.
-
-    Parameters
-    ----------
-    path : Path
-        TOML, as ``mechanism.toml``: a bare number is known, ``{ value, min, max }`` is to be estimated.
-
-    Raises
-    ------
-    InputFileError
-        The file is missing or wrong; one line with place and remedy.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> mechid.load_mechanism("mechanism.toml").value("gear.ratio")  # doctest: +SKIP
-    50.0
-    """
-    return read_mechanism(path)
 
 
 def load_record(
@@ -73,26 +48,3 @@ def load_record(
     >>> record.to_pandas()  # doctest: +SKIP
     """
     return read_bare(Path(path), Hints(sample_rate_hz=sample_rate_hz, columns=columns, quantity=quantity, unit=unit))
-
-
-def load_structure(path: Path | str, *, axis: str = "") -> Structure:
-    """Return the structure that a file describes whose columns have names; docs/budget.md has the formats.
-
-    Parameters
-    ----------
-    path : Path
-    axis : str
-        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; refused where the file says another.
-
-    Raises
-    ------
-    InputFileError
-        The file is missing or wrong; one line with file, what was found and remedy.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> mechid.load_structure("structure.toml").line_of_sight  # doctest: +SKIP
-    ('x', 'y')
-    """
-    return read_structure(path, axis=axis)

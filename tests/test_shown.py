@@ -23,7 +23,7 @@ def test_a_result_is_a_line_a_text_and_a_notebooks_table(run):
 
 
 def test_a_result_leaves_its_files(run, tmp_path):
-    (path,) = run.write(tmp_path / "made" / "here")
+    path, *_ = run.write(tmp_path / "made" / "here")
     assert np.loadtxt(path, delimiter=",", skiprows=1)[:, 1] == pytest.approx(run.torque, abs=1e-12)
 
 

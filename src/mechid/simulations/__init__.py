@@ -1,0 +1,1 @@
+"""What the mechanism as written would do in each record: simulated, and shown."""

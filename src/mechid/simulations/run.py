@@ -1,0 +1,47 @@
+"""Simulation of all records of a campaign, at the mechanism's values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mechid.campaign import Campaign
+from mechid.campaign.prediction import simulate_all
+from mechid.shown import Shown
+from mechid.simulation.trajectory import Trajectory
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Simulated(Shown):
+    """Simulated records.
+
+    Attributes
+    ----------
+    trajectories : mapping of str to Trajectory
+        By record name.
+    campaign : Campaign or None
+        Of which they are; None of a trajectory by itself.
+    """
+
+    trajectories: Mapping[str, Trajectory]
+    campaign: Campaign | None = None
+
+
+def simulate_campaign(
+    campaign: Campaign, *, sample_rate_hz: float | None = None, duration_s: float | None = None
+) -> Simulated:
+    """Simulate every record of a campaign, without noise.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    sample_rate_hz, duration_s : float or None
+        As of `mechid.simulate_all`, whose errors it raises.
+
+    Returns
+    -------
+    Simulated
+        Its `write` leaves the samples as CSV, numbers, page and figures.
+    """
+    runs = simulate_all(campaign, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
+    return Simulated(trajectories=runs, campaign=campaign)
