@@ -5,6 +5,8 @@ import pytest
 from matplotlib import pyplot
 
 import mechid
+from mechid.ink.presenter import Presenter
+from mechid.shown import DOCUMENTS, Shown, presenter_of
 
 
 @pytest.fixture
@@ -59,3 +61,11 @@ def test_a_fit_without_its_campaign_says_what_to_give(tmp_path):
                 mechid.catalogue_mechanism(), [mechid.make_record("a", command=mechid.make_command("full", rate=1.0))]
             ),
         )
+
+
+def test_each_kind_of_result_has_a_presenter():
+    """Truth: the public classes that show themselves."""
+    public = [value for name in mechid.__all__ if isinstance(value := getattr(mechid, name), type)]
+    assert {value.__name__ for value in public if issubclass(value, Shown)} <= DOCUMENTS.keys()
+    for kind in DOCUMENTS:
+        assert isinstance(presenter_of(type(kind, (), {})()), Presenter), kind

@@ -11,7 +11,7 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import first_windows, refined_look
-from mechid.identification.stages.likeliest import likeliest_effects
+from mechid.identification.stages.likeliest import effect_scores, likeliest_effects
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
 ORDER, SECONDS = 5, 0.6
@@ -71,3 +71,19 @@ def test_a_plant_has_places_for_friction_over_the_angle_where_one_is_named(uneve
     assert one.problem.space.mechanism.plant.digest == other.problem.space.mechanism.plant.digest
     assert uneven.with_periods("friction.position:2", 7) == "friction.position:7"
     assert uneven.with_periods("friction.position:2", 9) is None
+
+
+def test_effects_of_every_kind_are_compared_over_the_first_seconds(uneven):
+    """Truth: friction over the angle, 5 periods a turn, beside which nothing listed and no detent explains as much."""
+    scores = effect_scores(uneven, uneven.bare, uneven.plain.start)
+    assert max(scores, key=scores.__getitem__) == f"friction.position:{ORDER}"
+    assert {"record.gain", "stepper.torque_harmonic:3"} <= set(scores)
+    assert any(name.startswith("stepper.detent:") for name in scores)
+
+
+def test_the_number_of_periods_of_a_detent_is_exact_over_whole_records():
+    """Truth: 130 periods; the scan in steps passes over it, its neighbours are compared again."""
+    made = detent_bench(0.6)
+    families = Families(make_problem(made, 1), made)
+    scores = effect_scores(families, families.bare, families.plain.start)
+    assert families.periods(max(scores, key=scores.__getitem__)) == PERIODS

@@ -20,12 +20,12 @@ from mechid.identification.stages.compared_effects import (
     look_beside_best,
     look_past_stall,
 )
-from mechid.identification.stages.families import EVERYTHING, TERMS_AND_RECORDS, Families, Family
+from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
 from mechid.identification.stages.first_look import FirstLook, first_windows, pruned_look, refined_look
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_periods, look_at_singles
-from mechid.identification.stages.term_growth import Reached, free_where_stalled, grow_model, state_so_far
+from mechid.identification.stages.term_growth import Reached, freed_where_stalled, grow_model, state_so_far
 from mechid.simulation.work import WorkSpentError
 
 KINDS_LISTED = 2
@@ -220,22 +220,11 @@ def with_periods_seen(climb: Climb, families: Families, reached: Reached) -> Rea
     return reached
 
 
-def _free(family: Family) -> Callable[[Climb], Climb]:
-    """Return the rung that frees a family where the furthest growth has stalled, and grows what is needed there."""
-
-    def attempt(climb: Climb) -> Climb:
-        furthest = furthest_growth(climb)
-        _, small = free_where_stalled(climb.watch, _families(climb, furthest), furthest, family)
-        return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
-
-    return attempt
-
-
-def _grow_wide(climb: Climb) -> Climb:
-    """Grow with all effects free, from where the furthest growth has stalled."""
+def _free_all(climb: Climb) -> Climb:
+    """Free all terms and values of records where the furthest growth has stalled, and grow what is needed there."""
     furthest = furthest_growth(climb)
-    wide, _ = free_where_stalled(climb.watch, _families(climb, furthest), furthest, EVERYTHING)
-    return climb.at(_grow(climb, wide.model, wide.q, escapes=STAGES.small_escapes))
+    small = freed_where_stalled(climb.watch, _families(climb, furthest), furthest, TERMS_AND_RECORDS)
+    return climb.at(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
 
 
 def _families(climb: Climb, reached: Reached) -> Families:
@@ -292,10 +281,7 @@ NAMED_EFFECTS = (
 """Rungs that add the effects which the first moments name."""
 FREED_EFFECTS = (
     _rung("effects named where that stalls", _can_free, _look_again),
-    _rung("effects freed where that stalls", _can_free, _free(TERMS_AND_RECORDS)),
-    _rung("all effects freed where that stalls", _can_free, _free(EVERYTHING)),
-    _rung("all effects freed where that stalls, again", _can_free, _free(EVERYTHING)),
-    _rung("grown with all effects", _can_free, _grow_wide),
+    _rung("effects freed where that stalls", _can_free, _free_all),
 )
 """Rungs that add effects where the furthest growth has stalled."""
 FURTHEST = Rung("the furthest that was reached", _came_much_further, _keep_furthest)

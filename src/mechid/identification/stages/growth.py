@@ -18,7 +18,8 @@ from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.effect_rungs import FREED_EFFECTS, FURTHEST, NAMED_EFFECTS
 from mechid.identification.stages.kernels_ahead import LINE
 from mechid.identification.stages.ladder import Climb, Rung, climb_ladder
-from mechid.identification.stages.masked_growth import MASKED_AS_WRITTEN, MASKED_FURTHEST, MASKED_WITH_EFFECTS
+from mechid.identification.stages.masked_growth import MASKED_AS_WRITTEN, MASKED_FURTHEST
+from mechid.identification.stages.raised_level import NAMED_AT_RAISED_LEVEL
 from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_from_followed, grow_starts, refined_starts
@@ -93,7 +94,7 @@ OF_MECHANISM = (
     *AS_WRITTEN,
     MASKED_AS_WRITTEN,
     *NAMED_EFFECTS,
-    MASKED_WITH_EFFECTS,
+    NAMED_AT_RAISED_LEVEL,
     *FREED_EFFECTS,
     MASKED_FURTHEST,
 )

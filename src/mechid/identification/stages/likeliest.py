@@ -7,7 +7,7 @@ short windows do not tell apart, the best one is returned.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.augmented import AugmentedModel
@@ -70,12 +70,25 @@ def _scan_slow(families: Families, base: AugmentedModel, q: FloatArray, windows:
     for table in SLOW:
         scores = _scan(families, base, q, windows, _in_steps(families, base, table))
         for best in _best(scores, 1):
-            here, own = families.periods(best), families.by_periods[table]
-            between = range(math.floor(here / STAGES.slow_step), math.ceil(here * STAGES.slow_step) + 1)
-            near = [own[number] for number in between if number in own and own[number] not in scores]
-            scores |= _scan(families, base, q, windows, near)
+            scores |= _scan_near(families, base, q, windows, best, STAGES.slow_step, scores)
             found |= {name: scores[name] for name in _best(scores, 1)}
     return found
+
+
+def _scan_near(
+    families: Families,
+    base: AugmentedModel,
+    q: FloatArray,
+    windows: Windows,
+    best: str,
+    step: float,
+    known: Collection[str],
+) -> dict[str, float]:
+    """Return what unlisted terms explain whose number of periods lies within one step of another one's."""
+    here, own = families.periods(best), families.by_periods[families.unlisted[best].table]
+    between = range(math.floor(here / step), math.ceil(here * step) + 1)
+    near = [own[number] for number in between if number in own and own[number] not in known]
+    return _scan(families, base, q, windows, near)
 
 
 def _scan(
@@ -135,3 +148,23 @@ def _is_beside_better(name: str, names: Sequence[str], found: Mapping[str, float
 def _best(scores: Mapping[str, float], most: int) -> list[str]:
     """Return the names of the best scores above none, the best first."""
     return sorted((name for name, score in scores.items() if score > 0.0), key=lambda name: -scores[name])[:most]
+
+
+def effect_scores(families: Families, base: AugmentedModel, q: FloatArray) -> dict[str, float]:
+    """Return what each effect beside a model that follows the records would explain of their first seconds.
+
+    Detents of any number of periods are gone through over fewer of them, where neighbouring numbers look alike, and the
+    likeliest and its neighbours compared over all.
+    """
+    windows, short = (_at_most(families.plain, s) for s in (STAGES.effect_scores_s, STAGES.effect_scan_s))
+    found = _scores(base, q, windows, families.model(EVERYTHING, base), None)
+    found |= _scan_slow(families, base, q, windows)
+    numbers = _in_steps(families, base, DETENT)
+    for best in _best(_scan(families, base, q, short, numbers), 1):
+        found |= _scan_near(families, base, q, windows, best, STAGES.scan_step, ())
+    return found
+
+
+def _at_most(plain: Problem, seconds: float) -> Windows:
+    """Return the windows of so many seconds at the beginning of each record."""
+    return {t.name: (0, min(t.samples, round(seconds * t.base.sample_rate_hz))) for t in plain.targets}

@@ -48,12 +48,7 @@ def _lacks_nothing_at_first(climb: Climb) -> bool:
     return _has_grown(climb) and climb.is_explained
 
 
-def _come_furthest_with_effects(climb: Climb) -> bool:
-    return climb.reached is not None and climb.reached is furthest_growth(climb)
-
-
 MASKED_AS_WRITTEN = Rung("as written, single moments left out", _lacks_nothing_at_first, _mask)
-MASKED_WITH_EFFECTS = Rung("needed effects, single moments left out", _come_furthest_with_effects, _mask)
 MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mask)
 
 

@@ -23,17 +23,15 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.stages.budget import ladder_budget
 from mechid.identification.stages.ladder import Climb, Rung
-from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.start_growth import grow_starts, left_early, refined_starts
+from mechid.identification.stages.start_growth import grow_at_raised_noise, grow_starts, refined_starts
 from mechid.identification.stages.term_growth import accept_at_raised_noise, fit_with_terms
-from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
 
 
 def _raise(climb: Climb) -> Climb:
     """Grow again at a raised noise level; other rungs begin from where that leads."""
     assert climb.growth is not None
-    return replace(climb, raised=grow_at_raised_noise(climb.watch, climb.state, climb.growth, climb.seed))
+    raised = climb.raised or grow_at_raised_noise(climb.watch, climb.state, climb.growth, climb.seed)
+    return replace(climb, raised=raised)
 
 
 def _read_raised_otherwise(climb: Climb) -> Climb:
@@ -104,29 +102,6 @@ def _compare_records(climb: Climb) -> Climb:
 
 def _with(climb: Climb, state: SearchState, growth: Growth) -> Climb:
     return replace(climb, state=state, growth=growth)
-
-
-def grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
-    """Raise the noise level of the channels that stop the growth, and grow again, until all records are followed.
-
-    Where no level brings that about, they stay as they are known, unless the records are followed much further at
-    another: then at the lowest of which none higher does much better.
-    """
-    kept, growth, at = (state, known), known, state
-    before = {} if growth.complete else left_early(state.problem, known)
-    while not growth.complete:
-        problem = raise_levels(at.problem, growth)
-        if problem is at.problem:
-            break
-        at = watch.note(replace(at.of(problem), before_raised=before))
-        watch.tell("noise level raised", describe_raised_levels(problem, growth))
-        best = next(refined_starts(watch, at, seed), None)
-        if best is None:
-            break
-        growth = grow_starts(watch, at, iter([best]), seed)
-        if growth.complete or growth.reached(problem) > STAGES.much_further * kept[1].reached(problem):
-            kept = at, growth
-    return kept
 
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:

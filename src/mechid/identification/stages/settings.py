@@ -87,6 +87,14 @@ class StageSettings:
     to be looked at: it explained ten times as much where it was missing."""
     scan_s: float = 1.5
     """Time of all windows together in which numbers of periods are gone through."""
+    effect_scores_s: float = 2.0
+    """Time of each record over which effects are compared by their derivatives alone, where all of it is followed."""
+    effect_scan_s: float = 0.3
+    """Of which detents of any number of periods are gone through in steps: over longer ones a step would miss some."""
+    grown_at_raised: int = 2
+    """Effects that are grown of those which explain most at a raised noise level."""
+    grown_share: float = 0.5
+    """Share of what the best of them explains, from which another one is grown."""
     scan_step: float = 1.03
     """Factor from one number of periods to the next that is looked at: over the few degrees of the first moments a
     neighbour explains nearly as much."""

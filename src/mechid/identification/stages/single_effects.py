@@ -81,7 +81,8 @@ def with_best_period(
         model, moved = families.with_other_term(look.model, term, other)
         values = look.model.problem.coordinates.values(look.q)
         point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
-        return refined_look(model, point, journal, windows, steps)
+        compact = model.laid_out(families.plain)
+        return refined_look(compact, compact.point_of(model, point), journal, windows, steps)
 
     def uphill(look: FirstLook, term: str) -> tuple[FirstLook, str]:
         stride, tried = max(round(STAGES.period_stride * families.periods(term)), 1), {term}

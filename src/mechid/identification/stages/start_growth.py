@@ -23,6 +23,7 @@ from mechid.identification.search.multistart import Candidate, candidates, multi
 from mechid.identification.stages.departure import departure
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
 from mechid.identification.uncertainty.visibility import apart_at_s, chaos_words
 
 
@@ -68,6 +69,29 @@ def grow_starts(
                 return best
     assert best is not None
     return best
+
+
+def grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
+    """Raise the noise level of the channels that stop the growth, and grow again, until all records are followed.
+
+    Where no level brings that about, they stay as they are known, unless the records are followed much further at
+    another: then at the lowest of which none higher does much better.
+    """
+    kept, growth, at = (state, known), known, state
+    before = {} if growth.complete else left_early(state.problem, known)
+    while not growth.complete:
+        problem = raise_levels(at.problem, growth)
+        if problem is at.problem:
+            break
+        at = watch.note(replace(at.of(problem), before_raised=before))
+        watch.tell("noise level raised", describe_raised_levels(problem, growth))
+        best = next(refined_starts(watch, at, seed), None)
+        if best is None:
+            break
+        growth = grow_starts(watch, at, iter([best]), seed)
+        if growth.complete or growth.reached(problem) > STAGES.much_further * kept[1].reached(problem):
+            kept = at, growth
+    return kept
 
 
 def grow_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: int) -> Growth:

@@ -95,24 +95,23 @@ def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Ma
     return on_progress
 
 
-def free_where_stalled(watch: Watch, families: Families, reached: Reached, family: Family) -> tuple[Reached, Reached]:
-    """Return a model with a family of effects free where a growth has stalled, and it without those not needed there.
+def freed_where_stalled(watch: Watch, families: Families, reached: Reached, family: Family) -> Reached:
+    """Return a model with a family of effects freed where a growth has stalled, without those not needed there.
 
-    Neither has been grown from there yet: both have the horizons that were reached.
+    It has not been grown from there yet: its horizons are those that were reached.
     """
     wide = families.model(family, reached.model)
     q = wide.point_of(reached.model, reached.q)
     q = solve(wide.problem, q, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
-    at = Reached(wide, replace(reached.growth, q=q))
     needed = wide.needed(q, reached.windows)
     if needed is None:
-        return at, at
+        return Reached(wide, replace(reached.growth, q=q))
     watch.tell("added effects", f"needed so far: {effect_words(needed)}")
     less = wide.keeping(families.plain, needed, ", ".join(needed) or "as written")
     less = less.widened(families.plain, less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
     begun = less.point_of(wide, q)
     moved = solve(less.problem, begun, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
-    return at, Reached(less, replace(reached.growth, q=moved))
+    return Reached(less, replace(reached.growth, q=moved))
 
 
 def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tuple[SearchState, Growth] | None:
