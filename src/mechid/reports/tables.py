@@ -52,10 +52,9 @@ LIMITS = (
         on_page=OnPage(style=lambda row: f"word status-{row['status']}", tip=lambda row: str(row["reason"])),
     ),
 )
-ON_TERMINAL = tuple(c for c in LIMITS if TERMINAL in c.where)
 NARROWER = (
-    ((PARAMETER, *ESTIMATES, *TRUTH), (PARAMETER, *ON_TERMINAL)),
-    ((PARAMETER, *ESTIMATES), (PARAMETER, *TRUTH, *ON_TERMINAL)),
+    ((PARAMETER, *ESTIMATES, *TRUTH), (PARAMETER, *LIMITS)),
+    ((PARAMETER, *ESTIMATES), (PARAMETER, *TRUTH, *LIMITS)),
 )
 KNOWN = (
     FULL_NAME,
