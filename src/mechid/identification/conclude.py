@@ -28,7 +28,7 @@ from mechid.identification.result.missing import OwnValue, missing_of, missing_w
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.solve import promised_fall
+from mechid.identification.search.solve import predicted_reduction
 from mechid.identification.stages.departure import departure
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.further_errors import clock_warnings
@@ -147,7 +147,9 @@ def _evidence(
         campaign=str(campaign.path),
         used=windows,
         used_to_s=used_to_s,
-        promised_fall=math.nan if lost else max(promised_fall(triangle, verdict.counted), lower.gain if lower else 0.0),
+        predicted_reduction=math.nan
+        if lost
+        else max(predicted_reduction(triangle, verdict.counted), lower.gain if lower else 0.0),
         cost=triangle.cost,
         lost=lost,
         contradicted=state.contradicted,

@@ -40,7 +40,7 @@ class Evidence:
         Records that the fit rests on.
     used_to_s : mapping of record to float
         Record time up to which one of them was used that was to be used whole.
-    promised_fall : float
+    predicted_reduction : float
         By how much the cost should still fall by its derivatives, in sigmas squared.
     cost : float
     lost : bool
@@ -58,7 +58,7 @@ class Evidence:
     campaign: str
     used: Collection[str]
     used_to_s: Mapping[str, float]
-    promised_fall: float
+    predicted_reduction: float
     cost: float
     lost: bool
     contradicted: Mapping[str, str]
@@ -228,7 +228,7 @@ def _physical_limit(p: ParameterEstimate) -> Reason:
 def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     """Yield what the end of the search leaves in doubt."""
     again = f"mechid identify {evidence.campaign} --out DIR --seed {evidence.seed + 1}"
-    fall = evidence.promised_fall
+    fall = evidence.predicted_reduction
     if fit.outcome is FitOutcome.EVENT_MISSED:
         yield Reason(cause=Cause.EVENT_MISSED, text=fit.outcome.value, next_command=again)
     if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= GRADE.near_optimum * evidence.cost:

@@ -27,7 +27,7 @@ from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import grow_horizons
-from mechid.identification.search.rest import rest_of
+from mechid.identification.search.rest import rest_window
 from mechid.identification.stages.disturbances import asks_for_more, fit_with_disturbances, without_imitations
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import searched, warm_start
@@ -173,7 +173,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
     if not campaign.options.mains:
         return problem
-    rests = {t.name: rest_of(t) for t in targets}
+    rests = {t.name: rest_window(t) for t in targets}
     hum = mains(problem, declared_hz=campaign.options.mains, rests=rests)
     return with_disturbances(problem, [hum]) if hum else problem
 

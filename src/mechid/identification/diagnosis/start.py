@@ -23,7 +23,7 @@ from mechid.identification.result.fit import MOVED, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.record_result import masks_of
-from mechid.identification.search.masks import with_masks
+from mechid.identification.search.masks import apply_masks
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, with_tables, words_of
 
@@ -52,7 +52,7 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     here = {name: value for name, value in fit.values.items() if name in campaign.mechanism.parameters}
     wide = with_tables(campaign.mechanism, _tables_of_records(fit, campaign.mechanism))
     mechanism = wide.with_values(here).with_free(moved)
-    problem = with_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
+    problem = apply_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
     disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}

@@ -43,7 +43,7 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
     model, growth = _followed(begun, before, RULES.first_escapes)
     laws = cache(partial(_alternative_laws, before, say))  # their starts take long, and do not depend on the round
     for _ in range(RULES.rounds):
-        percent = 100.0 * growth.reached(model.problem)
+        percent = 100.0 * growth.followed_share(model.problem)
         say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing added'}")
         if growth.complete:
             return model.fitted(model)
@@ -53,14 +53,14 @@ def in_stretches(before: Model, say: Tell) -> Model | None:
             break
         model, growth = further
     part = model.within(growth.horizons)
-    return part.fitted(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
+    return part.fitted(part) if growth.followed_share(model.problem) > RULES.enough and model.effects else None
 
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
     """Tell whether a model follows the records further than another does, of which it is known, at the same levels."""
     same = noise_levels(model.problem) == noise_levels(other.problem)
-    before = known.reached(other.problem) if same else reach(other.at_levels(model.problem))
-    return growth.complete or growth.reached(model.problem) > RULES.further * before
+    before = known.followed_share(other.problem) if same else reach(other.at_levels(model.problem))
+    return growth.complete or growth.followed_share(model.problem) > RULES.further * before
 
 
 def reach(model: Model) -> float:

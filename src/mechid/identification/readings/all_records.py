@@ -45,7 +45,7 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
         if start is None:
             continue
         grown = grow_horizons(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
-        before, after, words = growth.reached(problem), grown.reached(other), tried.words(grown.q)
+        before, after, words = growth.followed_share(problem), grown.followed_share(other), tried.words(grown.q)
         if words and (after >= RULES.much_further * before or (grown.complete and not growth.complete)):
             text = (
                 f"{100.0 * after:.3g} % of their samples are followed with {words} ({100.0 * before:.3g} % as declared)"

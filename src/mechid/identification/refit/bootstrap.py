@@ -30,7 +30,7 @@ from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.fit import Optimum
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import promised_fall, solve
+from mechid.identification.search.solve import predicted_reduction, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.verdict import seen_coordinates
 from mechid.kernel.batch.source import SETS
@@ -219,7 +219,7 @@ def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -
         outcome = DrawOutcome.FAILED
     elif not solution.converged:
         outcome = DrawOutcome.NOT_CONVERGED
-    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
+    elif predicted_reduction(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         outcome = DrawOutcome.CLIFF
     elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), REFIT.elsewhere):
         outcome = DrawOutcome.ELSEWHERE

@@ -30,7 +30,7 @@ from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.fit import Optimum
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import promised_fall, solve
+from mechid.identification.search.solve import predicted_reduction, solve
 from mechid.identification.stages.freeze import without
 
 QUANTILE = float(chdtri(1, 0.05))
@@ -234,7 +234,7 @@ def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> d
     note = ""
     if not solution.converged:
         note = "not converged"
-    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
+    elif predicted_reduction(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         note = "stopped at a threshold"
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 

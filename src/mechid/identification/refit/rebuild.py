@@ -19,7 +19,7 @@ from mechid.identification.result.fit import MOVED, Fit, Optimum
 from mechid.identification.result.grade import grade_words
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.masks import with_masks
+from mechid.identification.search.masks import apply_masks
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
@@ -49,7 +49,7 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
         # Small priors hold added terms near their null value, where the fit ended with such.
         small = {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
         problem = replace(make_problem(campaign, workers), shrinkage=small)
-        problem = with_masks(with_saved_levels(problem, fit.records), masks_of(fit.records))
+        problem = apply_masks(with_saved_levels(problem, fit.records), masks_of(fit.records))
         problem, q, windows = _first_point(campaign, problem, values)
         problem, q = _as_moved(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))

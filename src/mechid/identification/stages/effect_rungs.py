@@ -263,7 +263,7 @@ def _came_much_further(climb: Climb) -> bool:
     reached, growth = climb.reached, climb.growth
     if reached is None or growth is None or len(reached.model.effects) > IN_DIAGNOSIS.few:
         return False  # many effects together imitate whatever it is that is missing
-    return reached.share > STAGES.much_further * growth.reached(climb.state.problem)
+    return reached.share > STAGES.much_further * growth.followed_share(climb.state.problem)
 
 
 def _rung(name: str, applies: Callable[[Climb], bool], attempt: Callable[[Climb], Climb]) -> Rung:

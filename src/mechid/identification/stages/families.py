@@ -16,7 +16,7 @@ from mechid.identification.effects.disturbance import Disturbance, lacking_table
 from mechid.identification.effects.effect import AddedTerms, lay_out, substitute_law
 from mechid.identification.effects.mains import mains
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.search.rest import commanded_rest_of
+from mechid.identification.search.rest import commanded_rest_window
 from mechid.identification.stages.settings import STAGES
 from mechid.plant import friction_position
 from mechid.plant.block import Extension
@@ -180,7 +180,7 @@ class Families:
     @cached_property
     def _of_records(self) -> tuple[Disturbance, ...]:
         bare = augment(self.plain, self.base, self.superset, (), (), "").problem
-        rests = {t.name: commanded_rest_of(t) for t in self.plain.targets}
+        rests = {t.name: commanded_rest_window(t) for t in self.plain.targets}
         return tuple(
             one for one in possible(bare, self.campaign, rests=rests) if one.name in OF_RECORDS or one.lines_hz
         )

@@ -22,7 +22,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.horizons import chance_limit, unfollowed_records
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import Solution, along_cliff, promised_fall, solve
+from mechid.identification.search.solve import Solution, predicted_reduction, search_cliff, solve
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import with_residual_levels
@@ -141,7 +141,7 @@ def _along_cliff(watch: Watch, state: SearchState, rng: np.random.Generator, lea
     found: FloatArray | None = watch.journal.step(
         "along a threshold",
         [identity(problem), q, windows, least_gain],
-        lambda: along_cliff(problem, q, windows, rng, least_gain=least_gain),
+        lambda: search_cliff(problem, q, windows, rng, least_gain=least_gain),
         rng,
     )
     return found
@@ -160,7 +160,7 @@ def _refused(state: SearchState) -> float:
     solution = state.solution
     if solution is None or not solution.converged:
         return 0.0
-    return promised_fall(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
+    return predicted_reduction(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
 
 
 def threshold_warnings(name: str, state: SearchState) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.masks import count_followed_again, grow_past_misfit, masked_runs, with_masks
+from mechid.identification.search.masks import apply_masks, grow_past_misfit, lift_followed_masks, masked_runs
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth
 from mechid.identification.stages.settings import STAGES
@@ -27,7 +27,7 @@ def _mask(climb: Climb) -> Climb:
     if found is None:
         return climb
     problem, growth = found
-    plain = with_masks(climb.state.problem, masked_runs(problem))
+    plain = apply_masks(climb.state.problem, masked_runs(problem))
     begun = replace(climb, state=climb.state.of(plain))
     end = begun.at(Reached(replace(at.model, problem=problem), growth))
     return end if end.complete and _left(end) <= STAGES.masked_left else climb
@@ -54,7 +54,7 @@ MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mas
 
 def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:
     """Return the state fitted with the masks lifted of moments that its optimum follows; itself without such."""
-    problem = count_followed_again(state.problem, state.q)
+    problem = lift_followed_masks(state.problem, state.q)
     if problem is state.problem:
         return state
     begun = watch.note(state.of(problem))

@@ -63,7 +63,7 @@ def grow_starts(
     numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
     while some := list(islice(numbered, STAGES.together if is_lent() else 1)):
         for growth in _growths(watch, state, some, seed, best, escapes):
-            if best is None or growth.reached(problem) > best.reached(problem):
+            if best is None or growth.followed_share(problem) > best.followed_share(problem):
                 best = growth
             if best.complete:
                 return best
@@ -89,7 +89,7 @@ def grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: 
         if best is None:
             break
         growth = grow_starts(watch, at, iter([best]), seed)
-        if growth.complete or growth.reached(problem) > STAGES.much_further * kept[1].reached(problem):
+        if growth.complete or growth.followed_share(problem) > STAGES.much_further * kept[1].followed_share(problem):
             kept = at, growth
     return kept
 

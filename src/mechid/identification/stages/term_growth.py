@@ -55,7 +55,7 @@ class Reached:
     @property
     def share(self) -> float:
         """Share of all samples that are followed."""
-        return self.growth.reached(self.problem)
+        return self.growth.followed_share(self.problem)
 
     @property
     def windows(self) -> Windows:
