@@ -11,7 +11,7 @@ from mechid.identification.search.solve import solve
 
 def scatter(problem, draws, seed, workers=1):
     """Return the refits of draws, (draws, k) values of the file; each begins at the values that made the records."""
-    q, whole = problem.start, problem.whole()
+    q, whole = problem.start, problem.whole_windows()
     torques = {t.name: problem.model.predict(t, q, t.samples) for t in problem.targets}
 
     def measured(target, rng):

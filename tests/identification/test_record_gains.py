@@ -45,11 +45,11 @@ def made(tmp_path_factory):
     plain, added = make_problem(campaign, 1), lay_out(AddedTerms(campaign.mechanism), (), (TABLE,))
     (gains,) = (one for one in possible(added.problem(plain), campaign) if one.name == "record.gain")
     problem = added.problem(plain, [gains])
-    solution = solve(problem, problem.coordinates.point(truth), problem.whole())
+    solution = solve(problem, problem.coordinates.point(truth), problem.whole_windows())
     state = SearchState(
         problem,
         solution.q,
-        problem.whole(),
+        problem.whole_windows(),
         outcome=FitOutcome.CONVERGED,
         solution=solution,
         searched=True,

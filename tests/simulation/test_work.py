@@ -57,14 +57,14 @@ def test_runs_count_their_samples(problem):
     """Truth: samples, parameters and derivatives by hand; the triangle that is kept counts again."""
     samples, parameters = problem.targets[0].samples, len(problem.space.mechanism.plant.parameters)
     with counted() as plain:
-        problem.norms(problem.start, problem.whole())
+        problem.norms(problem.start, problem.whole_windows())
     assert plain.done == samples * parameters
     q = problem.start * (1.0 + 1e-9)
     with counted() as first:
-        problem.joint(q, problem.whole())
+        problem.joint(q, problem.whole_windows())
     assert first.done == work_of_run(samples, parameters, problem.coordinates.lanes)
     with counted() as again:
-        problem.joint(q, problem.whole())
+        problem.joint(q, problem.whole_windows())
     assert again.done == first.done
 
 

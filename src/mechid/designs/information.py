@@ -64,7 +64,7 @@ def _of_record(space: SearchSpace, points: FloatArray, record: PlannedRecord) ->
 def _information(problem: Problem, q: FloatArray) -> FloatArray:
     """Return J^T J of a problem of one record, a free time offset eliminated, (n, n); zero where it failed."""
     size = problem.space.size
-    (triangle,) = problem.triangles(q, problem.whole())
+    (triangle,) = problem.triangles(q, problem.whole_windows())
     if not np.all(np.isfinite(triangle.jacobian)):
         return np.zeros((size, size))
     return without_offsets(triangle.jacobian, size)

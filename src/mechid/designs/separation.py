@@ -181,7 +181,7 @@ def refitted(
     there = len(problem.targets) - len(records)
     new = [measuring(t, torque) for t, torque in zip(problem.targets[there:], torques, strict=True)]
     problem = replace(problem, targets=(*problem.targets[:there], *new))
-    windows = problem.whole() | dict(model.setting.windows)
+    windows = problem.whole_windows() | dict(model.setting.windows)
     q = solve(
         problem,
         transfer_values(model.problem, model.q, problem),

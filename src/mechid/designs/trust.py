@@ -63,7 +63,7 @@ def departing_share(
 def _share(space: SearchSpace, points: FloatArray, drawn: FloatArray, task: tuple[PlannedRecord, FloatArray]) -> float:
     """Return the share of draws in which a record departs from its information, (points, n, n)."""
     record, information = task
-    problem = Problem(space, (record.target().settled,))
+    problem = Problem(space, (record.target().with_fixed_parameters,))
     return float(np.mean([_departing(problem, q, drawn[s], information[s]) for s, q in enumerate(points)]))
 
 

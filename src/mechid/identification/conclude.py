@@ -17,7 +17,7 @@ from mechid.identification.effects.disturbance import disturbed_campaign, lines_
 from mechid.identification.effects.mains import grid_shown
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
-from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
+from mechid.identification.output_error.declaration import DECLARED, reinterpret_campaign
 from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
@@ -53,7 +53,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     """
     problem, windows, taken = state.problem, state.windows, state.taken
     declared = campaign
-    written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
+    written = disturbed_campaign(reinterpret_campaign(campaign, taken), [found.disturbance for found in state.found])
     hum = lines_by_record(problem, [record.name for record in written.records])
     written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
     campaign = replace(written, mechanism=state.added.mechanism) if state.added else written

@@ -101,7 +101,7 @@ def identify(
     """
     given = campaign
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     with one_core_algebra(), KernelsAhead(problem, campaign) as ahead:
         begun = near is None and not campaign.stages and ahead.start_if_new()
         if near is None:
@@ -296,7 +296,7 @@ def identify_from(
     planned = replace(campaign, stages=())
     problem = make_problem(planned, workers or os.cpu_count() or 1)
     point = run_up(problem, problem.coordinates.point(values), known=values)
-    state = SearchState(problem, point, problem.whole())
+    state = SearchState(problem, point, problem.whole_windows())
     watch = Watch(state, listener, 3)
     total = sum(t.samples for t in problem.targets)
 

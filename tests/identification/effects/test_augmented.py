@@ -33,7 +33,7 @@ def made():
     delay = next(one for one in possible(plain, own) if one.name == "record.delay")
     model = augment(plain, AddedTerms(own.mechanism), superset, [HARMONIC, DETENT], [delay], "three effects")
     q = model.point_of(augment(plain, AddedTerms(own.mechanism), None, (), (), "as written"), plain.start)
-    return plain, model, solve(model.problem, q, model.problem.whole(), steps=30, tolerance=1e-6).q
+    return plain, model, solve(model.problem, q, model.problem.whole_windows(), steps=30, tolerance=1e-6).q
 
 
 def own_values(problem, q, model):
@@ -50,7 +50,7 @@ def test_a_point_of_less_is_where_the_further_effects_are_nothing(made):
     assert bare.effects == ()
     q = model.point_of(bare, bare.problem.start)
     assert set(own_values(model.problem, q, model).values()) == {0.0}
-    whole = plain.whole()
+    whole = plain.whole_windows()
     cost = model.problem.total_norm(q, whole)
     assert cost == pytest.approx(plain.total_norm(plain.start, whole), rel=1e-9)
 
@@ -72,7 +72,7 @@ def test_the_effect_that_made_the_record_is_needed_alone(made):
     """Truth: the harmonic; the rise without it is what a fit of the mechanism as written leaves more, roughly: by
     derivatives where there are 23,000 sigmas squared of it."""
     plain, model, q = made
-    whole = plain.whole()
+    whole = plain.whole_windows()
     found = model.needed(q, whole)
     assert list(found) == [HARMONIC]
     cost = model.problem.total_norm(q, whole) ** 2
@@ -114,7 +114,7 @@ def test_a_model_laid_out_has_the_same_residual_and_no_place_for_others(made):
     plain, model, q = made
     compact = model.laid_out(plain)
     there = compact.point_of(model, q)
-    whole = model.problem.whole()
+    whole = model.problem.whole_windows()
     assert compact.effects == model.effects
     assert compact.problem.total_norm(there, whole) == pytest.approx(model.problem.total_norm(q, whole), rel=1e-9)
     assert model.point_of(compact, there) == pytest.approx(q, rel=1e-9)

@@ -45,7 +45,7 @@ def test_another_number_of_periods_takes_the_place_of_one(families):
     assert model.effects == (RIGHT,)
     assert model.name == RIGHT
     amplitude = next(name for name in moved.values() if name.endswith("amplitude"))
-    whole = model.problem.whole()
+    whole = model.problem.whole_windows()
     q = solve(model.problem, model.point_of(families.bare, families.plain.start), whole, steps=30).q
     assert model.problem.coordinates.values(q)[amplitude] == pytest.approx(AMPLITUDE_NM, rel=0.1)
     wrong = families.with_effect(families.bare, families.with_periods(RIGHT, 90))

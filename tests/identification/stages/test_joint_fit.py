@@ -45,7 +45,7 @@ def problem_of(mechanism, records, start):
 
 
 def fitted(problem, q):
-    return solve(problem, q, problem.whole())
+    return solve(problem, q, problem.whole_windows())
 
 
 @pytest.fixture(scope="module")

@@ -56,7 +56,7 @@ def test_models_of_one_plant_share_a_kernel(campaign, problem):
     assert lanes.pop() >= wide.problem.space.size
     tight = replace(single.problem, capacity=0)
     assert tight.coordinates.lanes == tight.space.size
-    q, windows = single.problem.start, single.problem.whole()
+    q, windows = single.problem.start, single.problem.whole_windows()
     assert (single.problem.joint(q, windows).jacobian == tight.joint(q, windows).jacobian).all()
 
 

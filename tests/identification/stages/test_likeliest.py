@@ -49,7 +49,7 @@ def test_the_likeliest_single_effect_has_nearly_the_right_number_of_periods():
 
 def test_friction_over_the_angle_is_alone_with_its_order(uneven):
     """Truth: 5 periods a turn of the rotor, of which the records see one and a half."""
-    of_records, listed, found = likeliest_effects(uneven, uneven.bare, uneven.plain.start, uneven.plain.whole())
+    of_records, listed, found = likeliest_effects(uneven, uneven.bare, uneven.plain.start, uneven.plain.whole_windows())
     assert set(of_records) <= {"record.delay", "record.voltage", "record.gain", "clock"}
     assert not any(uneven.is_slow(name) for name in listed)
     assert found[0] == f"friction.position:{ORDER}"

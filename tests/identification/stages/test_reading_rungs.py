@@ -28,7 +28,7 @@ def climb_of(further):
     torque = np.array(target.leading.measured) + further
     problem = replace(problem, targets=(with_leading(target, measured=torque),))
     growth = grow_horizons(problem, problem.start, np.random.default_rng(1), escapes=0)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     return Climb(Watch(state, silent, 4), campaign, 1, state, Candidate(problem.start, 1e6), growth=growth)
 
 

@@ -76,7 +76,7 @@ def beside(*, amplitude):
     made_by = mechanism_from_table({**CATALOGUE, "stepper": stepper}, "made by").with_values(TRUTH)
     made = bench(truth().with_free(FREE), made_by, "full_46", "micro_46", seed=4, seconds=0.3)
     plain = make_problem(made, 1)
-    state = SearchState(plain, plain.start, plain.whole())
+    state = SearchState(plain, plain.start, plain.whole_windows())
     return Watch(state, silent, 4), state, Families(plain, made)
 
 
@@ -108,7 +108,7 @@ def test_records_are_settled_with_the_terms_that_they_need(lacking):
     model = families.bare
     for name in (HARMONIC, OTHER, "record.delay"):
         model = families.with_effect(model, name)
-    q = solve(model.problem, model.point_of(families.bare, state.q), model.problem.whole(), steps=20).q
+    q = solve(model.problem, model.point_of(families.bare, state.q), model.problem.whole_windows(), steps=20).q
     settled, growth = settle(watch, state, all_followed(model, q), 1)
     assert settled.added.terms == (HARMONIC,)
     assert settled.added.widths == {}

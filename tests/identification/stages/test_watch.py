@@ -70,12 +70,12 @@ def test_a_simulation_that_fails_is_infinitely_far_off(problem):
 
 def test_what_does_not_count_is_left_out(problem):
     """Truth: a tenth of the samples spoilt and rejected leaves what the others say."""
-    (target,) = problem.only(["full_46"]).targets
+    (target,) = problem.restrict_to(["full_46"]).targets
     spoilt = target.leading.measured.copy()
     rejected = np.arange(0, spoilt.size, 10)
     spoilt[rejected] = 1e3
     other = with_leading(target, measured=spoilt, rejected=rejected)
-    problem_of = problem.only(["full_46"])
+    problem_of = problem.restrict_to(["full_46"])
     q = problem.coordinates.point({"gear.stiffness": truth().value("gear.stiffness")})
     changed = type(problem)(problem_of.space, (other,))
     (ratio,) = residual_to_noise(changed, q, {("full_46", "torque"): synthetic.NOISE_NM}).values()

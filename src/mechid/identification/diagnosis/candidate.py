@@ -124,12 +124,12 @@ class Model:
     @property
     def is_of_whole_records(self) -> bool:
         """Whether its windows leave nothing of the records out."""
-        return dict(self.setting.windows) == dict(self.setting.problem.whole())
+        return dict(self.setting.windows) == dict(self.setting.problem.whole_windows())
 
     @property
     def share(self) -> float:
         """Share of all samples of its records that its windows hold."""
-        return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole()).samples
+        return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole_windows()).samples
 
     def where(self, other: Model) -> Model:
         """Return it where another one is, in its windows and at its noise levels."""

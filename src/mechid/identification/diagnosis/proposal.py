@@ -139,7 +139,7 @@ def held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ...]:
         return ()
     mechanism = before.setting.problem.space.mechanism
     problem = make_problem(replace(campaign, mechanism=mechanism, records=kept), before.setting.problem.workers)
-    setting = replace(before.setting, problem=problem, windows=problem.whole(), disturbances=())
+    setting = replace(before.setting, problem=problem, windows=problem.whole_windows(), disturbances=())
 
     def norms(model: Model) -> list[float]:
         values = model.problem.coordinates.values(model.q)

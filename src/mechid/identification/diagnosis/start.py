@@ -56,7 +56,7 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
-    setting = Setting(problem, problem.whole(), parametric, _considered(campaign, known))
+    setting = Setting(problem, problem.whole_windows(), parametric, _considered(campaign, known))
     return Model(setting, mechanism).at(fit.values)
 
 

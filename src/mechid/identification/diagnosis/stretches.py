@@ -85,7 +85,7 @@ def _alternative_laws(before: Model, say: Tell) -> list[Model]:
 def _from_best_start(before: Model) -> Model | None:
     """Return a model at the best of all starts, with the cost that it has there; None where none can be simulated."""
     problem = before.problem
-    anchored = problem.anchored
+    anchored = problem.rest_problem
     best = best_start(anchored, 0)
     return replace(before, q=problem.point_from(anchored, best.q), cost=best.cost) if best else None
 

@@ -14,7 +14,7 @@ from mechid.campaign.record_tables import OWN
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.problem import Problem, transfer_coordinates
-from mechid.identification.output_error.record_parameters import tells_mean
+from mechid.identification.output_error.record_parameters import determines_mean
 from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
@@ -80,7 +80,7 @@ class Disturbance:
     @property
     def dof(self) -> int:
         """Degrees of freedom: a mean of what every record has of its own that none tells is the mechanism's."""
-        replaced = {p.replaces for p in self.parameters if p.replaces and not tells_mean(p)}
+        replaced = {p.replaces for p in self.parameters if p.replaces and not determines_mean(p)}
         return len(self.parameters) - len(replaced) + 2 * sum(map(len, self.lines_hz.values()))
 
     def toml(self, values: Mapping[str, float]) -> str:
@@ -232,7 +232,7 @@ def _disturbed_target(target: Target, some: Sequence[Disturbance]) -> Target:
     if not own:
         return target
     held = replace(target, own=tuple(p for p in target.own if p.name not in own))
-    return replace(held.with_own(*own.values()), own=_joined(target.own, own))
+    return replace(held.add_parameters(*own.values()), own=_joined(target.own, own))
 
 
 def _of(record: str, some: Sequence[Disturbance]) -> dict[str, Parameter]:

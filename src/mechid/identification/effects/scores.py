@@ -197,7 +197,9 @@ def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbanc
 
 def _plain(problem: Problem) -> Problem:
     """Return a problem in which nothing is whitened."""
-    return replace(problem, targets=tuple(t.each(lambda c: replace(c, prefilter=None)) for t in problem.targets))
+    return replace(
+        problem, targets=tuple(t.map_channels(lambda c: replace(c, prefilter=None)) for t in problem.targets)
+    )
 
 
 def _followed_coordinates(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:

@@ -197,7 +197,7 @@ class Coordinates:
         names, slopes = self.value_slopes(q)
         slope = dict(zip(names, slopes, strict=True))
         values = self.space.values(self.of_mechanism(q)) | self.records_values(q)
-        known, around = self.space.mechanism.parameters, self._around
+        known, around = self.space.mechanism.parameters, self._mean_parameters
         away, J = [], []
         for name in (name for name in names if name in self.priors):
             value, sigma = self.priors[name]
@@ -214,7 +214,7 @@ class Coordinates:
             J.append(_mean_slope(mean, slope) / mean.sigma)
         return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
 
-    def unknown_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
+    def undetermined_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
         """Return what each mean that no record tells adds to the score where it is off by its standard deviation, (n,).
 
         With it come the degrees of freedom by which that is known. The estimate moves by (J^T J)^-1 times it.
@@ -222,9 +222,12 @@ class Coordinates:
         names, slopes = self.value_slopes(q)
         slope, values = dict(zip(names, slopes, strict=True)), self.records_values(q)
         return [
-            (_mean_slope(mean, slope) * mean.unknown([values[n] for n in mean.own]) / mean.sigma**2, len(mean.own) - 1)
+            (
+                _mean_slope(mean, slope) * mean.standard_error([values[n] for n in mean.own]) / mean.sigma**2,
+                len(mean.own) - 1,
+            )
             for mean in self.means
-            if not mean.is_told
+            if not mean.is_determined
         ]
 
     def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -236,7 +239,7 @@ class Coordinates:
         return q[places] / widths, D
 
     @cached_property
-    def _around(self) -> dict[str, str]:
+    def _mean_parameters(self) -> dict[str, str]:
         """Records' values to the free parameter of the mechanism whose mean they make."""
         free = {p.name for p in self.space.mechanism.free}
         return {name: mean.of for mean in self.means if mean.of in free for name in mean.own}
@@ -313,11 +316,11 @@ def coordinates_of(
     shrinkage: Mapping[str, float],
 ) -> Coordinates:
     """Return the coordinates of a mechanism and of what is free of its records' own."""
-    moving = {p.name: p for t in targets for p in t.moved if not (p.replaces or is_of_start(p))}
-    owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
+    moving = {p.name: p for t in targets for p in t.free_parameters if not (p.replaces or is_of_start(p))}
+    owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.free_parameters)) for name in moving}
     lane = space.size if any(_scales_time(t) for t in targets) else None
     instants = [RecordCoordinate(owners[name], p, lane if is_clock(p) else None) for name, p in moving.items()]
-    carried = [c for target in targets for c in _carried(space, target, kept=lane is not None)]
+    carried = [c for target in targets for c in _lane_coordinates(space, target, kept=lane is not None)]
     return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
 
 
@@ -329,10 +332,10 @@ def _mean_slope(mean: Mean, slope: Mapping[str, FloatArray]) -> FloatArray:
 
 def _scales_time(target: Target) -> bool:
     """Tell whether a target has a free clock that scales the mechanism's own time, for which a lane is kept."""
-    return target.clock_reference == "recorder" and any(map(is_clock, target.moved))
+    return target.clock_reference == "recorder" and any(map(is_clock, target.free_parameters))
 
 
-def _carried(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[RecordCoordinate]:
+def _lane_coordinates(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[RecordCoordinate]:
     """Yield a target's own values of the mechanism and states of its start, each with its lane.
 
     That of the coordinate that it takes the place of is idle in this record; where there is none, a further one, behind
@@ -340,6 +343,6 @@ def _carried(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[Reco
     """
     idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
     further = count(space.size + kept)
-    for p in (p for p in target.moved if p.replaces or is_of_start(p)):
+    for p in (p for p in target.free_parameters if p.replaces or is_of_start(p)):
         lane = idle.get(p.replaces)
         yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)

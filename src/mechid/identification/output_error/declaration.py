@@ -102,7 +102,7 @@ class Reading:
         """What the samples of the leading channel are multiplied by."""
         return self.polarity * self.scale
 
-    def beside(self, further: Reading) -> Reading:
+    def combine(self, further: Reading) -> Reading:
         """Return it with what was found further, of a record that is taken so already."""
         new = {f.name: getattr(further, f.name) for f in fields(Reading) if getattr(further, f.name) != f.default}
         both = {"polarity": self.polarity * further.polarity, "direction": self.direction * further.direction}
@@ -125,83 +125,86 @@ def _rate(own: Mapping[str, Any]) -> RateProfile | None:
     return RateProfile.through(own["rate_profile"]) if "rate_profile" in own else None
 
 
-def command_as_read(command: Command, taken: Reading) -> Command:
-    """Return a command at the rate, in the steps and direction, and from the start angle that were taken."""
-    if taken.rate is not None:
-        command = replace(command, rate=taken.rate)
-    if taken.stepping is not None and taken.microsteps is not None:
-        command = replace(command, stepping=taken.stepping, microsteps=taken.microsteps)
-    if taken.direction < 0:
+def reinterpret_command(command: Command, reading: Reading) -> Command:
+    """Return a command at the rate, in the steps and direction, and from the start angle that were reading."""
+    if reading.rate is not None:
+        command = replace(command, rate=reading.rate)
+    if reading.stepping is not None and reading.microsteps is not None:
+        command = replace(command, stepping=reading.stepping, microsteps=reading.microsteps)
+    if reading.direction < 0:
         backward = RateProfile(command.rate.times_s, tuple(-rate for rate in command.rate.rates))
         command = replace(command, rate=backward)
-    if taken.start_angle_deg is not None:
-        command = replace(command, start_angle_deg=taken.start_angle_deg)
+    if reading.start_angle_deg is not None:
+        command = replace(command, start_angle_deg=reading.start_angle_deg)
     return command
 
 
-def offset_as_read(declared: Parameter, taken: Reading) -> Parameter:
+def reinterpret_offset(declared: Parameter, reading: Reading) -> Parameter:
     """Return a time offset as it was taken: to be estimated where that is so."""
-    if taken.time_offset_s is None:
+    if reading.time_offset_s is None:
         return declared
-    value, least, most = taken.time_offset_s
+    value, least, most = reading.time_offset_s
     return replace(declared, value=value, min=least, max=most, status=Status.FREE)
 
 
-def target_as_read(target: Target, taken: Reading) -> Target:
-    """Return what is to be matched as it was taken."""
-    command = command_as_read(target.command, taken)
-    own = target.with_time_offset(offset_as_read(target.time_offset, taken)) if taken.time_offset_s else target
+def reinterpret_target(target: Target, reading: Reading) -> Target:
+    """Return what is to be matched as it was reading."""
+    command = reinterpret_command(target.command, reading)
+    own = target.with_time_offset(reinterpret_offset(target.time_offset, reading)) if reading.time_offset_s else target
     return replace(
         own,
-        channels=(_multiplied(target.leading, taken.factor), *target.channels[1:]),
+        channels=(_scale_channel(target.leading, reading.factor), *target.channels[1:]),
         command=command,
         excitation=excitation_over(command, target.base, own.latest_s),
     )
 
 
-def _multiplied(channel: TargetChannel, factor: float) -> TargetChannel:
+def _scale_channel(channel: TargetChannel, factor: float) -> TargetChannel:
     if factor == 1.0:
         return channel
     size = abs(factor)
     return replace(
-        channel, measured=_times(factor, channel.measured), sigma=size * channel.sigma, rounding=size * channel.rounding
+        channel,
+        measured=_scale_series(factor, channel.measured),
+        sigma=size * channel.sigma,
+        rounding=size * channel.rounding,
     )
 
 
-def _times(factor: float, series: Series) -> Series:
+def _scale_series(factor: float, series: Series) -> Series:
     return changed(series, lambda values, part: factor * values)
 
 
-def record_as_read(record: CampaignRecord, taken: Reading) -> CampaignRecord:
-    """Return a record of the campaign as it was taken."""
-    if taken == DECLARED:
+def reinterpret_record(record: CampaignRecord, reading: Reading) -> CampaignRecord:
+    """Return a record of the campaign as it was reading."""
+    if reading == DECLARED:
         return record
-    if taken.time_offset_s is not None:
-        own = offset_as_read(record.time_offset, taken)
+    if reading.time_offset_s is not None:
+        own = reinterpret_offset(record.time_offset, reading)
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
-    if taken.factor != 1.0 and record.data is not None:
+    if reading.factor != 1.0 and record.data is not None:
         channels = tuple(
-            replace(c, data=_times(taken.factor, c.data), scale=taken.factor * c.scale)
+            replace(c, data=_scale_series(reading.factor, c.data), scale=reading.factor * c.scale)
             if c.quantity == record.leading
             else c
             for c in record.data.channels
         )
         record = replace(record, data=replace(record.data, channels=channels))
-    use = "validate" if taken.left_out else record.use
-    return replace(record, command=command_as_read(record.command, taken), use=use)
+    use = "validate" if reading.left_out else record.use
+    return replace(record, command=reinterpret_command(record.command, reading), use=use)
 
 
-def campaign_as_read(campaign: Campaign, taken: Mapping[str, Reading]) -> Campaign:
-    """Return a campaign with its records as they were taken."""
-    records = tuple(record_as_read(record, taken.get(record.name, DECLARED)) for record in campaign.records)
-    return replace(campaign, records=records) if taken else campaign
+def reinterpret_campaign(campaign: Campaign, readings: Mapping[str, Reading]) -> Campaign:
+    """Return a campaign with its records as they were reading."""
+    records = tuple(reinterpret_record(record, readings.get(record.name, DECLARED)) for record in campaign.records)
+    return replace(campaign, records=records) if readings else campaign
 
 
-def problem_as_read(problem: Problem, taken: Mapping[str, Reading]) -> Problem:
-    """Return a problem with its targets as they were taken, those left out dropped."""
+def reinterpret_problem(problem: Problem, readings: Mapping[str, Reading]) -> Problem:
+    """Return a problem with its targets as they were reading, those left out dropped."""
     targets = tuple(
-        target_as_read(t, taken[t.name]) if t.name in taken else t
+        reinterpret_target(t, readings[t.name]) if t.name in readings else t
         for t in problem.targets
-        if not taken.get(t.name, DECLARED).left_out
+        if not readings.get(t.name, DECLARED).left_out
     )
     return replace(problem, targets=targets)

@@ -42,14 +42,14 @@ def target_digest(target: Target) -> str:
             total.update(np.ascontiguousarray(series[part], dtype=np.float64).tobytes())
     base = target.base
     command = [target.command.start_angle_deg, target.command.start, target.command.begun_s]
-    channels = list(map(_weight, target.channels))
+    channels = list(map(_weighting, target.channels))
     own = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.own]
     known = [base.sample_rate_hz, base.start_s, channels, command, own, target.clock_reference]
     total.update(digest(known).encode())
     return total.hexdigest()
 
 
-def _weight(channel: TargetChannel) -> list[object]:
+def _weighting(channel: TargetChannel) -> list[object]:
     colour = channel.prefilter
     own = [colour.coefficients, colour.sigma] if colour else None
     return [channel.quantity, channel.linear, channel.turns, channel.sigma, channel.rounding, own]
@@ -58,7 +58,7 @@ def _weight(channel: TargetChannel) -> list[object]:
 def campaign_digests(campaign: Campaign) -> dict[str, str]:
     """Return a digest of the mechanism, of each record that is estimated from, of stages and options."""
     return {
-        "mechanism": _of_mechanism(campaign.mechanism),
+        "mechanism": _mechanism_digest(campaign.mechanism),
         "stages": digest([list(astuple(stage)) for stage in campaign.stages]),
         "options": digest(list(astuple(campaign.options))),
         **{f"record {r.name}": target_digest(target_of(r)) for r in campaign.estimated if r.data is not None},
@@ -76,7 +76,7 @@ def file_digest(path: Path) -> str:
     return digest_of(path) if is_file(path) else ""
 
 
-def _of_mechanism(mechanism: Mechanism) -> str:
+def _mechanism_digest(mechanism: Mechanism) -> str:
     entries = [
         [p.name, p.value, p.min, p.max, p.sigma, str(p.status), p.tied_to] for p in mechanism.parameters.values()
     ]

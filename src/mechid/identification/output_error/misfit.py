@@ -69,7 +69,7 @@ class Model:
         if any(is_of_start(p) for p in target.own):
             return [self.run(target, q, stop) for q in points]
         simulator, at = self._simulator(target, self._start(target, points[0], carried=False)), self.coordinates
-        same = None if target.moved else at.timing(target, points[0])
+        same = None if target.free_parameters else at.timing(target, points[0])
         timings = [same or at.timing(target, q) for q in points]
         return [
             simulator.run(
@@ -158,7 +158,7 @@ class Misfit:
         self.run = run or model.run(target, q, window[1], jacobian=jacobian, block=block)
 
     @property
-    def succeeded(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether the simulation came to the window's end; known after the iteration."""
         return self.run.outcome is SimulationOutcome.COMPLETE
 
@@ -169,7 +169,7 @@ class Misfit:
                 yield Piece(self, block, first)
 
 
-def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], window: Window) -> Iterator[list[Misfit]]:
+def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], window: Window) -> Iterator[list[Misfit]]:
     """Yield misfits without derivatives in groups whose pieces are to be taken in step.
 
     Each is of a target at a point; the targets differ by nothing but what was measured. A group is simulated side by
@@ -195,7 +195,7 @@ def misfit_series_of(
     first, stop = window[0], min(window[1], target.samples)
     found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
-    for group in side_by_side(model, [(target, q) for q in points], window):
+    for group in batch_misfits(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]
         for pieces in zip(*group, strict=True):
             for piece, series in zip(pieces, own, strict=True):
@@ -219,7 +219,7 @@ class Piece:
     misfit: Misfit
     block: Block
     first: int
-    _at_jumps: dict[int, JumpSamples] = field(default_factory=dict)
+    _jump_samples: dict[int, JumpSamples] = field(default_factory=dict)
 
     @property
     def stop(self) -> int:
@@ -235,21 +235,21 @@ class Piece:
         """Return r of channel k, (n,), samples at its jumps drawn towards the mean of those about them."""
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
         r = residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
-        self.at_jumps(k).draw(r)
+        self.jump_samples(k).draw(r)
         return r
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
         """Write dr/dq of channel k as rows, (size, >= n), where the model jumps as `residual` has it."""
         at, own = self.misfit.coordinates, self.misfit
         at.write_slopes(rows, own.target, own.outputs[k], self.block, self.samples)
-        self.at_jumps(k).draw(rows)
+        self.jump_samples(k).draw(rows)
 
-    def at_jumps(self, k: int) -> JumpSamples:
+    def jump_samples(self, k: int) -> JumpSamples:
         """Return the samples of channel k beside which the model jumps."""
         jumps = self.block.jumps
         if not jumps.samples.size:
             return NO_SAMPLES
-        if k not in self._at_jumps:
+        if k not in self._jump_samples:
             rises = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
-            self._at_jumps[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
-        return self._at_jumps[k]
+            self._jump_samples[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
+        return self._jump_samples[k]

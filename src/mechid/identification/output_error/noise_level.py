@@ -40,7 +40,7 @@ def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
     """
     assert record.data is not None
     channel = record.data.channel(match.quantity)
-    own, resolution = _own_level(record, match), rounding(record, match)
+    own, resolution = _own_level(record, match), rounding_sigma(record, match)
     source = NoiseSource.RESOLUTION if resolution > own.sigma else own.rests_on
     least = max(PROBLEM.least_noise_share * standard_deviation(channel.data), resolution, SMALLEST)
     return NoiseLevel(min(max(own.sigma, least), LARGEST), source)
@@ -58,7 +58,7 @@ def _own_level(record: CampaignRecord, match: Match) -> NoiseLevel:
     return NoiseLevel(record.data.noise_floor(match.quantity), NoiseSource.FLOOR)
 
 
-def rounding(record: CampaignRecord, match: Match) -> float:
+def rounding_sigma(record: CampaignRecord, match: Match) -> float:
     """Return the standard deviation of a uniform error of the resolution that is declared, 0 where none is, SI."""
     assert record.data is not None
     return abs(record.data.channel(match.quantity).scale) * match.quantisation / math.sqrt(12.0)

@@ -83,19 +83,19 @@ class Problem:
         """The values of the file in search coordinates, (n,)."""
         return self.coordinates.start
 
-    def whole(self) -> dict[str, Window]:
+    def whole_windows(self) -> dict[str, Window]:
         """Return windows that cover all records."""
         return {t.name: (0, t.samples) for t in self.targets}
 
-    def only(self, names: Sequence[str]) -> Problem:
+    def restrict_to(self, names: Sequence[str]) -> Problem:
         """Return the problem with some targets alone; coordinates of the others' own are dropped."""
         return replace(self, targets=tuple(t for t in self.targets if t.name in names))
 
     @property
-    def anchored(self) -> Problem:
+    def rest_problem(self) -> Problem:
         """The problem of the records that do not begin in motion; itself where there are none, or all are such."""
         names = [t.name for t in self.targets if not t.begins_in_motion]
-        return self.only(names) if 0 < len(names) < len(self.targets) else self
+        return self.restrict_to(names) if 0 < len(names) < len(self.targets) else self
 
     def point_from(self, other: Problem, q: FloatArray, at: FloatArray | None = None) -> FloatArray:
         """Return a point, (n,), from that of a problem of the same mechanism with other records.
@@ -106,7 +106,7 @@ class Problem:
         records = self.coordinates.records_point({**rest, **other.coordinates.records_values(q)})
         return np.concatenate([other.coordinates.of_mechanism(q), records])
 
-    def with_mechanism_held(self, q: FloatArray) -> Problem:
+    def fix_mechanism(self, q: FloatArray) -> Problem:
         """Return the problem with the mechanism known at `q`: what is moved is the records' own."""
         return replace(self, space=SearchSpace(self.space.at(self.coordinates.of_mechanism(q)).with_free(())))
 
@@ -120,7 +120,7 @@ class Problem:
             ),
         )
 
-    def in_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
+    def to_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
         """Return the problem, and its point, with some detents searched by amplitude and phase."""
         at = self.coordinates
         space = SearchSpace(self.space.mechanism, self.space.polar | amplitudes)

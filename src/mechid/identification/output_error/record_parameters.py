@@ -52,7 +52,7 @@ class Mean:
     sigma : float
         What the mean is held to it by, in the file's unit. Where nothing tells it, as of supplies, so small that the
         search never trades it for anything; how far the mean may truly be from it is `unknown`.
-    is_told : bool
+    is_determined : bool
         Whether the records tell the mean: a known inertia shows a gain that all records share. It is then held as
         loosely as one value is.
     """
@@ -60,9 +60,9 @@ class Mean:
     of: str
     own: tuple[str, ...]
     sigma: float
-    is_told: bool = False
+    is_determined: bool = False
 
-    def unknown(self, values: Sequence[float]) -> float:
+    def standard_error(self, values: Sequence[float]) -> float:
         """Return the standard deviation of the true mean from the mechanism's value, known by len(own) - 1 degrees.
 
         s / sqrt(K) with s the scatter of the records' values, (K,): they are draws about the mechanism's.
@@ -70,7 +70,7 @@ class Mean:
         return float(np.std(values, ddof=1)) / math.sqrt(len(values))
 
 
-def tells_mean(parameter: Parameter) -> bool:
+def determines_mean(parameter: Parameter) -> bool:
     """Tell whether the mean over all records of what each has of its own is told by them, as that of a gain is."""
     return parameter.declaration.role is Role.TRANSDUCER_GAIN
 
@@ -78,10 +78,10 @@ def tells_mean(parameter: Parameter) -> bool:
 def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
     """Yield the means of what every record has of its own, free and with a prior."""
     by_name: dict[str, list[Parameter]] = {}
-    for p in (p for target in targets for p in target.moved if p.replaces and p.sigma):
+    for p in (p for target in targets for p in target.free_parameters if p.replaces and p.sigma):
         by_name.setdefault(p.replaces, []).append(p)
     for name, own in by_name.items():
         if len(own) == len(targets) > 1:
-            sigma, is_told = min(p.sigma for p in own if p.sigma), tells_mean(own[0])
-            within = 1.0 if is_told else PROBLEM.mean_within
-            yield Mean(name, tuple(p.name for p in own), within * sigma, is_told)
+            sigma, is_determined = min(p.sigma for p in own if p.sigma), determines_mean(own[0])
+            within = 1.0 if is_determined else PROBLEM.mean_within
+            yield Mean(name, tuple(p.name for p in own), within * sigma, is_determined)

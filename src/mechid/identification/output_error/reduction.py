@@ -18,7 +18,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.identification.output_error.jump_samples import Colour
-from mechid.identification.output_error.misfit import Misfit, Model, Piece, Window, side_by_side
+from mechid.identification.output_error.misfit import Misfit, Model, Piece, Window, batch_misfits
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.kernel.compiled import aligned, compiled_module
 from mechid.signal.trend import waves_at
@@ -74,7 +74,7 @@ class Triangle:
         return out
 
 
-def without_projected_rows(R: FloatArray, linear: int, samples: int) -> Triangle:
+def drop_projected_rows(R: FloatArray, linear: int, samples: int) -> Triangle:
     """Drop the first `linear` rows of a triangle of [Phi r J] and fix the sign of the residual's."""
     rest = R[linear:, linear:]
     sign = -1.0 if rest[0, 0] < 0.0 else 1.0
@@ -87,7 +87,7 @@ def triangle_of_rows(r: FloatArray, J: FloatArray) -> Triangle:
     """Reduce residuals, (k,), and their derivatives, (k, n), that are at hand as they are."""
     R = np.zeros((J.shape[1] + 1, J.shape[1] + 1))
     absorb(R, np.ascontiguousarray(np.column_stack([r, J]).T), r.size)
-    return without_projected_rows(R, 0, r.size)
+    return drop_projected_rows(R, 0, r.size)
 
 
 def combine_triangles(triangles: list[Triangle]) -> Triangle:
@@ -96,10 +96,10 @@ def combine_triangles(triangles: list[Triangle]) -> Triangle:
     stacked = np.vstack([np.column_stack([t.fun, t.jacobian]) for t in triangles])
     R = np.zeros((n + 1, n + 1))
     absorb(R, np.ascontiguousarray(stacked.T), stacked.shape[0])
-    return without_projected_rows(R, 0, sum(t.samples for t in triangles))
+    return drop_projected_rows(R, 0, sum(t.samples for t in triangles))
 
 
-BETWEEN = 40
+ROW_PADDING = 40
 """Unused numbers behind each row, whole cache lines: of rows that are pages apart the processor confuses the places."""
 
 
@@ -118,14 +118,14 @@ class WeightedRows:
 
     def __init__(self, misfit: Misfit) -> None:
         self.misfit, self.window = misfit, misfit.window
-        self.widths = [c.removed + 1 + misfit.width for c in misfit.target.channels]
+        self.widths = [c.projected_columns + 1 + misfit.width for c in misfit.target.channels]
         self.energy_lost = [0.0] * len(self.widths)
 
     def __iter__(self) -> Iterator[tuple[int, FloatArray, int]]:
         channels = self.misfit.target.channels
         colours = [Colour.of(c.prefilter) for c in channels]
         memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
-        apart = self.misfit.run.block + BETWEEN
+        apart = self.misfit.run.block + ROW_PADDING
         buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
         for piece in self.misfit:
             n = piece.samples
@@ -133,20 +133,20 @@ class WeightedRows:
                 self._write(rows, k, piece)
                 if channel.prefilter is not None:
                     rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
-                dropped = self._dropped(channel, piece.first, n)
+                dropped = self._excluded_samples(channel, piece.first, n)
                 rows[:, dropped] = 0.0
-                self.energy_lost[k] += piece.at_jumps(k).energy_lost(colours[k], dropped)
+                self.energy_lost[k] += piece.jump_samples(k).energy_lost(colours[k], dropped)
                 yield k, rows, n
 
     def _write(self, rows: FloatArray, k: int, piece: Piece) -> None:
         """Write the samples of a piece as rows."""
         n, channel = piece.samples, self.misfit.target.channels[k]
         write_removed(rows, channel, self.window, piece.first, n)
-        piece.residual(k, rows[channel.removed, :n])
+        piece.residual(k, rows[channel.projected_columns, :n])
         if self.misfit.width:
-            piece.write_slopes(k, rows[channel.removed + 1 :])
+            piece.write_slopes(k, rows[channel.projected_columns + 1 :])
 
-    def _dropped(self, channel: TargetChannel, first: int, n: int) -> IntArray:
+    def _excluded_samples(self, channel: TargetChannel, first: int, n: int) -> IntArray:
         """Return those that do not count of n samples from `first` on."""
         order = channel.order
         beginning = np.arange(min(max(self.window[0] + order - first, 0), n))
@@ -176,44 +176,44 @@ def reduce_channels(model: Model, target: Target, q: FloatArray, window: Window)
     triangles = [np.zeros((width, width)) for width in rows.widths]
     for k, block, n in rows:
         absorb(triangles[k], block, n)
-    _into_sigmas(triangles, rows)
-    return triangles, misfit.succeeded
+    _scale_to_sigmas(triangles, rows)
+    return triangles, misfit.is_complete
 
 
 def norms(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
     """Return ||r|| of a target in a window at several points, projected, in sigmas; inf where a simulation failed."""
     found = []
-    for misfits in side_by_side(model, [(target, q) for q in points], window):
+    for misfits in batch_misfits(model, [(target, q) for q in points], window):
         rows = [WeightedRows(misfit) for misfit in misfits]
         triangles = [[np.zeros((width, width)) for width in own.widths] for own in rows]
         for parts in zip(*rows, strict=True):
             for R, (k, block, n) in zip(triangles, parts, strict=True):
                 absorb(R[k], block, n)
         for own, R in zip(rows, triangles, strict=True):
-            _into_sigmas(R, own)
+            _scale_to_sigmas(R, own)
         pairs = zip(misfits, triangles, strict=True)
-        found += [_norm(target, window, R) if misfit.succeeded else np.inf for misfit, R in pairs]
+        found += [_norm(target, window, R) if misfit.is_complete else np.inf for misfit, R in pairs]
     return found
 
 
-def _into_sigmas(triangles: Sequence[FloatArray], rows: WeightedRows) -> None:
+def _scale_to_sigmas(triangles: Sequence[FloatArray], rows: WeightedRows) -> None:
     """Divide each channel's triangle of [Phi r J] by its noise, and put in what the noise lost at jumps.
 
     That is one more residual, which no parameter moves. Without it a model with many jumps would leave less than the
     noise, be they there or not, and a comparison of models would favour it.
     """
     for R, channel, lost in zip(triangles, rows.misfit.target.channels, rows.energy_lost, strict=True):
-        R[:, channel.removed :] /= channel.scale
+        R[:, channel.projected_columns :] /= channel.scale
         if lost > 0.0:
             row = np.zeros((R.shape[0], 1))
-            row[channel.removed] = np.sqrt(lost)
+            row[channel.projected_columns] = np.sqrt(lost)
             absorb(R, row, 1)
 
 
 def _norm(target: Target, window: Window, triangles: Sequence[FloatArray]) -> float:
     each = []
     for channel, R in zip(target.channels, triangles, strict=True):
-        each.append(without_projected_rows(R, channel.removed, window[1] - window[0]).norm)
+        each.append(drop_projected_rows(R, channel.projected_columns, window[1] - window[0]).norm)
     return each[0] if len(each) == 1 else float(np.linalg.norm(each))
 
 
@@ -233,7 +233,7 @@ def channel_triangles(model: Model, target: Target, q: FloatArray, window: Windo
     if not succeeded:
         return None
     n = window[1] - window[0]
-    return [without_projected_rows(R, c.removed, n) for c, R in zip(target.channels, triangles, strict=True)]
+    return [drop_projected_rows(R, c.projected_columns, n) for c, R in zip(target.channels, triangles, strict=True)]
 
 
 class TriangleCache:

@@ -61,7 +61,7 @@ class SearchSpace:
             if q.name in pairs:
                 result += [Coordinate(q.name, kind, -q.max, q.max, pairs[q.name]) for kind in ("cosine", "sine")]
             elif q.name not in phases:
-                result.append(self._plain(q))
+                result.append(self._plain_coordinate(q))
         return tuple(result)
 
     @cached_property
@@ -89,7 +89,7 @@ class SearchSpace:
         """The same the other way: parameter to the one that never lies below it."""
         return {lower: upper for upper, lower in self._below.items()}
 
-    def _plain(self, q: Parameter) -> Coordinate:
+    def _plain_coordinate(self, q: Parameter) -> Coordinate:
         if q.name in self._below:
             lower = self.mechanism.parameters[self._below[q.name]]
             least = lower.min if lower.is_free else lower.value
@@ -162,7 +162,7 @@ class SearchSpace:
         return value
 
     @cached_property
-    def _read(self) -> list[tuple[str, str, str, float, float]]:
+    def _value_entries(self) -> list[tuple[str, str, str, float, float]]:
         """Name, kind, partner and the parameter's bounds of each coordinate: thousands of points are read."""
         known = self.mechanism.parameters
         return [(c.name, c.kind, c.partner, known[c.name].min, known[c.name].max) for c in self.coordinates]
@@ -170,7 +170,7 @@ class SearchSpace:
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values, {name: value}, of the free parameters at `q`."""
         out: dict[str, float] = {}
-        for (name, kind, partner, least, most), x in zip(self._read, q.tolist(), strict=True):
+        for (name, kind, partner, least, most), x in zip(self._value_entries, q.tolist(), strict=True):
             if kind == "log":
                 out[name] = min(max(math.exp(x), least), most)
             elif kind == "cosine":
@@ -185,7 +185,7 @@ class SearchSpace:
                 out[upper] = self._within_bounds(upper, out[upper] + out.get(lower, self.mechanism.value(lower)))
         return out
 
-    def _carried(self, q: FloatArray) -> dict[str, float]:
+    def _excess_slopes(self, q: FloatArray) -> dict[str, float]:
         """Return 1 for each parameter that moves with its excess and with what is below it, 0 where it cannot."""
         values, known = self.values(q), self.mechanism.parameters
         return {n: float(known[n].min < values[n] < known[n].max) for n in self._below if known[n].is_free}
@@ -211,7 +211,7 @@ class SearchSpace:
         by_file = mechanism.kernel_jacobian()
         order = {s: i for i, s in enumerate(mechanism.plant.parameters)}
         pairs = {p.amplitude: p for p in mechanism.plant.polar_pairs}
-        out, carried = np.zeros((len(order), self.size + len(moved))), self._carried(q)
+        out, carried = np.zeros((len(order), self.size + len(moved))), self._excess_slopes(q)
         for j, name in enumerate(moved, self.size):
             out[:, j] = by_file[name]
         for j, (c, x) in enumerate(zip(self.coordinates, q, strict=True)):
@@ -232,7 +232,7 @@ class SearchSpace:
         """Return the names of the free parameters, (m,), and d(value)/dq, (m, n), in the file's units."""
         values = self.values(q)
         names = tuple(p.name for p in self.mechanism.free)
-        out, carried = np.zeros((len(names), self.size)), self._carried(q)
+        out, carried = np.zeros((len(names), self.size)), self._excess_slopes(q)
         for j, c in enumerate(self.coordinates):
             i = names.index(c.name)
             if c.kind in ("cosine", "sine"):

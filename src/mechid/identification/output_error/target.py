@@ -14,7 +14,7 @@ from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start, record_parameter_name
 from mechid.command import ClockReference, Command, Excitation
 from mechid.command.timing import PPM
-from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
+from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding_sigma
 from mechid.parameter import Parameter, Status
 from mechid.signal.autoregression import Autoregression
 from mechid.signal.series import Series, no_samples, stretch_of
@@ -70,7 +70,7 @@ class TargetChannel:
     turns: tuple[float, ...] = ()
 
     @property
-    def removed(self) -> int:
+    def projected_columns(self) -> int:
         """Number of columns that are projected out."""
         return self.linear + 2 * len(self.turns)
 
@@ -84,7 +84,7 @@ class TargetChannel:
         return self.prefilter.sigma if self.prefilter else self.sigma
 
     @property
-    def rounded(self) -> float:
+    def rounding_share(self) -> float:
         """Share of the noise's variance that is rounding; none of it behind a prefilter, which takes it for colour."""
         return 0.0 if self.prefilter else min((self.rounding / self.sigma) ** 2, 1.0)
 
@@ -97,7 +97,7 @@ class TargetChannel:
         """Return the samples of a window, counted from its first, that do not count."""
         return self.rejected[(self.rejected >= window[0]) & (self.rejected < window[1])] - window[0]
 
-    def first(self, samples: int) -> TargetChannel:
+    def truncate(self, samples: int) -> TargetChannel:
         """Return the first samples alone."""
         measured = stretch_of(self.measured, 0, samples)
         rejected, bridged, masked = (some[some < samples] for some in (self.rejected, self.bridged, self.masked))
@@ -151,14 +151,14 @@ class Target:
         return tuple(channel.quantity for channel in self.channels)
 
     @property
-    def moved(self) -> tuple[Parameter, ...]:
+    def free_parameters(self) -> tuple[Parameter, ...]:
         """Its own parameters that are free."""
         return tuple(q for q in self.own if q.is_free)
 
     @property
     def begins_in_motion(self) -> bool:
         """Whether its run begins within its command, in a state that is to be found."""
-        return self.command.begun_s > 0.0 and any(map(is_of_start, self.moved))
+        return self.command.begun_s > 0.0 and any(map(is_of_start, self.free_parameters))
 
     @property
     def time_offset(self) -> Parameter:
@@ -175,7 +175,7 @@ class Target:
         """The largest |time offset| that it may come to, a clock's at its end among them, s."""
         return latest_of(self.own, self.base)
 
-    def with_own(self, *own: Parameter) -> Target:
+    def add_parameters(self, *own: Parameter) -> Target:
         """Return the target with further parameters of its own, its edges as far as these reach."""
         other = replace(self, own=(*self.own, *own))
         if other.latest_s == self.latest_s:
@@ -186,26 +186,26 @@ class Target:
         """Return the target with another time offset."""
         return replace(self, own=(offset, *(q for q in self.own if not is_time_offset(q))))
 
-    def holding(self, values: Mapping[str, float]) -> Target:
+    def fix_parameters(self, values: Mapping[str, float]) -> Target:
         """Return the target with those of its own parameters known that have a value here, by dotted name."""
         held = (replace(q, value=values[q.name], status=Status.KNOWN) if q.name in values else q for q in self.own)
         return replace(self, own=tuple(held))
 
     @property
-    def settled(self) -> Target:
+    def with_fixed_parameters(self) -> Target:
         """The target with all of its own parameters known, at their values."""
-        return self.holding({q.name: q.value for q in self.own})
+        return self.fix_parameters({q.name: q.value for q in self.own})
 
-    def each(self, change: Callable[[TargetChannel], TargetChannel]) -> Target:
+    def map_channels(self, change: Callable[[TargetChannel], TargetChannel]) -> Target:
         """Return the target with every channel changed; the same one where none is."""
         channels = tuple(map(change, self.channels))
         unchanged = all(a is b for a, b in zip(channels, self.channels, strict=True))
         return self if unchanged else replace(self, channels=channels)
 
-    def beginning(self, samples: int) -> Target:
+    def truncate(self, samples: int) -> Target:
         """Return the first samples of all channels."""
         base = self.base.first(samples)
-        return replace(self.each(lambda channel: channel.first(base.samples)), base=base)
+        return replace(self.map_channels(lambda channel: channel.truncate(base.samples)), base=base)
 
 
 def target_of(record: CampaignRecord) -> Target:
@@ -272,7 +272,7 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         rests_on=known.rests_on,
         linear=(2 if match.drift else 1) if match.offset else 0,
         turns=tuple(hz / record.data.sample_rate_hz for hz in match.lines_hz),
-        rounding=rounding(record, match),
+        rounding=rounding_sigma(record, match),
         rejected=left_out,
         bridged=left_out,
     )

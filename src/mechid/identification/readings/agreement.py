@@ -20,7 +20,7 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
-from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_problem, reinterpret_target
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.alternatives import ReadingScore, judge, saturation_words
@@ -130,7 +130,7 @@ def agreement_without(
         As in `agreement`.
     """
     looks = {t.name: min(t.samples, RULES.judged_samples) for t in problem.targets}
-    others = problem.only([name for name in looks if name not in names])
+    others = problem.restrict_to([name for name in looks if name not in names])
     start = others.point_from(problem, q)
     grown = grow_horizons(others, start, np.random.default_rng((seed, 1, 1)), journal=journal)
     rest = _Rest(others, grown, tuple(names))
@@ -148,11 +148,11 @@ def _judge_others(
         declared, found = _choose_reading(problem, rest, name, looks[name], seed, journal)
         if found is None:
             target = next(t for t in problem.targets if t.name == name)
-            lost[name] = saturation_words(rest.problem, rest.growth.q, target.beginning(looks[name]))
+            lost[name] = saturation_words(rest.problem, rest.growth.q, target.truncate(looks[name]))
         elif found.taken != DECLARED:
             judged[name] = declared, found
     made = Agreement(problem, rest.growth, judged, lost)
-    whole = problem_as_read(problem, made.taken)
+    whole = reinterpret_problem(problem, made.taken)
     grown = grow_horizons(
         whole, whole.point_from(rest.problem, rest.growth.q), np.random.default_rng((seed, 1, 0)), journal=journal
     )
@@ -176,7 +176,7 @@ def _find_agreeing(
     costs = _first_look(problem, points)
     furthest: _Rest | None = None
     for others in _sets_to_leave_out(suspects, list(looks), costs):
-        rest = problem.only([name for name in looks if name not in others])
+        rest = problem.restrict_to([name for name in looks if name not in others])
         tell(f"without {', '.join(others)}")
         start = _find_start(problem, rest, points, costs)
         if start is None:
@@ -252,7 +252,7 @@ def _choose_reading(
         if found.follows:
             return declared, found
     for number, option in enumerate((declared, *others[: RULES.grown_readings]), 2):
-        own = target if option.taken == DECLARED else target_as_read(target, option.taken)
+        own = target if option.taken == DECLARED else reinterpret_target(target, option.taken)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
         start = more.point_from(rest.problem, rest.growth.q)
         if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:

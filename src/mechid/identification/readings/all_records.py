@@ -16,7 +16,7 @@ from mechid.campaign.campaign import CAMPAIGN, TIME_OFFSET
 from mechid.command import MeasuredCommand
 from mechid.command.waveform import WAVEFORMS
 from mechid.identification.computation.journal import Journal
-from mechid.identification.output_error.declaration import Reading, target_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_target
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, time_offset_of
 from mechid.identification.readings.agreement import explaining_start, start_points
@@ -66,7 +66,7 @@ class _Tried:
 
 
 def _readings(problem: Problem, seed: int) -> Iterator[_Tried]:
-    signs = replace(problem, targets=tuple(target_as_read(t, Reading(polarity=-1)) for t in problem.targets))
+    signs = replace(problem, targets=tuple(reinterpret_target(t, Reading(polarity=-1)) for t in problem.targets))
     yield _Tried(signs, start_points(signs, seed), lambda q: SIGN)
     if any(isinstance(t.command, MeasuredCommand) for t in problem.targets):
         return

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.output_error.declaration import Reading, problem_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_problem
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -56,8 +56,8 @@ def read_as_found(campaign: Campaign, state: SearchState, seed: int) -> tuple[Ca
     found = found if campaign.stages else with_rates_compared(records, found)
     used = [] if campaign.stages else [one for one in found if one.is_confirmed and one.reading]
     readings = _readings(used)
-    problem = problem_as_read(state.problem, readings)
-    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), taken=readings)
+    problem = reinterpret_problem(state.problem, readings)
+    state = replace(state, problem=problem, q=problem.start, windows=problem.whole_windows(), taken=readings)
     lines = (finding.line(used=finding in used) for finding in found)
     return replace(campaign, warnings=(*lines, *campaign.warnings)), state
 

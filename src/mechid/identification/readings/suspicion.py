@@ -19,7 +19,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads, mapped
-from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_command
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
@@ -174,7 +174,7 @@ class _Comparison:
             spectra = [self.spectra[name] for name in pair]
             commands = [_command_of(spectrum.whole) for spectrum in spectra[::-1]]
             if contradicting.isdisjoint(pair) or all(
-                command_as_read(spectrum.command, one) == spectrum.command
+                reinterpret_command(spectrum.command, one) == spectrum.command
                 for spectrum, one in zip(spectra, commands, strict=True)
             ):
                 continue

@@ -218,7 +218,7 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
     if name in problem.space.mechanism.parameters:
         return without(problem, q, names, {name: value})
     at = problem.coordinates.names.index(name)
-    targets = tuple(t.holding({name: value}) for t in problem.targets)
+    targets = tuple(t.fix_parameters({name: value}) for t in problem.targets)
     return replace(problem, targets=targets), np.delete(q, at)
 
 

@@ -70,8 +70,8 @@ def _first_point(
 ) -> tuple[Problem, FloatArray, Windows]:
     """Return the problem at the values found, with its windows; by the user's stages where the campaign has some."""
     if not campaign.stages:
-        return problem, problem.coordinates.point(values), problem.whole()
-    state = begin(SearchState(problem, problem.start, problem.whole()), campaign, campaign.stages, values)
+        return problem, problem.coordinates.point(values), problem.whole_windows()
+    state = begin(SearchState(problem, problem.start, problem.whole_windows()), campaign, campaign.stages, values)
     return state.problem, state.q, state.windows
 
 
@@ -84,7 +84,7 @@ def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, fl
     problem, q = without(problem, q, moved, held)
     cosines = (c.name for c in problem.space.coordinates if c.kind == "cosine")
     at_limit = frozenset(name for name in cosines if status[name] == Status.AT_BOUND)
-    return problem.in_polar(at_limit, q) if at_limit else (problem, q)
+    return problem.to_polar(at_limit, q) if at_limit else (problem, q)
 
 
 def grade_lines(fit: Fit) -> Iterable[str]:

@@ -11,7 +11,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.errors import MechidError
 from mechid.identification.effects.campaign_disturbances import Declared, recalled_record
 from mechid.identification.effects.disturbance import with_lines
-from mechid.identification.output_error.declaration import record_as_read
+from mechid.identification.output_error.declaration import reinterpret_record
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 
@@ -31,7 +31,7 @@ def record_as_fitted(record: CampaignRecord, fit: Fit, *, disturbances: bool = T
     """
     own = fit.records.get(record.name)
     if own is not None:
-        record = record_as_read(record, own.taken)
+        record = reinterpret_record(record, own.taken)
         record = record.holding(own.nuisance.values) if own.nuisance else record
         record = with_lines(record, own.lines)
     return recalled_record(record, _added_of_records(fit), fit.mechanism.plant) if disturbances else record

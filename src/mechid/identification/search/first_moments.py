@@ -158,7 +158,9 @@ def _with_start_states(
     problem: Problem, q: FloatArray, target: Target, values: Mapping[str, float], known: Container[str]
 ) -> FloatArray:
     """Return a point with start states of a target replaced, except the known ones."""
-    names = {p.name: values[key_in_record(p.name)] for p in target.moved if is_of_start(p) and p.name not in known}
+    names = {
+        p.name: values[key_in_record(p.name)] for p in target.free_parameters if is_of_start(p) and p.name not in known
+    }
     at = problem.coordinates
     own = zip(at.own_names, at.of_records(q), strict=True)
     moved = np.concatenate([at.of_mechanism(q), [names.get(name, v) for name, v in own]])
@@ -171,7 +173,7 @@ def _run_up_states(problem: Problem, target: Target, q: FloatArray, tries: int) 
     The list is empty if the target begins at rest.
     """
     command, step_s = target.command, 1.0 / max(abs(target.command.start_rate), 1e-9)
-    if command.begun_s <= 0.0 or not any(is_of_start(p) for p in target.moved):
+    if command.begun_s <= 0.0 or not any(is_of_start(p) for p in target.free_parameters):
         return []
     period_s = min(SEARCH.electrical_steps * step_s, command.begun_s)
     first = max(math.ceil(max(SEARCH.run_up_s, SEARCH.run_up_steps * step_s) / period_s), 1)
@@ -235,7 +237,7 @@ def grow_from_records_at_rest(
     rounds : callable
         As for `restart_records`.
     """
-    part = problem.anchored
+    part = problem.rest_problem
     names = [t.name for t in part.targets]
     own = part.coordinates.records_point(problem.coordinates.values(q))
 
@@ -281,7 +283,7 @@ def _grow_start_alone(
     problem: Problem, target: Target, q: FloatArray, gate: int, rounds: TakeRounds
 ) -> tuple[FloatArray, int]:
     """Grow the horizon of one record with only its start state free; return the point and the horizon."""
-    alone = problem.only([target.name]).with_mechanism_held(q)
+    alone = problem.restrict_to([target.name]).fix_mechanism(q)
     own = [n for n, name in enumerate(problem.coordinates.names) if name in alone.coordinates.own_names]
     at, gates = rounds(alone, q[own], {target.name: gate})
     moved = q.copy()

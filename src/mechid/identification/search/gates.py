@@ -77,7 +77,7 @@ def grow_horizons(
     journal : Journal or None
         Stores the rounds, and supplies those that it already holds.
     """
-    if problem.anchored is not problem:
+    if problem.rest_problem is not problem:
 
         def grow_part(part: Problem, at: FloatArray, lift_to_all: LiftToAll) -> tuple[FloatArray, Horizons]:
             found = grow_horizons(
@@ -226,7 +226,7 @@ def _gain_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: Fl
     gain = 0
     for target in targets:
         gate, past = gates[target.name], int(SEARCH.beyond_s * target.base.sample_rate_hz)
-        gain += min(horizon(problem, target.beginning(gate + past), q, gate, 0, most=most), gate + past) - gate
+        gain += min(horizon(problem, target.truncate(gate + past), q, gate, 0, most=most), gate + past) - gate
     return gain
 
 

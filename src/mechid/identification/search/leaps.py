@@ -101,7 +101,7 @@ def _extended_horizon(problem: Problem, target: Target, q: FloatArray, gate: int
         return gate, none
     window = gate_window(target)
     stop = min(target.samples, gate + max((SEARCH.leap_horizons - 1) * gate, SEARCH.leap_windows * window))
-    pieces = Misfit(problem.model, target.beginning(stop), q, (0, stop), block=SEARCH.short_block)
+    pieces = Misfit(problem.model, target.truncate(stop), q, (0, stop), block=SEARCH.short_block)
     r = np.concatenate([piece.residual(0) for piece in pieces]) / target.leading.sigma
     if not np.all(np.isfinite(r)):
         return gate, none

@@ -153,7 +153,7 @@ def mask_samples(target: Target, samples: IntArray) -> Target:
         rejected, own = np.union1d(channel.rejected, samples), np.union1d(channel.masked, samples)
         return replace(channel, rejected=rejected, masked=own)
 
-    return target.each(mask) if samples.size else target
+    return target.map_channels(mask) if samples.size else target
 
 
 def _lift(target: Target, samples: IntArray) -> Target:
@@ -163,7 +163,7 @@ def _lift(target: Target, samples: IntArray) -> Target:
         rejected = np.setdiff1d(channel.rejected, np.setdiff1d(samples, channel.bridged))
         return replace(channel, rejected=rejected, masked=np.setdiff1d(channel.masked, samples))
 
-    return target.each(lift)
+    return target.map_channels(lift)
 
 
 def masked_runs(problem: Problem) -> dict[str, Runs]:

@@ -24,7 +24,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle, absorb, combine_triangles, without_projected_rows
+from mechid.identification.output_error.reduction import Triangle, absorb, combine_triangles, drop_projected_rows
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.alignment import align_all_first_motions, align_first_motion, realign
 from mechid.identification.search.box import sample_box
@@ -97,7 +97,7 @@ def robust_triangle(problem: Problem, q: FloatArray, windows: Windows = NO_WINDO
         rows *= (1.0 + (rows[0] / SEARCH.robust_sigmas) ** 2) ** -0.25
         absorb(R, rows, rows.shape[1])
         samples += rows.shape[1]
-    weighted = without_projected_rows(R, 0, samples)
+    weighted = drop_projected_rows(R, 0, samples)
     jacobian = weighted.jacobian
     # The weights reproduce the gradient of the soft-L1 cost, but not its value: the first row is scaled so that the
     # gradient, the product of norm and first row, survives the exchange of the norm.

@@ -271,7 +271,7 @@ def look_at_whole_records(
 
     Detents of any number of periods only where none of the others stands out; what its budget allows in any case.
     """
-    whole = families.plain.whole()
+    whole = families.plain.whole_windows()
     here = refined_look(families.bare, q, journal, whole, STAGES.whole_steps)
     looks = list[FirstLook]()
     with suppress(WorkSpentError), counted(whole_records_budget(families.plain)):

@@ -242,7 +242,7 @@ def with_noise_as_known(watch: Watch, state: SearchState) -> SearchState:
 
     def known(target: Target) -> Target:
         floors = {c.quantity: watch.noise.floors[target.name, c.quantity] for c in target.channels}
-        return target.each(lambda c: c if c.raised else replace(c, sigma=floors[c.quantity], prefilter=None))
+        return target.map_channels(lambda c: c if c.raised else replace(c, sigma=floors[c.quantity], prefilter=None))
 
     return state.of(replace(state.problem, targets=tuple(map(known, state.problem.targets))))
 

@@ -240,7 +240,7 @@ class Families:
             Samples that it follows there.
         """
         problem = base.problem
-        followed = replace(problem, targets=tuple(t.beginning(horizons[t.name]) for t in problem.targets))
+        followed = replace(problem, targets=tuple(t.truncate(horizons[t.name]) for t in problem.targets))
         hum = mains(followed, q, grid_hz)
         if hum is None:
             return None

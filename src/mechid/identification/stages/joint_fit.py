@@ -93,7 +93,7 @@ def joint_fit(
         outside = state.problem.space.outside_disc(solution.q)
         if not outside:
             break
-        problem, q = state.problem.in_polar(outside, solution.q)
+        problem, q = state.problem.to_polar(outside, solution.q)
         state = watch.note(replace(state, problem=problem, q=q))
     return watch.close(state, name, free, solution.triangle.cost, evaluations, solution.message)
 
@@ -204,7 +204,7 @@ def confirm_optimum(watch: Watch, state: SearchState, names: tuple[str, ...], se
 
 
 def _cost(problem: Problem, q: FloatArray) -> float:
-    return float(np.sum(np.square(problem.norms(q, problem.whole()))))
+    return float(np.sum(np.square(problem.norms(q, problem.whole_windows()))))
 
 
 def _suspicion(growth: Growth, problem: Problem) -> str:

@@ -59,9 +59,9 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     if state.added is None or not state.added.terms:
         return state
     q = solve(
-        state.problem, state.q, state.problem.whole(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
+        state.problem, state.q, state.problem.whole_windows(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
     ).q
-    all_terms = linearise(state.problem, q, state.problem.whole(), state.added.names_by_term)
+    all_terms = linearise(state.problem, q, state.problem.whole_windows(), state.added.names_by_term)
     if all_terms is None:
         return state
     kept = all_terms.needed
@@ -106,7 +106,7 @@ def _fit_selections(
     for names in sets:
         held = {name: STAGES.held_share * width for name, width in wide.widths.items() if wide.new[name] not in names}
         problem = replace(state.problem, shrinkage=held)
-        whole = problem.whole()
+        whole = problem.whole_windows()
         q = solve(
             problem, all_terms.keeping(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
         ).q

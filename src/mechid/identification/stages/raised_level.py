@@ -26,7 +26,7 @@ from mechid.identification.uncertainty.noise_levels import with_levels_of
 def _grow_named(climb: Climb) -> Climb:
     """Grow the effects that explain most of what the mechanism as written leaves at a raised level, the best first."""
     assert climb.growth is not None
-    watch, known, whole = climb.watch, climb.state.problem, climb.state.problem.whole()
+    watch, known, whole = climb.watch, climb.state.problem, climb.state.problem.whole_windows()
     climb = replace(climb, raised=grow_at_raised_noise(watch, climb.state, climb.growth, climb.seed))
     at, growth = climb.at_raised
     if not growth.complete:

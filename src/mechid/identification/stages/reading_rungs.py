@@ -106,7 +106,7 @@ def _with(climb: Climb, state: SearchState, growth: Growth) -> Climb:
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
     """Return the state with records that are taken otherwise than declared, and what is said of that."""
-    taken = {name: state.taken.get(name, DECLARED).beside(further) for name, further in agreed.taken.items()}
+    taken = {name: state.taken.get(name, DECLARED).combine(further) for name, further in agreed.taken.items()}
     state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
         agreed.growth.q, agreed.growth.horizons
     )

@@ -32,7 +32,7 @@ def refined_starts(
 ) -> Iterator[Candidate]:
     """Yield refined candidates, the best of all starts first; `drawn` takes the starts as they were before."""
     whole, journal = state.problem, watch.journal
-    problem = whole.anchored
+    problem = whole.rest_problem
 
     def on_progress(done: int, total: int) -> None:
         watch.tell("multi-start", f"{done} of {total} starts")
@@ -104,7 +104,7 @@ def grow_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: i
     if not names:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
-    rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
+    rng, own = np.random.default_rng((seed, 0, 8)), problem.restrict_to(names)
     begun = grow_horizons(own, own.point_from(problem, growth.q), rng, escapes=0, journal=watch.journal)
     on_progress = partial(note_growth, watch, state, 1, growth)
     q = problem.point_from(own, begun.q)

@@ -131,7 +131,7 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     if base.mechanism is not state.problem.space.mechanism:
         at = replace(at, added=base)
     follows = not unfollowed_records(plain, alone) and not _needs_terms(reached.model, problem, q)
-    if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
+    if not follows and plain.total_norm(alone, plain.whole_windows()) < problem.total_norm(q, problem.whole_windows()):
         model = AugmentedModel("without terms", plain, base, tuple(own), None, base)
         growth = grow_model(watch, model, alone, seed).growth
         if not growth.complete:
@@ -166,7 +166,7 @@ def _without_idle_law(state: SearchState, written: Problem, own: Sequence[Distur
     fewer = replace(lay_out(AddedTerms(mechanism), added.terms, lacking_tables(mechanism, own)), aliases=added.aliases)
     problem = fewer.problem(written, own)
     values = renamed(state.problem.coordinates.values(state.q), added, fewer)
-    begun, whole = problem.coordinates.clip(problem.coordinates.point(values)), problem.whole()
+    begun, whole = problem.coordinates.clip(problem.coordinates.point(values)), problem.whole_windows()
     q = solve(problem, begun, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     penalty = bayesian_penalty(sum(t.samples for t in problem.targets)) * (state.problem.size - problem.size)
     with_law = state.problem.total_norm(state.q, whole) ** 2
@@ -193,11 +193,11 @@ def state_so_far(state: SearchState, reached: Reached) -> SearchState:
 def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, plain: Problem) -> FloatArray:
     """Return the fit without a model's terms from its optimum: the others first move as the derivatives there say."""
     terms = model.added.names_by_term
-    at = linearise(problem, q, problem.whole(), terms) if terms else None
+    at = linearise(problem, q, problem.whole_windows(), terms) if terms else None
     starts = [q] if at is None else [at.keeping(())[1], q]
     for start in starts:
         begun = plain.coordinates.clip(plain.coordinates.point(problem.coordinates.values(start)))
-        found = solve(plain, begun, plain.whole(), steps=STAGES.joint_steps, tolerance=1e-6).q
+        found = solve(plain, begun, plain.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6).q
         if not unfollowed_records(plain, found):
             break
     return found
@@ -208,7 +208,7 @@ def needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, F
     some, problem = reached.model.disturbances, reached.problem
     if not some:
         return (), problem, reached.q
-    solution = solve(problem, reached.q, problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
+    solution = solve(problem, reached.q, problem.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         return tuple(Found(one, 0.0, 0.0) for one in some), problem, reached.q
     named = {one.name: tuple(p.name for p in one.parameters) for one in some}
@@ -228,9 +228,9 @@ def needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, F
 
 def _rise_without_lines(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
     """Return the rise of the cost without lines that are projected out."""
-    with_them = problem.total_norm(q, problem.whole())
+    with_them = problem.total_norm(q, problem.whole_windows())
     other, here = without(problem, q, [lines])
-    return other.total_norm(here, other.whole()) ** 2 - with_them**2
+    return other.total_norm(here, other.whole_windows()) ** 2 - with_them**2
 
 
 def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> Reached | None:
@@ -240,7 +240,7 @@ def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> Re
     if model.problem.size == raised.problem.size:
         return None
     begun = transfer_values(raised.problem, q, model.problem)
-    solution = solve(model.problem, begun, model.problem.whole(), steps=STAGES.joint_steps, tolerance=1e-6)
+    solution = solve(model.problem, begun, model.problem.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6)
     whole = {t.name: t.samples for t in model.problem.targets}
     return Reached(model, Growth(solution.q, whole, not unfollowed_records(model.problem, solution.q), 0))
 
@@ -270,5 +270,5 @@ def _needs_terms(model: AugmentedModel, problem: Problem, q: FloatArray) -> bool
     """Tell whether any term is needed, each channel at its own residual's level: a raised level hides that."""
     if not model.added.terms:
         return False
-    all_terms = linearise(problem, q, problem.whole(), model.added.names_by_term)
+    all_terms = linearise(problem, q, problem.whole_windows(), model.added.names_by_term)
     return all_terms is None or bool(all_terms.needed)

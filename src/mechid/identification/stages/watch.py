@@ -62,13 +62,15 @@ def residual_to_noise(problem: Problem, q: FloatArray, floors: Mapping[tuple[str
     """
     plain = replace(problem, targets=tuple(_by_floor(t, floors) for t in problem.targets))
     with np.errstate(all="ignore"):
-        norms = plain.norms(q, plain.whole())
+        norms = plain.norms(q, plain.whole_windows())
     return {t.name: norm / math.sqrt(_counted(t)) for t, norm in zip(plain.targets, norms, strict=True)}
 
 
 def _by_floor(target: Target, floors: Mapping[tuple[str, str], float]) -> Target:
     """Return a target with its floor as the noise of each channel, not whitened."""
-    return target.each(lambda c: replace(c, sigma=floors.get((target.name, c.quantity), c.sigma), prefilter=None))
+    return target.map_channels(
+        lambda c: replace(c, sigma=floors.get((target.name, c.quantity), c.sigma), prefilter=None)
+    )
 
 
 def _counted(target: Target) -> int:

@@ -36,7 +36,7 @@ def with_effect_asked_for(
         Disturbances that were found beside it.
     seed : int
     """
-    families, whole = Families(state.problem, campaign), state.problem.whole()
+    families, whole = Families(state.problem, campaign), state.problem.whole_windows()
     looks = look_at_whole_records(families, state.q, partial(watch.tell, "whole records"), watch.journal)
     here = refined_look(families.bare, state.q, watch.journal, whole, STAGES.whole_steps)
     best = min(looks, key=lambda look: look.criterion, default=here)

@@ -43,7 +43,7 @@ def release_noise(
         said.extend(
             filter(None, (_misfit_line(target, c, _rms(c, series[c.quantity], window)) for c in target.channels))
         )
-        return target.each(lambda channel: _released(channel, series[channel.quantity], window, options))
+        return target.map_channels(lambda channel: _released(channel, series[channel.quantity], window, options))
 
     targets = tuple(one(t) if t.name in windows else t for t in problem.targets)
     return replace(problem, targets=targets), tuple(said)
@@ -73,7 +73,7 @@ def _released(channel: TargetChannel, r: Series, window: tuple[int, int], option
     rms = _rms(channel, r, window)
     fits = _is_noise(channel, rms)
     found = replace(channel, sigma=max(rms, channel.rounding, SMALLEST)) if fits else channel
-    own = fits and not channel.raised and found.rounded <= NOISE.mostly_rounding
+    own = fits and not channel.raised and found.rounding_share <= NOISE.mostly_rounding
     if options.colour == "none" or (options.colour == "auto" and not own):
         return found
     colour = fit_autoregression(r, rejected=channel.rejected_within(window))
@@ -130,7 +130,7 @@ def with_residual_levels(problem: Problem, q: FloatArray) -> Problem:
 def _by_own_residual(problem: Problem, target: Target, q: FloatArray) -> Target:
     series = residuals_by_quantity(problem, target, q)
     window = gate_window(target)
-    return target.each(lambda channel: _channel_by_own_residual(channel, series[channel.quantity], window))
+    return target.map_channels(lambda channel: _channel_by_own_residual(channel, series[channel.quantity], window))
 
 
 def _channel_by_own_residual(channel: TargetChannel, r: Series, window: int) -> TargetChannel:
@@ -150,12 +150,12 @@ def with_levels_of_residuals(problem: Problem, target: Target, q: FloatArray) ->
     def own(channel: TargetChannel) -> TargetChannel:
         return replace(channel, sigma=max(channel.sigma, _rms(channel, series[channel.quantity], (0, target.samples))))
 
-    return target.each(own)
+    return target.map_channels(own)
 
 
 def without_spikes(target: Target) -> Target:
     """Return a target without single samples far off their neighbours, which are bridged for the search."""
-    return target.each(_without_spikes)
+    return target.map_channels(_without_spikes)
 
 
 def _without_spikes(channel: TargetChannel) -> TargetChannel:
@@ -185,7 +185,7 @@ def _without_outliers(problem: Problem, target: Target, q: FloatArray, window: t
             return channel
         return replace(channel, rejected=np.union1d(channel.rejected, new))
 
-    return target.each(kept)
+    return target.map_channels(kept)
 
 
 def rejection_warnings(problem: Problem) -> list[str]:

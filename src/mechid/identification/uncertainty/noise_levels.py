@@ -44,7 +44,7 @@ def _raised(problem: Problem, target: Target, growth: Growth) -> Target:
     if gate == target.samples:
         return target
     stops = _stopping(problem, target, growth, gate)
-    return target.each(lambda channel: _raised_channel(channel) if channel.quantity in stops else channel)
+    return target.map_channels(lambda channel: _raised_channel(channel) if channel.quantity in stops else channel)
 
 
 def _stopping(problem: Problem, target: Target, growth: Growth, gate: int) -> list[str]:
@@ -59,7 +59,7 @@ def with_saved_levels(problem: Problem, records: Mapping[str, RecordFit]) -> Pro
 
     def one(target: Target) -> Target:
         found = records[target.name].channels
-        return target.each(lambda channel: _at_level(channel, found.get(channel.quantity)))
+        return target.map_channels(lambda channel: _at_level(channel, found.get(channel.quantity)))
 
     return replace(problem, targets=tuple(map(one, problem.targets)))
 
@@ -154,7 +154,7 @@ def lower_levels(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
 
 def _lowered(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
     series = residuals_by_quantity(problem, target, q, window)
-    return target.each(lambda channel: _at_most(channel, series[channel.quantity], window))
+    return target.map_channels(lambda channel: _at_most(channel, series[channel.quantity], window))
 
 
 def _at_most(channel: TargetChannel, r: Series, window: tuple[int, int]) -> TargetChannel:
@@ -176,6 +176,6 @@ def with_levels_of(problem: Problem, other: Problem) -> Problem:
     known = noise_levels(other)
 
     def one(target: Target) -> Target:
-        return target.each(lambda c: replace(c, sigma=known.get((target.name, c.quantity), c.sigma)))
+        return target.map_channels(lambda c: replace(c, sigma=known.get((target.name, c.quantity), c.sigma)))
 
     return replace(problem, targets=tuple(map(one, problem.targets)))

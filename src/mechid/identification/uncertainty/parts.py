@@ -136,7 +136,7 @@ class PartsOfRecord:
     def projections(self) -> list[FloatArray]:
         """Residual and Jacobian of each channel in sigmas, less offset and drift, of its columns, (width, 1 + n)."""
         return [
-            _projection(products.sum(axis=0), channel.removed) / channel.scale
+            _projection(products.sum(axis=0), channel.projected_columns) / channel.scale
             for channel, products in zip(self._target.channels, self._stretches, strict=True)
         ]
 
