@@ -21,7 +21,7 @@ from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
 from mechid.designs.settings import DESIGN
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.effects.campaign_disturbances import possible
 from mechid.identification.effects.disturbance import with_disturbances
@@ -109,7 +109,7 @@ def predicted_torque(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], workers: int
 ) -> list[FloatArray]:
     """Return the torque of a model in each record, (samples,), NaN where it cannot be simulated."""
-    return mapped(partial(_predicted, campaign, model), records, workers)
+    return map_tasks(partial(_predicted, campaign, model), records, workers)
 
 
 def _predicted(campaign: Campaign, model: Model, record: PlannedRecord) -> FloatArray:
@@ -123,7 +123,7 @@ def _shown(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], torques: Sequence[FloatArray], workers: int
 ) -> list[FloatArray]:
     """Return what a model leaves of each record, and its derivatives to what it moves already."""
-    return mapped(partial(_shown_of, campaign, model), list(zip(records, torques, strict=True)), workers)
+    return map_tasks(partial(_shown_of, campaign, model), list(zip(records, torques, strict=True)), workers)
 
 
 def _shown_of(campaign: Campaign, model: Model, task: tuple[PlannedRecord, FloatArray]) -> FloatArray:

@@ -54,10 +54,10 @@ def test_numbers_are_the_same_whatever_the_number_of_workers(housing, found):
 def test_a_resumed_bootstrap_is_the_same_and_may_grow(housing, found, tmp_path):
     """Truth: the undisturbed run; of its journal eight draws and the beginning of eight more are left."""
     path = tmp_path / "bootstrap.jsonl"
-    bootstrap(housing, 17, workers=2, journal=Journal.opened(path, {}))
+    bootstrap(housing, 17, workers=2, journal=Journal.open(path, {}))
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[:2]) + lines[2][:40])
-    again = bootstrap(housing, 19, journal=Journal.opened(path, {}, resume=True))
+    again = bootstrap(housing, 19, journal=Journal.open(path, {}, resume=True))
     assert repr(again.draws) == repr(found.draws[:19])
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_problem, reinterpret_target
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import target_of
@@ -215,7 +215,7 @@ def start_points(problem: Problem, seed: int) -> list[FloatArray]:
 
 def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
     """Return the cost of each record's first window at each point, (points, records)."""
-    return np.array(mapped(partial(_first_window_costs, problem), points, problem.workers))
+    return np.array(map_tasks(partial(_first_window_costs, problem), points, problem.workers))
 
 
 def _first_window_costs(problem: Problem, q: FloatArray) -> list[float]:
@@ -231,7 +231,7 @@ def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs
     for first in range(0, len(order), SEARCH.batch):
         batch = order[first : first + SEARCH.batch]
         starts = [Candidate(rest.point_from(problem, points[i]), own[i]) for i in batch]
-        refined = mapped(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
+        refined = map_tasks(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
         best = min(refined, key=lambda c: c.cost)
         if explains(rest, best):
             return best

@@ -135,7 +135,7 @@ def bootstrap(
     work = partial(_refitted, world, at, windows)
     tasks = [(seed, first) for first in range(0, draws, SETS)]
     with working_on(executor):
-        found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, ended)
+        found = (journal or Journal()).map_tasks("bootstrap draws", work, tasks, workers, ended)
     done = tuple(_draw(number, one) for number, one in enumerate(islice(chain(*found), draws)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise, seed)

@@ -23,7 +23,7 @@ from scipy.special import chdtri
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import directed
+from mechid.identification.computation.parallel import map_coordinators
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.settings import REFIT
@@ -134,7 +134,7 @@ def profiles(
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
     refit = partial(_refit, inner)
     with working_on(executor):
-        done = directed(
+        done = map_coordinators(
             lambda task: _Side(inner, refit, *task, journal or Journal(), on_point).walked(), tasks, workers
         )
     return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
@@ -205,7 +205,7 @@ class _Side:
         if len(points) > 1 and points[-1].value != points[-2].value:
             share = (value - points[-1].value) / (points[-1].value - points[-2].value)
             starts.append(points[-1].q + share * (points[-1].q - points[-2].q))
-        (found,) = self.journal.mapped("profile point", self.refit, [(self.name, value, starts)], 1)
+        (found,) = self.journal.map_tasks("profile point", self.refit, [(self.name, value, starts)], 1)
         point = Point(value, found["cost"] - self.optimum.triangle.cost, found["q"], found["note"])
         self.on_point(self.name, point)
         return point

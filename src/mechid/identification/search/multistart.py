@@ -20,7 +20,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
@@ -158,7 +158,7 @@ def _prepare_start(problem: Problem, q: FloatArray) -> FloatArray:
 
 
 def _map_costs(cost: Callable[[Any], list[float]], tasks: Sequence[Any], workers: int) -> list[float]:
-    return list(chain(*mapped(cost, tasks, workers)))
+    return list(chain(*map_tasks(cost, tasks, workers)))
 
 
 def _costs_run_up(problem: Problem, targets: Sequence[Target], task: tuple[Sequence[FloatArray], float]) -> list[float]:
@@ -219,7 +219,7 @@ def _refine_batch(
     """Refine candidates and return them in order of cost, without those that cannot be simulated."""
 
     def work() -> list[dict[str, object]]:
-        return [dict(vars(c)) for c in mapped(partial(_refine_aligned, problem, steps), starts, workers)]
+        return [dict(vars(c)) for c in map_tasks(partial(_refine_aligned, problem, steps), starts, workers)]
 
     inputs = [identity(problem), [[c.q, c.cost] for c in starts], steps]
     return list(_rank_candidates([Candidate(**c) for c in journal.step("starts refined", inputs, work)]))

@@ -21,7 +21,7 @@ from types import TracebackType
 from typing import Self
 
 from mechid.campaign import Campaign
-from mechid.identification.computation.parallel import is_alone
+from mechid.identification.computation.parallel import is_on_one_core
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.stages.families import OF_RECORDS, Families
 from mechid.kernel.compiled import is_compiled, kernel_for, version_folder
@@ -86,7 +86,7 @@ class KernelsAhead:
         """Whether there is a second core, and nobody else's work on it; without locks two would do the same work."""
         options = self.campaign.options
         adds = options.terms or options.disturbances != "none"
-        alone = is_alone() or usable_cores() < 2 or not sys.executable or find_spec("fcntl") is None
+        alone = is_on_one_core() or usable_cores() < 2 or not sys.executable or find_spec("fcntl") is None
         return adds and self._child is None and not alone
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import digest
-from mechid.identification.computation.parallel import is_lent
+from mechid.identification.computation.parallel import is_external
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
@@ -61,7 +61,7 @@ def grow_starts(
         return best
     problem, begun = state.problem, 2 if best else 1
     numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
-    while some := list(islice(numbered, STAGES.together if is_lent() else 1)):
+    while some := list(islice(numbered, STAGES.together if is_external() else 1)):
         for growth in _growths(watch, state, some, seed, best, escapes):
             if best is None or growth.followed_share(problem) > best.followed_share(problem):
                 best = growth
@@ -132,7 +132,7 @@ def _growths(
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]
-    found = journal.mapped("candidate grown", partial(_grown_alone, problem, escapes), tasks, 1)
+    found = journal.map_tasks("candidate grown", partial(_grown_alone, problem, escapes), tasks, 1)
     for tell, one in zip(on_progress, found, strict=True):
         growth = Growth(**one)
         tell(growth.q, growth.horizons)

@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
@@ -148,7 +148,7 @@ def _costs(problem: Problem, windows: Windows, points: FloatArray) -> FloatArray
     used = [t for t in problem.targets if t.name in windows]
     names = [t.name for t in sorted(used, key=lambda t: -windows[t.name][1])]
     tasks = [(name, points[k : k + SETS]) for name in names for k in range(0, len(points), SETS)]
-    norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
+    norms = map_tasks(partial(_norms, problem, windows), tasks, problem.workers)
     of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
     return np.where(np.isfinite(found), found, 1e12)
