@@ -9,11 +9,14 @@ from mechid.campaign import campaign_file
 from mechid.checks import numbers as checks
 from mechid.comparisons import numbers as comparisons
 from mechid.designs import numbers as designs
+from mechid.designs import sentences
 from mechid.exports import export as exports
 from mechid.fleets import files as fleet_files
 from mechid.fleets import numbers as fleets
 from mechid.identification.result import diagnosis_file, fit
 from mechid.indexes.kinds import KINDS
+from mechid.looks import document as look_document
+from mechid.looks import numbers as looks
 from mechid.profiles import numbers as profiles
 from mechid.simulations import numbers as simulations
 
@@ -25,12 +28,12 @@ WRITTEN = {
     "Comparisons": (comparisons.FILE_NAME, comparisons.FORMAT),
     "Profiles": (profiles.FILE_NAME, profiles.FORMAT),
     "Bootstraps": (bootstraps.FILE_NAME, bootstraps.FORMAT),
-    "Designs": ("design.json", designs.FORMAT),
+    "Designs": (sentences.JSON_NAME, designs.FORMAT),
     "Budgets": (budget_files.JSON, budgets.FORMAT),
     "Fleets": (fleet_files.JSON_NAME, fleets.FORMAT),
     "Exports": (exports.FILE_NAME, exports.FORMAT),
     "Simulations": (simulations.FILE_NAME, simulations.FORMAT),
-    "Looks": ("look.json", "mechid-look/1"),
+    "Looks": (look_document.JSON_NAME, looks.FORMAT),
 }
 
 
