@@ -326,3 +326,23 @@ def test_a_held_out_record_no_worse_than_the_fitted_ones_is_no_reason_of_its_own
     assert [reason.cause for reason in found.reasons] == [Cause.UNEXPLAINED]
     found = graded(fit(worse, held_out(6.1, 90.0)), EVIDENCE)
     assert [reason.cause for reason in found.reasons] == [Cause.HELD_OUT, Cause.UNEXPLAINED]
+
+
+def louder(name, over_known):
+    """Return a fitted record that is followed at a level raised to so many times the noise known beforehand."""
+    own = record(name)
+    rms = over_known * own.noise_sigma
+    raised = replace(own.channels["torque"], residual_rms=rms, noise_sigma=rms, noise_known=own.noise_sigma)
+    return replace(own, residual_rms=rms, noise_sigma=rms, channels={"torque": replace(raised, worst_at_s=0.45)})
+
+
+@pytest.mark.parametrize(("over", "others", "named"), [(4.7, 1.0, True), (1.9, 1.0, False), (5.0, 3.0, False)])
+def test_one_record_far_louder_than_the_others_is_b_and_says_where(over, others, named):
+    """Truth: a knock of 0.1 s in one of the records, which a raised noise level hides; or what is missing in all."""
+    found = graded(fit(louder("full", over), louder("sweep", others), louder("fast", others)), EVIDENCE)
+    said = [reason for reason in found.reasons if "of the other records" in reason.text]
+    assert [reason.record for reason in said] == (["full"] if named else [])
+    if named:
+        assert found.grade is Grade.B
+        assert "leaves 4.7 times its noise" in said[0].text
+        assert said[0].instant_s == 0.45

@@ -1,5 +1,7 @@
 """The kinds of result that an index knows. Truth: the modules that write them."""
 
+from importlib import import_module
+
 import pytest
 
 from mechid.bootstraps import numbers as bootstraps
@@ -9,12 +11,16 @@ from mechid.campaign import campaign_file
 from mechid.checks import numbers as checks
 from mechid.comparisons import numbers as comparisons
 from mechid.designs import numbers as designs
+from mechid.designs import sentences
 from mechid.exports import export as exports
 from mechid.fleets import files as fleet_files
 from mechid.fleets import numbers as fleets
 from mechid.identification.result import diagnosis_file, fit
 from mechid.indexes.kinds import KINDS
+from mechid.looks import document as look_document
+from mechid.looks import numbers as looks
 from mechid.profiles import numbers as profiles
+from mechid.shown import DOCUMENTS
 from mechid.simulations import numbers as simulations
 
 WRITTEN = {
@@ -25,15 +31,21 @@ WRITTEN = {
     "Comparisons": (comparisons.FILE_NAME, comparisons.FORMAT),
     "Profiles": (profiles.FILE_NAME, profiles.FORMAT),
     "Bootstraps": (bootstraps.FILE_NAME, bootstraps.FORMAT),
-    "Designs": ("design.json", designs.FORMAT),
+    "Designs": (sentences.JSON_NAME, designs.FORMAT),
     "Budgets": (budget_files.JSON, budgets.FORMAT),
     "Fleets": (fleet_files.JSON_NAME, fleets.FORMAT),
     "Exports": (exports.FILE_NAME, exports.FORMAT),
     "Simulations": (simulations.FILE_NAME, simulations.FORMAT),
-    "Looks": ("look.json", "mechid-look/1"),
+    "Looks": (look_document.JSON_NAME, looks.FORMAT),
 }
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.heading)
 def test_a_kind_is_found_by_what_its_command_writes(kind):
     assert (kind.file, kind.format) == WRITTEN[kind.heading]
+
+
+def test_every_page_of_a_result_has_its_kind():
+    """Truth: the presenters; the page of a fit is a writer's own, as its figures are drawn while it is fitted."""
+    names = {import_module(module).PRESENTER.name for module in DOCUMENTS.values()}
+    assert {kind.page for kind in KINDS if kind.page} == {"report.html", *(f"{name}.html" for name in names if name)}

@@ -7,7 +7,7 @@ from typing import Any
 
 from mechid.ink.digits import digits
 from mechid.ink.table import Table
-from mechid.ink.text_table import Column, Row
+from mechid.ink.text_table import Column, OnPage, Row
 
 AS_WRITTEN = "the mechanism as written"
 COMPLETED_TITLE = "How the mechanism was completed"
@@ -22,7 +22,7 @@ MEANING = (
 )
 PATH_COLUMNS = (
     Column("step", "step"),
-    Column("what", "what", words=True),
+    Column("what", "what", words=True, on_page=OnPage(wide=True)),
     Column("residual / noise", "over_noise"),
     Column("free", "free"),
     Column("Bayesian criterion", "bic"),

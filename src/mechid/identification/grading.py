@@ -11,7 +11,7 @@ from itertools import islice
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Consistency, FitOutcome, Reason, Scatter, grade_of
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.record_result import RecordFit
+from mechid.identification.result.record_result import ChannelFit, RecordFit
 from mechid.identification.result.settings import GRADE
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.settings import NOISE
@@ -87,6 +87,7 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     yield from (_physical_limit(p) for p in fit.parameters.values() if p.at_physical_limit)
     for record in fit.records.values():
         yield from _record_reasons(record, evidence)
+    yield from _louder_records(fit, evidence)
     yield from _held_out_reasons(fit, evidence)
     yield from _search_reasons(fit, evidence)
     if evidence.incomplete:
@@ -130,6 +131,36 @@ def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
             )
             yield _loss(Cause.NOT_FOLLOWED, record.name, channel.lost_at_s, text, evidence)
         return
+
+
+def _louder_records(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
+    """Yield a reason for each fitted record of which far more than its noise is left, and far more than of the others.
+
+    A raised noise level follows it all the same, and takes its weight from it.
+    """
+    fitted = {name: r for name, r in fit.records.items() if name in evidence.used and not r.taken.left_out}
+    for name, record in fitted.items():
+        for quantity, channel in record.channels.items():
+            others = [
+                _over_known(r.channels[quantity]) for n, r in fitted.items() if n != name and quantity in r.channels
+            ]
+            over, usual = _over_known(channel), max(statistics.median(others), 1.0) if others else math.inf
+            if channel.use != "estimate" or not over > GRADE.louder * usual:
+                continue
+            of = "" if len(record.channels) == 1 else f" ({quantity})"
+            text = (
+                f"Record {name}{of}: the model leaves {over:.3g} times its noise, and of the other records {usual:.3g} "
+                f"times theirs; most at {channel.worst_at_s:.4g} s. Something happened in this record that the model "
+                "does not hold; in the fit it counts as noise."
+            )
+            at_s = channel.worst_at_s
+            yield Reason(cause=Cause.UNEXPLAINED, record=name, instant_s=at_s, text=text, next_command=DIAGNOSE)
+            break
+
+
+def _over_known(channel: ChannelFit) -> float:
+    """Return the ratio of a channel's residual to its noise as it was known before the fit."""
+    return channel.residual_rms / channel.known if channel.known > 0.0 else math.inf
 
 
 def _held_out_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
@@ -230,7 +261,7 @@ def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     for record in fit.records.values():
         for quantity, channel in record.channels.items():
             fitted = record.name in evidence.used and channel.use == "estimate"
-            ratio = channel.residual_rms / channel.known if channel.known > 0.0 else math.inf
+            ratio = _over_known(channel)
             if not fitted or GRADE.least_of_noise <= ratio <= NOISE.misfit:
                 continue
             size = f"{ratio:.3g} times the noise"

@@ -90,7 +90,7 @@ KINDS: tuple[Kind, ...] = (
         format="mechid-comparison/1",
         verdict=verdicts.comparison_verdict,
         page="comparison.html",
-        picture="comparison_",
+        picture="comparison_records",
     ),
     Kind(
         heading="Profiles",

@@ -19,7 +19,10 @@ CARDS = """
 .card h3 { margin: 0; } .card .soft { margin: 0; font-size: 0.86rem; } .card ul { font-size: 0.92rem; }
 .card .headline { color: var(--tone, inherit); font-weight: 600; }
 .card p.caution { color: var(--caution); font-weight: 600; }
-.card img { display: block; width: 100%; height: auto; margin: 0.5rem 0; background: #fff; border-radius: 0.25rem; }
+.card img {
+  display: block; width: 100%; max-height: 13rem; object-fit: cover; object-position: top; margin: 0.5rem 0;
+  background: #fff; border-radius: 0.25rem;
+}
 .card pre { margin: 0.5rem 0 0; font-size: 0.8rem; white-space: pre-wrap; }
 :root[data-theme="dark"] .card img { filter: invert(0.9) hue-rotate(180deg); }
 @media (prefers-color-scheme: dark) { :root:not([data-theme]) .card img { filter: invert(0.9) hue-rotate(180deg); } }

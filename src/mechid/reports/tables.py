@@ -52,10 +52,9 @@ LIMITS = (
         on_page=OnPage(style=lambda row: f"word status-{row['status']}", tip=lambda row: str(row["reason"])),
     ),
 )
-ON_TERMINAL = tuple(c for c in LIMITS if TERMINAL in c.where)
 NARROWER = (
-    ((PARAMETER, *ESTIMATES, *TRUTH), (PARAMETER, *ON_TERMINAL)),
-    ((PARAMETER, *ESTIMATES), (PARAMETER, *TRUTH, *ON_TERMINAL)),
+    ((PARAMETER, *ESTIMATES, *TRUTH), (PARAMETER, *LIMITS)),
+    ((PARAMETER, *ESTIMATES), (PARAMETER, *TRUTH, *LIMITS)),
 )
 KNOWN = (
     FULL_NAME,
@@ -67,9 +66,9 @@ KNOWN = (
 PRIORS = (
     *NAMES,
     Column("prior", "prior"),
-    Column("+- sigma", "prior_sigma"),
+    Column("+- sigma", "prior_sigma", said="± σ"),
     Column("estimate", "estimate"),
-    Column("+- sigma", "std_error"),
+    Column("+- sigma", "std_error", said="± σ"),
     Column("records alone", "without_prior"),
 )
 FOLLOWED = (
