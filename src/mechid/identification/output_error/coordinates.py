@@ -22,43 +22,14 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
 from mechid.identification.output_error.point_cache import PointCache
-from mechid.identification.output_error.record_parameters import INSTANTS, Mean, means_of
+from mechid.identification.output_error.record_parameters import Mean, RecordCoordinate, means_of
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.parameter import Parameter
 from mechid.simulation.block import Block
-from mechid.simulation.simulator import TimeBase
 from mechid.simulation.time_scale import clock_direction, output_slope
 from mechid.units import angle_difference
-
-
-@dataclass(frozen=True)
-class RecordCoordinate:
-    """Coordinate that acts on some records only, in the file's unit.
-
-    Attributes
-    ----------
-    records : tuple of str
-        Names of its targets: one, or all that share it.
-    parameter : Parameter
-        Name, start and bounds.
-    lane : int or None
-        Lane of the kernel that carries its derivative; None if it only shifts instants.
-    """
-
-    records: tuple[str, ...]
-    parameter: Parameter
-    lane: int | None
-
-    def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
-        """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
-        moves = INSTANTS.get(self.parameter.declaration.key)
-        if self.lane is None:
-            assert moves is not None
-            return moves(base, block, output, n)
-        carried = block.jacobian[-n:, output, self.lane]
-        return carried if moves is None else carried + moves(base, block, output, n)
 
 
 @dataclass(frozen=True, eq=False)

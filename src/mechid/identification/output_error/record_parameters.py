@@ -1,4 +1,4 @@
-"""Parameters of single records: those that shift instants, and means of those that every record has."""
+"""Parameters of single records: their coordinates, shifts of instants, and means over all records."""
 
 from __future__ import annotations
 
@@ -34,6 +34,34 @@ def _of_clock(base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
 
 INSTANTS: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset, CLOCK.key: _of_clock}
 """Record parameters that shift the instants of its samples, by key."""
+
+
+@dataclass(frozen=True)
+class RecordCoordinate:
+    """Coordinate that acts on some records only, in the file's unit.
+
+    Attributes
+    ----------
+    records : tuple of str
+        Names of its targets: one, or all that share it.
+    parameter : Parameter
+        Name, start and bounds.
+    lane : int or None
+        Lane of the kernel that carries its derivative; None if it only shifts instants.
+    """
+
+    records: tuple[str, ...]
+    parameter: Parameter
+    lane: int | None
+
+    def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
+        """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
+        moves = INSTANTS.get(self.parameter.declaration.key)
+        if self.lane is None:
+            assert moves is not None
+            return moves(base, block, output, n)
+        carried = block.jacobian[-n:, output, self.lane]
+        return carried if moves is None else carried + moves(base, block, output, n)
 
 
 @dataclass(frozen=True)
