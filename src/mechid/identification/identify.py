@@ -28,23 +28,23 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.rest import rest_window
-from mechid.identification.stages.disturbances import asks_for_more, fit_with_disturbances, without_imitations
+from mechid.identification.stages.disturbances import fit_with_disturbances, needs_more_effects, replace_imitations
 from mechid.identification.stages.freeze import freeze_dependent
-from mechid.identification.stages.growth import searched, warm_start
+from mechid.identification.stages.growth import search_growth, warm_start
 from mechid.identification.stages.joint_fit import (
     confirm_optimum,
     fit_past_cliffs,
-    held_by_file,
+    is_on_file_bound,
     joint_fit,
-    threshold_warnings,
+    warn_of_thresholds,
 )
 from mechid.identification.stages.kernels_ahead import LINE, KernelsAhead
 from mechid.identification.stages.masked_growth import fit_followed_again
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.start_growth import horizon_warnings
+from mechid.identification.stages.start_growth import warn_of_short_horizons
 from mechid.identification.stages.watch import Watch
-from mechid.identification.stages.whole_records import with_effect_asked_for
+from mechid.identification.stages.whole_records import add_needed_effect
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
@@ -113,7 +113,7 @@ def identify(
                 so_far = conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
                 keep(replace(so_far, campaign=given))
 
-        watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_lacking
+        watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_missing
         if begun:
             watch.tell("kernels", LINE)
         try:
@@ -184,7 +184,7 @@ def _follow_plan(
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.own_names)
     if near is None:
-        state, growth = searched(watch, state, campaign, names, seed, patient=patient)
+        state, growth = search_growth(watch, state, campaign, names, seed, patient=patient)
     else:
         state, growth = warm_start(state, near, seed)
     if growth is None:
@@ -194,7 +194,7 @@ def _follow_plan(
     left_out = any(t.left_out for t in state.taken.values())
     whole = growth.complete and not left_out
     state = state.at(growth.q, growth.horizons).ending(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
-    state = watch.note(state.saying(*horizon_warnings(state.problem, growth)))
+    state = watch.note(state.saying(*warn_of_short_horizons(state.problem, growth)))
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=STAGES.rough_tolerance)
@@ -204,20 +204,20 @@ def _follow_plan(
         state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    is_held = held_by_file(state.problem, state.q)  # then a bound leaves what is beyond noise
-    asks = (state.found and not before.found) or (asks_for_more(watch, state) and not is_held)
+    is_held = is_on_file_bound(state.problem, state.q)  # then a bound leaves what is beyond noise
+    asks = (state.found and not before.found) or (needs_more_effects(watch, state) and not is_held)
     if growth.complete and not before.added and asks:
         found = tuple(one.disturbance.name for one in state.found)
-        wider = with_effect_asked_for(watch, before, campaign, found, seed)
+        wider = add_needed_effect(watch, before, campaign, found, seed)
         if wider is not before:
             more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
             wider = fit_with_disturbances(watch, wider, campaign, more)
-            if asks_for_more(watch, wider):  # what leaves more than white noise may be an imitation
+            if needs_more_effects(watch, wider):  # what leaves more than white noise may be an imitation
                 watch.note(state)
             else:
                 state, names = wider, more
-    state = without_imitations(watch, state, campaign, names)
+    state = replace_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))
@@ -228,7 +228,7 @@ def _past_cliffs_again(watch: Watch, before: SearchState, state: SearchState, se
 
     What was said of the threshold before it was held holds no longer.
     """
-    stale = threshold_warnings(RELEASED, before)
+    stale = warn_of_thresholds(RELEASED, before)
     state = replace(state, warnings=tuple(line for line in state.warnings if line not in stale))
     state = state.ending(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
     return watch.note(_judged(fit_past_cliffs(watch, state, _names(state), seed)))
@@ -255,7 +255,7 @@ def _from_draws(watch: Watch) -> GoOn:
 
 def _judged(state: SearchState) -> SearchState:
     """Return the state at the end of the plan with what its last joint fit leaves in doubt."""
-    said = threshold_warnings(RELEASED, state)
+    said = warn_of_thresholds(RELEASED, state)
     state = state.saying(*said)
     if state.outcome.has_optimum and said:
         return state.ending(FitOutcome.CLIFF)

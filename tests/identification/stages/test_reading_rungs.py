@@ -38,7 +38,7 @@ def restless(monkeypatch):
     tremor = 20.0 * NOISE_NM * np.sin(np.arange(SAMPLES) ** 1.5 / 40.0)
     climb = climb_of(tremor)
     start = Candidate(climb.state.problem.start, 1e6)
-    monkeypatch.setattr(reading_rungs, "refined_starts", lambda *_: iter([start]))
+    monkeypatch.setattr(reading_rungs, "refine_starts", lambda *_: iter([start]))
     return climb
 
 

@@ -31,7 +31,7 @@ from mechid.identification.result.fit import Optimum
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import predicted_reduction, solve
-from mechid.identification.stages.freeze import without
+from mechid.identification.stages.freeze import free_only
 
 QUANTILE = float(chdtri(1, 0.05))
 """Of chi-square of one degree: an interval of 95 %."""
@@ -216,7 +216,7 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
     problem, q = optimum.problem, optimum.q
     names = [p.name for p in problem.space.mechanism.free if p.name != name]
     if name in problem.space.mechanism.parameters:
-        return without(problem, q, names, {name: value})
+        return free_only(problem, q, names, {name: value})
     at = problem.coordinates.names.index(name)
     targets = tuple(t.fix_parameters({name: value}) for t in problem.targets)
     return replace(problem, targets=targets), np.delete(q, at)

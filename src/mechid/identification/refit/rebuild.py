@@ -21,8 +21,8 @@ from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.masks import apply_masks
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.freeze import without
-from mechid.identification.stages.own_stages import begin
+from mechid.identification.stages.freeze import free_only
+from mechid.identification.stages.own_stages import begin_stages
 from mechid.identification.uncertainty.noise import release_noise, without_outliers
 from mechid.identification.uncertainty.noise_levels import with_saved_levels
 from mechid.parameter import Status
@@ -71,7 +71,9 @@ def _first_point(
     """Return the problem at the values found, with its windows; by the user's stages where the campaign has some."""
     if not campaign.stages:
         return problem, problem.coordinates.point(values), problem.whole_windows()
-    state = begin(SearchState(problem, problem.start, problem.whole_windows()), campaign, campaign.stages, values)
+    state = begin_stages(
+        SearchState(problem, problem.start, problem.whole_windows()), campaign, campaign.stages, values
+    )
     return state.problem, state.q, state.windows
 
 
@@ -81,7 +83,7 @@ def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, fl
     moved = [p.name for p in problem.space.mechanism.free if status[p.name] in MOVED]
     known = problem.space.mechanism.parameters
     held = {n: v for n, v in values.items() if status[n] == Status.FROZEN and n in known}
-    problem, q = without(problem, q, moved, held)
+    problem, q = free_only(problem, q, moved, held)
     cosines = (c.name for c in problem.space.coordinates if c.kind == "cosine")
     at_limit = frozenset(name for name in cosines if status[name] == Status.AT_BOUND)
     return problem.to_polar(at_limit, q) if at_limit else (problem, q)

@@ -1,7 +1,7 @@
-"""Growth with effects free beside the mechanism as written: grown, pruned, and settled where all records are followed.
+"""Growth with additional effects: grown, pruned, and settled once all records are followed.
 
-Few freedoms grow where many stall. So what is not needed over the samples that are followed is dropped before a growth,
-and freed again where that stalls; what is kept in the end is what the records need.
+Growth with few free parameters succeeds where one with many stalls. Effects that the followed samples do not need are
+therefore dropped before a growth, and freed again where it stalls. At the end only the needed effects are kept.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from mechid.simulation.work import WorkSpentError
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """A model with effects free, and how far its growth follows the records."""
+    """Model with effects free, and its growth."""
 
     model: AugmentedModel
     growth: Growth
@@ -49,7 +49,7 @@ class Reached:
 
     @property
     def q(self) -> FloatArray:
-        """Where its growth has ended, (n,)."""
+        """End of its growth, (n,)."""
         return self.growth.q
 
     @property
@@ -59,14 +59,14 @@ class Reached:
 
     @property
     def windows(self) -> Windows:
-        """What of each record is followed."""
+        """Followed part of each record."""
         return {name: (0, n) for name, n in self.growth.horizons.items()}
 
 
 def grow_model(
     watch: Watch, model: AugmentedModel, q: FloatArray, seed: int, *, escapes: int = STAGES.term_escapes, leaps: int = 0
 ) -> Reached:
-    """Return how far a model with effects free grows from a point of it; or, its budget spent, where it was then."""
+    """Grow a model with effects free from a point of it; if the budget is spent, return the growth up to then."""
     tell, rng = tell_growth(watch, model), np.random.default_rng((seed, 0, 7))
     furthest = Growth(q, least_horizons(model.problem), False, 0)
 
@@ -84,7 +84,7 @@ def grow_model(
 
 
 def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Mapping[str, int]], None]:
-    """Return what tells of the growth of a model."""
+    """Return a function that reports the growth of a model."""
     total = sum(t.samples for t in model.problem.targets)
 
     def on_progress(_q: FloatArray, gates: Mapping[str, int]) -> None:
@@ -95,10 +95,10 @@ def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Ma
     return on_progress
 
 
-def freed_where_stalled(watch: Watch, families: Families, reached: Reached, family: Family) -> Reached:
-    """Return a model with a family of effects freed where a growth has stalled, without those not needed there.
+def free_family_at_stall(watch: Watch, families: Families, reached: Reached, family: Family) -> Reached:
+    """Free a family of effects where a growth has stalled, without those not needed there.
 
-    It has not been grown from there yet: its horizons are those that were reached.
+    The model returned has not been grown yet: its horizons are those reached before.
     """
     wide = families.model(family, reached.model)
     q = wide.point_of(reached.model, reached.q)
@@ -115,13 +115,13 @@ def freed_where_stalled(watch: Watch, families: Families, reached: Reached, fami
 
 
 def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tuple[SearchState, Growth] | None:
-    """Return the state that follows all records, with the effects that are needed and no other.
+    """Return the state that follows all records with only the needed effects.
 
-    Where the mechanism as written follows them from here, it is without terms too. Terms that leave more than it does
-    explain nothing: it is grown from here, and None returned where that does not follow all records, or where more
-    terms are left than a file may well lack.
+    The mechanism as written is used if it follows them from here. If the terms leave more than the mechanism as
+    written, they explain nothing, and the latter is grown from here. None is returned if that growth does not follow
+    all records, or if more terms remain than a file may plausibly lack.
     """
-    found, problem, q = needed_disturbances(reached)
+    found, problem, q = select_needed_disturbances(reached)
     whole = {t.name: t.samples for t in problem.targets}
     own = [one.disturbance for one in found]
     base = lay_out(reached.model.base, (), lacking_tables(reached.model.base.mechanism, own))
@@ -142,22 +142,22 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
     at = drop_unneeded_terms(replace(at.of(problem), added=reached.model.added).at(q, whole), plain)
     if at.added is not None and len(at.added.terms) > IN_DIAGNOSIS.few:
-        return None  # so many that none is needed imitate what is missing: a value that its bounds leave out
-    at = _without_idle_law(at, state.problem, own)
+        return None  # so many terms imitate a missing effect, such as a value outside its bounds
+    at = _drop_idle_law(at, state.problem, own)
     return watch.note(at), Growth(at.q, whole, True, rounds)
 
 
-def _without_idle_law(state: SearchState, written: Problem, own: Sequence[Disturbance]) -> SearchState:
-    """Return a state with the law as written in place of an added one beside which terms explain all that is missing.
+def _drop_idle_law(state: SearchState, written: Problem, own: Sequence[Disturbance]) -> SearchState:
+    """Return a state with the law as written in place of an added one, if the terms alone explain the misfit.
 
     Parameters
     ----------
     state : SearchState
-        With all records followed.
+        State with all records followed.
     written : Problem
-        Of the mechanism as written.
+        Problem of the mechanism as written.
     own : sequence of Disturbance
-        Of the state's records.
+        Disturbances of the state's records.
     """
     added = state.added
     if added is None or not added.law or not added.terms:
@@ -175,8 +175,8 @@ def _without_idle_law(state: SearchState, written: Problem, own: Sequence[Distur
     return replace(state.of(problem), added=fewer).at(q)
 
 
-def state_so_far(state: SearchState, reached: Reached) -> SearchState:
-    """Return the state of a growth that has not come to the ends of all records, with its effects."""
+def unfinished_state(state: SearchState, reached: Reached) -> SearchState:
+    """Return the state of a growth that has not reached the ends of all records, with its effects."""
     model, windows = reached.model, reached.windows
     rises = model.needed(reached.q, windows) or {}
     total = max(sum(rises.values()), 1e-300)
@@ -191,7 +191,10 @@ def state_so_far(state: SearchState, reached: Reached) -> SearchState:
 
 
 def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, plain: Problem) -> FloatArray:
-    """Return the fit without a model's terms from its optimum: the others first move as the derivatives there say."""
+    """Fit without a model's terms from its optimum.
+
+    The other parameters are first moved as the derivatives predict.
+    """
     terms = model.added.names_by_term
     at = linearise(problem, q, problem.whole_windows(), terms) if terms else None
     starts = [q] if at is None else [at.keeping(())[1], q]
@@ -203,7 +206,7 @@ def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, p
     return found
 
 
-def needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, FloatArray]:
+def select_needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, FloatArray]:
     """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
     some, problem = reached.model.disturbances, reached.problem
     if not some:
@@ -215,7 +218,7 @@ def needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, F
     samples = sum(t.samples for t in problem.targets)
     groups = groups_of(problem, named)
     rises = needed_groups(solution.triangle, distance_from_null(problem, solution.q), groups, samples)
-    # Lines have no coordinates, so that `needed_groups` does not see them; a fall by chance must not name any.
+    # Lines have no coordinates, so `needed_groups` cannot judge them; a fall by chance must not select any.
     for one in (one for one in some if not one.parameters):
         rise = _rise_without_lines(problem, solution.q, one)
         if is_significant(Score(rise, one.dof, 1.0, samples), DURING_FIT):
@@ -227,7 +230,7 @@ def needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, F
 
 
 def _rise_without_lines(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
-    """Return the rise of the cost without lines that are projected out."""
+    """Return the rise of the cost if projected lines are removed."""
     with_them = problem.total_norm(q, problem.whole_windows())
     other, here = without(problem, q, [lines])
     return other.total_norm(here, other.whole_windows()) ** 2 - with_them**2
@@ -248,16 +251,16 @@ def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> Re
 def accept_at_raised_noise(
     watch: Watch, raised: SearchState, growth: Growth, fitted: Reached | None
 ) -> tuple[SearchState, Growth] | None:
-    """Return the state at a raised noise level, with added terms where these are needed.
+    """Return the state at a raised noise level, with added terms if they are needed.
 
-    None where most of a record is not explained there.
+    None if most of a record is not explained there.
     """
     if fitted is None or not fitted.growth.complete or not explains_most(fitted.problem, fitted.q):
         return None
     if not _needs_terms(fitted.model, fitted.problem, fitted.q):
         alone = watch.note(raised.at(growth.q, growth.horizons))
         return (alone, growth) if explains_most(raised.problem, growth.q) else None
-    found, problem, q = needed_disturbances(fitted)
+    found, problem, q = select_needed_disturbances(fitted)
     own = tuple(one.disturbance for one in found)
     state = replace(raised.of(problem), found=(*raised.found, *found), added=fitted.model.added)
     written = AddedTerms(raised.problem.space.mechanism)
@@ -267,7 +270,10 @@ def accept_at_raised_noise(
 
 
 def _needs_terms(model: AugmentedModel, problem: Problem, q: FloatArray) -> bool:
-    """Tell whether any term is needed, each channel at its own residual's level: a raised level hides that."""
+    """Tell whether any term is needed, with each channel at its own residual's level.
+
+    A raised level would hide the need.
+    """
     if not model.added.terms:
         return False
     all_terms = linearise(problem, q, problem.whole_windows(), model.added.names_by_term)
