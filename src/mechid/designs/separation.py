@@ -23,7 +23,7 @@ from mechid.designs.rivals import Group
 from mechid.designs.settings import DESIGN
 from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.disturbance import with_disturbances
 from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem, transfer_values
@@ -148,7 +148,7 @@ def with_records(campaign: Campaign, model: Model, records: Sequence[PlannedReco
     new = [replace(r, name=f"{r.name} again" if r.name in names else r.name).target() for r in records]
     some = []
     if model.disturbances:
-        for one in possible(replace(plain, targets=(*plain.targets, *new)), campaign):
+        for one in possible_disturbances(replace(plain, targets=(*plain.targets, *new)), campaign):
             if one.name in model.disturbances:
                 some.append(replace(one, own={t.name: one.own[t.name] for t in new if t.name in one.own}))
     problem = with_disturbances(replace(model.problem, targets=tuple(new)), some)

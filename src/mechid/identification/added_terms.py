@@ -10,10 +10,10 @@ from scipy.special import chdtrc
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import appendix_text
-from mechid.identification.effects.disturbance import lacking_tables
+from mechid.identification.effects.disturbance import missing_tables
 from mechid.identification.effects.effect import AddedTerms, lay_out
 from mechid.identification.effects.pruning import linearise
-from mechid.identification.effects.scores import by_own_residuals
+from mechid.identification.effects.scores import weight_by_residuals
 from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit
@@ -123,7 +123,7 @@ def _falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[d
 
 def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> float:
     """Return by how much the cost falls with a law in place of the one that the user chose, all else fitted anew."""
-    weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
+    weighted, _ = weight_by_residuals(state.problem, state.q, state.windows)
     cost = weighted.total_norm(state.q, state.windows) ** 2
     moved = {p.name for p in weighted.space.mechanism.free}
     without_law = lay_out(AddedTerms(written), added.terms, _tables(written, state)).mechanism
@@ -137,7 +137,7 @@ def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> f
 
 def _tables(written: Mechanism, state: SearchState) -> frozenset[str]:
     """Return the tables that a mechanism lacks for what the records were found to have."""
-    return lacking_tables(written, [found.disturbance for found in state.found])
+    return missing_tables(written, [found.disturbance for found in state.found])
 
 
 def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:

@@ -14,7 +14,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
 from mechid.identification.added_terms import incomplete, with_added_terms
 from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
-from mechid.identification.effects.mains import grid_shown
+from mechid.identification.effects.mains import find_grid_hz
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.held_out_nuisance import with_nuisance
 from mechid.identification.output_error.declaration import DECLARED, reinterpret_campaign
@@ -105,7 +105,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
-        mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
+        mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else find_grid_hz(problem, q),
         synthetic=campaign.synthetic,
         path=state.path,
     )

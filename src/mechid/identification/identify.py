@@ -17,7 +17,7 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.conclude import GoOn, conclude
 from mechid.identification.effects.disturbance import lines_of, with_disturbances
-from mechid.identification.effects.mains import mains, read_anew
+from mechid.identification.effects.mains import mains, redetermine_hum
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -201,7 +201,7 @@ def _follow_plan(
     state = fit_followed_again(watch, state, names)
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
-        state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
+        state = watch.note(state.of(redetermine_hum(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
     is_held = is_on_file_bound(state.problem, state.q)  # then a bound leaves what is beyond noise

@@ -76,9 +76,9 @@ def test_an_alias_is_tried_and_named():
     """Truth: offsets of the phase voltages and a detent of one period in a turn of the electrical angle are one."""
     plain, state = grown(DETENT)
     all_terms = linearise(state.problem, state.q, state.problem.whole_windows(), state.added.names_by_term)
-    assert len(all_terms.needed) == 1
-    assert all_terms.needed <= {DETENT, OFFSETS}
-    assert {DETENT, OFFSETS} - all_terms.needed in list(exchanges(all_terms, all_terms.needed))
+    assert len(all_terms.needed_effects) == 1
+    assert all_terms.needed_effects <= {DETENT, OFFSETS}
+    assert {DETENT, OFFSETS} - all_terms.needed_effects in list(exchanges(all_terms, all_terms.needed_effects))
     found = drop_unneeded_terms(state, plain).added
     (kept,) = found.terms
     assert found.aliases == {kept: (({DETENT, OFFSETS} - {kept}).pop(),)}

@@ -204,7 +204,7 @@ class Model:
         problem = replace(self.problem, shrinkage=shrinkage or {})
         named = {name: self.parameters[name] for name in (*self.terms, *self.disturbances)}
         found = linearise(problem, self.q, self.setting.windows, named)
-        return found.needed if found else frozenset(named)
+        return found.needed_effects if found else frozenset(named)
 
     def _with_terms(self, terms: Collection[str]) -> AddedTerms:
         return replace(add_terms(self.library, terms), widths={}) if self.library else AddedTerms(self.base)

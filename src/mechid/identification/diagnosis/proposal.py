@@ -8,9 +8,9 @@ import numpy as np
 
 from mechid.campaign.mechanism_text import appendix_text
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, remove_disturbances
 from mechid.identification.effects.mains import mains
-from mechid.identification.effects.scores import by_own_residuals, scores
+from mechid.identification.effects.scores import scores, weight_by_residuals
 from mechid.identification.effects.selection import is_significant
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
@@ -61,7 +61,7 @@ def proposal_of(model: Model) -> Proposal:
 
 def _found(model: Model) -> tuple[dict[str, float], dict[str, float]]:
     """Return values and standard errors of all that a model moves, each record at what its residual is worth."""
-    weighted, _ = by_own_residuals(model.problem, model.q, model.setting.windows)
+    weighted, _ = weight_by_residuals(model.problem, model.q, model.setting.windows)
     triangle = weighted.joint(model.q, model.setting.windows)
     names, slopes = weighted.coordinates.value_slopes(model.q)
     variance = np.einsum("ij,jk,ik->i", slopes, covariance(triangle), slopes)
@@ -107,7 +107,7 @@ def hum_left(model: Model, fit: Fit) -> list[Missing]:
         return []
     lines = tuple(lines_of(model.problem))
     removed = Disturbance("", "", lines_hz={t.name: lines for t in model.problem.targets})
-    bare, q = without(model.problem, model.q, [removed])
+    bare, q = remove_disturbances(model.problem, model.q, [removed])
     seen = mains(bare, q)
     if seen is None:
         return []

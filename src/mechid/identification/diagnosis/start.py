@@ -13,7 +13,7 @@ from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.effect import add_terms
 from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
@@ -53,7 +53,7 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     wide = with_tables(campaign.mechanism, _tables_of_records(fit, campaign.mechanism))
     mechanism = wide.with_values(here).with_free(moved)
     problem = apply_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
-    disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
+    disturbances = possible_disturbances(problem, campaign, problem.coordinates.point(fit.values))
     parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
     setting = Setting(problem, problem.whole_windows(), parametric, _considered(campaign, known))

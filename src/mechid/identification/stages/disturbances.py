@@ -13,8 +13,14 @@ from functools import cached_property
 import numpy as np
 
 from mechid.campaign import Campaign
-from mechid.identification.effects.campaign_disturbances import possible, widened
-from mechid.identification.effects.disturbance import Disturbance, Found, lacking_tables, with_disturbances, without
+from mechid.identification.effects.campaign_disturbances import possible_disturbances, widen_priors
+from mechid.identification.effects.disturbance import (
+    Disturbance,
+    Found,
+    missing_tables,
+    remove_disturbances,
+    with_disturbances,
+)
 from mechid.identification.effects.effect import lay_out, substitute_law
 from mechid.identification.effects.scores import Score, bayesian_penalty, count_effective_samples, scores
 from mechid.identification.effects.selection import add_likeliest, better_law, drop_unneeded, gain
@@ -101,7 +107,7 @@ class SearchedModel:
         Its clock in another form is an example.
         """
         own = [found.disturbance for found in self.state.found]
-        return replace(self, possible=tuple(one for one in self.possible if not any(map(one.frees_as, own))))
+        return replace(self, possible=tuple(one for one in self.possible if not any(map(one.overlaps, own))))
 
     def with_effect(self, effect: str) -> SearchedModel:
         """Return the model fitted with one more disturbance, whose improvement is stored with it."""
@@ -111,7 +117,7 @@ class SearchedModel:
         names = (*self.names, *(p.name for p in one.parameters))
         more = self._fit(begun, f"with {one.name}", names, Found(one, math.nan, math.nan))
         # A prior that is too narrow would limit the effect and so its score: it is widened once.
-        (wider,) = widened((one,), problem, more.state.q, STAGES.at_edge, STAGES.wider)
+        (wider,) = widen_priors((one,), problem, more.state.q, STAGES.at_edge, STAGES.wider)
         if wider is not one:
             one, problem = wider, with_disturbances(self.state.problem, [wider])
             begun = self.state.of(problem).at(more.state.q)
@@ -131,7 +137,7 @@ class SearchedModel:
         alone = self._state_without(law.imitated_by) if law.imitated_by in self.effects else self.state
         terms = self.state.added.terms if self.state.added else ()
         own = [found.disturbance for found in alone.found]
-        added = lay_out(substitute_law(plain, law), terms, lacking_tables(plain, own))
+        added = lay_out(substitute_law(plain, law), terms, missing_tables(plain, own))
         problem = added.problem(alone.problem)
         begun = replace(alone.of(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
         return self._fit(begun, f"{law.name} in place of {self._imitation_of(law)}", (*self.names, *sorted(added.new)))
@@ -142,7 +148,7 @@ class SearchedModel:
     def _state_without(self, effect: str) -> SearchState:
         one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
         rest = tuple(found for found in self.state.found if found.disturbance is not one)
-        problem, q = without(self.state.problem, self.state.q, [one])
+        problem, q = remove_disturbances(self.state.problem, self.state.q, [one])
         return replace(self.state.of(problem).at(q), found=rest)
 
     def _fit(self, begun: SearchState, name: str, names: tuple[str, ...], *further: Found) -> SearchedModel:
@@ -168,7 +174,9 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     model = SearchedModel(watch, at, names)
     if needs_more_effects(watch, plain):
         watch.tell("disturbances", "disturbances of the records are looked for")
-        model = _add_needed_disturbances(replace(model, possible=possible(plain.problem, campaign, plain.q)))
+        model = _add_needed_disturbances(
+            replace(model, possible=possible_disturbances(plain.problem, campaign, plain.q))
+        )
     fitted = _release_noise(model, state, plain, campaign)
     # The last one found is dropped first: it explains the least.
     while doubted := [found.disturbance for found in fitted.found if not _exceeds_its_error(fitted, found.disturbance)]:

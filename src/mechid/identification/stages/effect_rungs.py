@@ -60,7 +60,7 @@ def _free_second(climb: Climb) -> Climb:
     best = min(climb.looks, key=lambda look: look.criterion)
     if climb.complete or best.explains:
         return climb
-    base = best.model.laid_out(climb.families.plain)
+    base = best.model.lay_out(climb.families.plain)
     first = {name: stop for name, (_, stop) in first_windows(base.problem).items()}
     return _grow_beside_hum(climb, base, [base.point_of(best.model, best.q)], first)
 
@@ -248,7 +248,7 @@ def _grow(
 ) -> Reached:
     if model.superset is not None and len(model.effects) <= IN_DIAGNOSIS.few:
         # A few effects are laid out on a plant of their own, whose steps are faster than the superset's.
-        compact = model.laid_out(climb.families.plain)
+        compact = model.lay_out(climb.families.plain)
         model, q = compact, compact.point_of(model, q)
     return grow_model(climb.watch, model, q, climb.seed, escapes=escapes, leaps=leaps)
 

@@ -11,8 +11,8 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.campaign.identify_options import MAINS
 from mechid.identification.effects.augmented import AugmentedModel, augment
-from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import Disturbance, lacking_tables
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
+from mechid.identification.effects.disturbance import Disturbance, missing_tables
 from mechid.identification.effects.effect import AddedTerms, lay_out, substitute_law
 from mechid.identification.effects.mains import mains
 from mechid.identification.output_error.problem import Problem
@@ -186,7 +186,9 @@ class Families:
         bare = augment(self.plain, self.base, self.superset, (), (), "").problem
         rests = {t.name: commanded_rest_window(t) for t in self.plain.targets}
         return tuple(
-            one for one in possible(bare, self.campaign, rests=rests) if one.name in OF_RECORDS or one.lines_hz
+            one
+            for one in possible_disturbances(bare, self.campaign, rests=rests)
+            if one.name in OF_RECORDS or one.lines_hz
         )
 
     @property
@@ -209,7 +211,7 @@ class Families:
         """
         own = self._record_disturbances if family.records else ()
         if family.records and near is not None:
-            seen = (one for one in possible(self.plain, self.campaign, near) if one.lines_hz)
+            seen = (one for one in possible_disturbances(self.plain, self.campaign, near) if one.lines_hz)
             own = (*(one for one in own if not one.lines_hz), *seen)
         listed = self.superset.terms if self.superset and family.terms and self.allows_terms else ()
         names = [t.name for t in listed if t.name not in self.unlisted_terms and (family.rarer or not t.rarer)]
@@ -248,7 +250,7 @@ class Families:
         if hum is None:
             return None
         name = f"{base.name}, {hum.name}" if base.effects else hum.name
-        return replace(base, name=name, disturbances=(*base.disturbances, hum)).laid_out(self.plain)
+        return replace(base, name=name, disturbances=(*base.disturbances, hum)).lay_out(self.plain)
 
     def with_effect(self, base: AugmentedModel, name: str) -> AugmentedModel:
         """Return a model with one more effect, a term or a disturbance, by name."""
@@ -258,7 +260,7 @@ class Families:
 
     def with_other_term(self, base: AugmentedModel, old: str, new: str) -> tuple[AugmentedModel, dict[str, str]]:
         """Return a model with one term replaced by another, and the new names of its parameters by the old ones."""
-        less = base.keeping(self.plain, set(base.effects) - {old}, base.name)
+        less = base.keep_effects(self.plain, set(base.effects) - {old}, base.name)
         other = self.with_effects(less, (new,), (), base.name.replace(old, new))
         before, after = base.added.names_by_term[old], other.added.names_by_term[new]
         return other, dict(zip(before, after, strict=True))
@@ -273,7 +275,7 @@ class Families:
         disturbances = (*before.disturbances, *(one for one in own if one.name not in there))
         # Without a place for terms, the plant stays small, and all choices of free record values share one kernel.
         if not names:
-            model = replace(self.bare, name=name, disturbances=disturbances).laid_out(self.plain, self._tables)
+            model = replace(self.bare, name=name, disturbances=disturbances).lay_out(self.plain, self._tables)
             lanes = self.plain.coordinates.lanes + len(OF_RECORDS)
             return replace(model, problem=replace(model.problem, capacity=lanes))
         return augment(
@@ -299,7 +301,7 @@ class Families:
         other = self.with_law(law)
         if base is None or not base.effects:
             return other.bare
-        tables = lacking_tables(other.base.mechanism, base.disturbances)
+        tables = missing_tables(other.base.mechanism, base.disturbances)
         added = lay_out(other.base, base.added.terms, tables)
         problem = added.problem(self.plain, base.disturbances)
         return AugmentedModel(f"{base.name}, {law.name}", problem, added, base.disturbances, None, other.base)

@@ -106,14 +106,14 @@ def prune_look(
     """Refit a look without the effects that are not needed; return it unchanged if its misfit is too large."""
     if look.cost_per_sample >= STAGES.prunable or not look.model.names_by_effect:
         return look
-    needed = look.model.needed(look.q, windows or first_windows(families.plain))
+    needed = look.model.needed_effects(look.q, windows or first_windows(families.plain))
     if needed is None:
         return look
     tell(f"needed there: {effect_words(needed)}")
-    less = look.model.keeping(families.plain, needed, ", ".join(needed) or "as written")
+    less = look.model.keep_effects(families.plain, needed, ", ".join(needed) or "as written")
     found = fit_look(less, less.point_of(look.model, look.q), journal, windows)
     # Effects that have reached the edge of their prior get a wider one, since pruning leaves them more to explain.
-    wider = less.widened(families.plain, found.q, STAGES.at_edge, STAGES.wider)
+    wider = less.widen_priors(families.plain, found.q, STAGES.at_edge, STAGES.wider)
     return found if wider is less else fit_look(wider, wider.point_of(less, found.q), journal, windows)
 
 

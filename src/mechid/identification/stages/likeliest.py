@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.effects.pruning import falls, groups_of
+from mechid.identification.effects.pruning import cost_reductions, groups_of
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
@@ -138,7 +138,7 @@ def _scores(
     further = {n: own for n, own in wide.names_by_effect.items() if n not in base.effects}
     groups = groups_of(problem, {n: own for n, own in further.items() if names is None or n in names})
     penalty = bayesian_penalty(triangle.samples)
-    found = falls(triangle, groups)
+    found = cost_reductions(triangle, groups)
     return {name: fall - penalty * len(groups[name]) for name, fall in found.items() if math.isfinite(fall)}
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.effect import AddedTerms, lay_out, renamed
+from mechid.identification.effects.effect import AddedTerms, lay_out, rename_values
 from mechid.identification.effects.pruning import Linearisation, linearise
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
@@ -28,13 +28,13 @@ Follows = Callable[[Problem, FloatArray], bool]
 
 def exchanges(all_terms: Linearisation, kept: frozenset[str]) -> Iterator[frozenset[str]]:
     """Yield sets of terms in which one kept term is replaced by another that explains nearly as much."""
-    least = all_terms.keeping(kept)[0]
+    least = all_terms.fit_only(kept)[0]
     found: list[tuple[float, frozenset[str]]] = []
     for name in sorted(kept):
-        allowed = STAGES.exchange_margin * (all_terms.keeping(kept - {name})[0] - least)
+        allowed = STAGES.exchange_margin * (all_terms.fit_only(kept - {name})[0] - least)
         for other in sorted(all_terms.groups.keys() - kept):
             names = kept - {name} | {other}
-            more = all_terms.keeping(names)[0] - least
+            more = all_terms.fit_only(names)[0] - least
             if more <= max(allowed, bayesian_penalty(all_terms.effective_samples)):
                 found.append((more, names))
     yield from (names for _, names in sorted(found, key=lambda each: each[0])[: STAGES.exchanges])
@@ -64,7 +64,7 @@ def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | N
     all_terms = linearise(state.problem, q, state.problem.whole_windows(), state.added.names_by_term)
     if all_terms is None:
         return state
-    kept = all_terms.needed
+    kept = all_terms.needed_effects
     fits = _fit_selections([kept, *exchanges(all_terms, kept)] if kept else [], all_terms, state, follows)
     if not fits:
         return state
@@ -110,7 +110,7 @@ def _fit_selections(
         problem = replace(state.problem, shrinkage=held)
         whole = problem.whole_windows()
         q = solve(
-            problem, all_terms.keeping(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
+            problem, all_terms.fit_only(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
         ).q
         # A lower cost is worth nothing if a record is left early.
         if not unfollowed_records(problem, q) and (follows is None or follows(problem, q)):
@@ -128,7 +128,7 @@ def _lay_out_selection(
     base = AddedTerms(plain.space.mechanism, new=law, law=wide.law)
     added = replace(lay_out(base, fit.names), aliases=aliases)
     problem = added.problem(plain)
-    values = renamed(fit.problem.coordinates.values(fit.q), wide, added)
+    values = rename_values(fit.problem.coordinates.values(fit.q), wide, added)
     return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
 
 

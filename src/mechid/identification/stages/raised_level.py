@@ -43,7 +43,7 @@ def _grow_named(climb: Climb) -> Climb:
         n for n in names if scores[n] > max(STAGES.grown_share * scores[names[0]], DURING_FIT.least_chi_square)
     ):
         watch.tell("whole records", f"{name} explains {scores[name]:.0f} of what a raised noise level hides")
-        model = families.with_effect(families.bare, name).laid_out(problem)
+        model = families.with_effect(families.bare, name).lay_out(problem)
         look = fit_look(model, model.point_of(families.bare, q), watch.journal, whole)
         # The look was fitted at the residual's level; growth judges at the known one.
         model = replace(model, problem=with_levels_of(model.problem, known))

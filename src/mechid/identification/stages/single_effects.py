@@ -81,7 +81,7 @@ def choose_best_period(
         model, moved = families.with_other_term(look.model, term, other)
         values = look.model.problem.coordinates.values(look.q)
         point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
-        compact = model.laid_out(families.plain)
+        compact = model.lay_out(families.plain)
         return fit_look(compact, compact.point_of(model, point), journal, windows, steps)
 
     def uphill(look: FirstLook, term: str) -> tuple[FirstLook, str]:

@@ -15,8 +15,8 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.effects.disturbance import Disturbance, Found, lacking_tables, without
-from mechid.identification.effects.effect import AddedTerms, distance_from_null, lay_out, renamed
+from mechid.identification.effects.disturbance import Disturbance, Found, missing_tables, remove_disturbances
+from mechid.identification.effects.effect import AddedTerms, distance_from_null, lay_out, rename_values
 from mechid.identification.effects.pruning import groups_of, linearise, needed_groups
 from mechid.identification.effects.scores import Score, bayesian_penalty
 from mechid.identification.effects.selection import is_significant
@@ -103,12 +103,12 @@ def free_family_at_stall(watch: Watch, families: Families, reached: Reached, fam
     wide = families.model(family, reached.model)
     q = wide.point_of(reached.model, reached.q)
     q = solve(wide.problem, q, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
-    needed = wide.needed(q, reached.windows)
+    needed = wide.needed_effects(q, reached.windows)
     if needed is None:
         return Reached(wide, replace(reached.growth, q=q))
     watch.tell("added effects", f"needed so far: {effect_words(needed)}")
-    less = wide.keeping(families.plain, needed, ", ".join(needed) or "as written")
-    less = less.widened(families.plain, less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
+    less = wide.keep_effects(families.plain, needed, ", ".join(needed) or "as written")
+    less = less.widen_priors(families.plain, less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
     begun = less.point_of(wide, q)
     moved = solve(less.problem, begun, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
     return Reached(less, replace(reached.growth, q=moved))
@@ -124,7 +124,7 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
     found, problem, q = select_needed_disturbances(reached)
     whole = {t.name: t.samples for t in problem.targets}
     own = [one.disturbance for one in found]
-    base = lay_out(reached.model.base, (), lacking_tables(reached.model.base.mechanism, own))
+    base = lay_out(reached.model.base, (), missing_tables(reached.model.base.mechanism, own))
     plain = base.problem(state.problem, own)
     alone = _fit_without_terms(reached.model, problem, q, plain)
     at = replace(state, found=(*state.found, *found))
@@ -163,9 +163,9 @@ def _drop_idle_law(state: SearchState, written: Problem, own: Sequence[Disturban
     if added is None or not added.law or not added.terms:
         return state
     mechanism = written.space.mechanism
-    fewer = replace(lay_out(AddedTerms(mechanism), added.terms, lacking_tables(mechanism, own)), aliases=added.aliases)
+    fewer = replace(lay_out(AddedTerms(mechanism), added.terms, missing_tables(mechanism, own)), aliases=added.aliases)
     problem = fewer.problem(written, own)
-    values = renamed(state.problem.coordinates.values(state.q), added, fewer)
+    values = rename_values(state.problem.coordinates.values(state.q), added, fewer)
     begun, whole = problem.coordinates.clip(problem.coordinates.point(values)), problem.whole_windows()
     q = solve(problem, begun, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     penalty = bayesian_penalty(sum(t.samples for t in problem.targets)) * (state.problem.size - problem.size)
@@ -178,10 +178,10 @@ def _drop_idle_law(state: SearchState, written: Problem, own: Sequence[Disturban
 def unfinished_state(state: SearchState, reached: Reached) -> SearchState:
     """Return the state of a growth that has not reached the ends of all records, with its effects."""
     model, windows = reached.model, reached.windows
-    rises = model.needed(reached.q, windows) or {}
+    rises = model.needed_effects(reached.q, windows) or {}
     total = max(sum(rises.values()), 1e-300)
     found = tuple(Found(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances)
-    base = lay_out(model.base, (), lacking_tables(model.base.mechanism, model.disturbances))
+    base = lay_out(model.base, (), missing_tables(model.base.mechanism, model.disturbances))
     at = replace(state.of(reached.problem), added=model.added, found=(*state.found, *found))
     at = lay_out_state(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
     if model.added.terms or base.mechanism is state.problem.space.mechanism:
@@ -197,7 +197,7 @@ def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, p
     """
     terms = model.added.names_by_term
     at = linearise(problem, q, problem.whole_windows(), terms) if terms else None
-    starts = [q] if at is None else [at.keeping(())[1], q]
+    starts = [q] if at is None else [at.fit_only(())[1], q]
     for start in starts:
         begun = plain.coordinates.clip(plain.coordinates.point(problem.coordinates.values(start)))
         found = solve(plain, begun, plain.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6).q
@@ -226,13 +226,13 @@ def select_needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Pro
     lost = [one for one in some if one.name not in rises]
     total = sum(rises.values())
     found = tuple(Found(one, rises[one.name], rises[one.name] / total) for one in some if one.name in rises)
-    return found, *without(problem, solution.q, lost)
+    return found, *remove_disturbances(problem, solution.q, lost)
 
 
 def _rise_without_lines(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
     """Return the rise of the cost if projected lines are removed."""
     with_them = problem.total_norm(q, problem.whole_windows())
-    other, here = without(problem, q, [lines])
+    other, here = remove_disturbances(problem, q, [lines])
     return other.total_norm(here, other.whole_windows()) ** 2 - with_them**2
 
 
@@ -264,7 +264,7 @@ def accept_at_raised_noise(
     own = tuple(one.disturbance for one in found)
     state = replace(raised.of(problem), found=(*raised.found, *found), added=fitted.model.added)
     written = AddedTerms(raised.problem.space.mechanism)
-    plain = lay_out(written, (), lacking_tables(written.mechanism, own)).problem(raised.problem, own)
+    plain = lay_out(written, (), missing_tables(written.mechanism, own)).problem(raised.problem, own)
     state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)
     return watch.note(state), replace(fitted.growth, q=state.q)
 
@@ -277,4 +277,4 @@ def _needs_terms(model: AugmentedModel, problem: Problem, q: FloatArray) -> bool
     if not model.added.terms:
         return False
     all_terms = linearise(problem, q, problem.whole_windows(), model.added.names_by_term)
-    return all_terms is None or bool(all_terms.needed)
+    return all_terms is None or bool(all_terms.needed_effects)
