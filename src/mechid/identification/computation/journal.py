@@ -300,7 +300,8 @@ def pack(value: Any) -> Any:
         return {"items": [[key, pack(entry)] for key, entry in value.items()]}
     if isinstance(value, list | tuple):
         return [pack(entry) for entry in value]
-    if isinstance(value, float):  # NumPy's double is one too
+    # Hexadecimal, because decimal text would not always restore the last bit; NumPy's double is a float too.
+    if isinstance(value, float):
         return {"hex": float(value).hex()}
     if isinstance(value, np.integer | np.bool_):
         return value.item()

@@ -132,11 +132,13 @@ def in_threads(
         try:
             return one(number)
         except BaseException:
-            abandoned.set()  # not where the caller waits: under load it may wake after further tasks have begun
+            # Set here and not where the caller waits, which under load may wake after further tasks have begun.
+            abandoned.set()
             raise
 
     with interrupted_by(check):
-        contexts = [copy_context() for _ in tasks]  # a context can be entered by only one thread at a time
+        # One context for each task, because only one thread at a time can enter a context.
+        contexts = [copy_context() for _ in tasks]
     with ThreadPoolExecutor(min(workers, len(tasks))) as threads:
         try:
             futures = [threads.submit(own.run, one_of_all, i) for i, own in enumerate(contexts)]

@@ -172,4 +172,4 @@ def ensure_kernel_cache() -> tuple[str, ...]:
         atexit.register(shutil.rmtree, temporary, ignore_errors=True)
         os.environ[CACHE] = temporary
         why = f"cannot write to {folder} ({error.strerror})"
-        return (f"{why}: its kernels are compiled in a temporary folder, anew in each process",)
+        return (f"{why}: its kernels are compiled in a temporary folder, again in each process",)

@@ -102,7 +102,8 @@ def _best_shift(problem: Problem, target: Target, q: FloatArray, moves: int) -> 
     for channel, room in zip(target.channels, rooms, strict=True):
         modelled = room[:] + channel.measured[read[0] : read[1]]
         before, behind = max(read[0] - (window[0] - most), 0), max(window[1] - least - read[1], 0)
-        padded = np.pad(modelled, (before, behind), mode="edge")  # at rest before, and no record is read beyond its end
+        # The model is at rest before the record begins, and is not simulated beyond its end.
+        padded = np.pad(modelled, (before, behind), mode="edge")
         starts = most - shifts
         rows = sliding_window_view(padded, window[1] - window[0])[starts] - channel.measured[window[0] : window[1]]
         rows += hum_from_rest(channel, rest_window(target), window)

@@ -262,7 +262,7 @@ def _can_free(climb: Climb) -> bool:
 
 
 def _keep_furthest(climb: Climb) -> Climb:
-    """Keep the growth that has come furthest, with its effects, where no rung has come to the ends of all records."""
+    """Keep the furthest growth, with its effects, if no rung has reached the ends of all records."""
     reached = climb.reached
     assert climb.growth is not None
     assert reached is not None

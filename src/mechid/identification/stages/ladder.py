@@ -27,8 +27,8 @@ from mechid.identification.stages.watch import Watch
 from mechid.simulation.work import WorkSpentError, counted, uncounted
 
 BUDGET_SPENT = (
-    "all records: the search for what is missing has ended at its budget, as many times the work of a search whose "
-    f"mechanism lacks nothing as it may take ({STAGES.effects_budget} for effects, {STAGES.ladder_budget} in all)"
+    "all records: the search for missing effects has ended at its budget, a multiple of the work of a search whose "
+    f"mechanism is complete ({STAGES.effects_budget} times for effects, {STAGES.ladder_budget} times in all)"
 )
 
 

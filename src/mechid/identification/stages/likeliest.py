@@ -155,10 +155,10 @@ def _best(scores: Mapping[str, float], most: int) -> list[str]:
 
 
 def effect_scores(families: Families, base: AugmentedModel, q: FloatArray) -> dict[str, float]:
-    """Return what each effect beside a model that follows the records would explain of their first seconds.
+    """Return the score of each effect over the first seconds of records that the model follows.
 
-    Detents of any number of periods are gone through over fewer of them, where neighbouring numbers look alike, and the
-    likeliest and its neighbours compared over all.
+    Detents of any number of periods are scanned over less time, where neighbouring numbers look alike. The likeliest
+    and its neighbours are then compared over all of it.
     """
     windows, short = (_at_most(families.plain, s) for s in (STAGES.effect_scores_s, STAGES.effect_scan_s))
     found = _scores(base, q, windows, families.model(EVERYTHING, base), None)
@@ -170,5 +170,5 @@ def effect_scores(families: Families, base: AugmentedModel, q: FloatArray) -> di
 
 
 def _at_most(plain: Problem, seconds: float) -> Windows:
-    """Return the windows of so many seconds at the beginning of each record."""
+    """Return windows of at most so many seconds at the beginning of each record."""
     return {t.name: (0, min(t.samples, round(seconds * t.base.sample_rate_hz))) for t in plain.targets}
