@@ -136,10 +136,11 @@ import resource, sys
 from pathlib import Path
 import h5py, numpy
 from mechid.errors import UnwritableError
-from mechid.writing import made_in_memory, writable
+from mechid.writing import buffered_file, creating_folder
 resource.setrlimit(resource.RLIMIT_FSIZE, (9000, resource.RLIM_INFINITY))
 try:
-    with writable(sys.argv[1]), made_in_memory(Path(sys.argv[1]) / "a.h5") as content, h5py.File(content, "w") as file:
+    place = Path(sys.argv[1])
+    with creating_folder(place), buffered_file(place / "a.h5") as content, h5py.File(content, "w") as file:
         file["x"] = numpy.arange(5000.0)
 except UnwritableError as error:
     print(error)
