@@ -133,6 +133,11 @@ FILE, DIGEST, QUANTITIES, PLANT = "mechanism_file", "mechanism_sha256", "quantit
 NEXT = "identify anew (for a budget, what differs in flight belongs into its [flight] values)"
 
 
+def provenance_of_fits(*digests: str) -> dict[str, Any]:
+    """Return what a result's JSON file says of the fits that it is of, by the digests of their mechanism files."""
+    return {"fits": [{DIGEST: digest or None} for digest in digests]}
+
+
 def signed(fit: Fit, name: str, text: str) -> Fit:
     """Return a fit whose provenance names the mechanism file left beside it, with the digest of that file's text."""
     own = {FILE: name, DIGEST: hashlib.sha256(text.encode()).hexdigest(), QUANTITIES: [*fit.mechanism.plant.outputs]}
