@@ -56,7 +56,7 @@ def record(name, *, use="estimate", taken=None, **changes):
         drift=0.0,
         horizon_s=1.0,
         channels={"torque": channel},
-        taken=taken or Reading(),
+        reading=taken or Reading(),
     )
 
 

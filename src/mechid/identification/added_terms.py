@@ -162,7 +162,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
     found = {r.name: _predicted(r, fit.records[r.name], problem, values, state) for r in records}
     fitted = [c for name in state.windows for c in found[name].channels.values() if c.use == "estimate"]
     ratios = {name: r.residual_over_noise for name, r in found.items()}
-    return AsWritten(follows=all(c.followed for c in fitted), residual_over_noise=ratios)
+    return AsWritten(follows=all(c.is_followed for c in fitted), residual_over_noise=ratios)
 
 
 def _predicted(

@@ -24,7 +24,7 @@ from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
-from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
+from mechid.identification.result.missing import OwnValue, missing_entry, missing_warning
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
@@ -32,7 +32,7 @@ from mechid.identification.search.solve import promised_fall
 from mechid.identification.stages.departure import departure
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.further_errors import clock_warnings
-from mechid.identification.uncertainty.noise_levels import raised_warnings
+from mechid.identification.uncertainty.noise_levels import raised_level_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.identification.uncertainty.verdict import Verdict, describe_unknown, judge
 from mechid.identification.uncertainty.visibility import ambiguity_notes
@@ -51,9 +51,9 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     Where a draw within the errors has a lower cost than the estimate, `go_on` continues the search from there; where it
     gives that up, the fit has not converged.
     """
-    problem, windows, taken = state.problem, state.windows, state.taken
+    problem, windows, readings = state.problem, state.windows, state.readings
     declared = campaign
-    written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
+    written = disturbed_campaign(campaign_as_read(campaign, readings), [found.disturbance for found in state.found])
     hum = lines_by_record(problem, [record.name for record in written.records])
     written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
     campaign = replace(written, mechanism=state.added.mechanism) if state.added else written
@@ -66,7 +66,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         further = go_on(state, errors.lower)
         if further is not None:
             return conclude(declared, further, seed, seconds, go_on)
-        state = state.ending(FitOutcome.NOT_CONVERGED).saying(_lower_warning(errors.lower))
+        state = state.with_outcome(FitOutcome.NOT_CONVERGED).with_warnings(_lower_warning(errors.lower))
     evidence = _evidence(campaign, state, seed, triangle, verdict, errors.lower)
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
@@ -74,15 +74,15 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     added = mechanism.parameters.keys() - written.mechanism.parameters.keys()
     parameters = {name: _as_added(p, state) if name in added else p for name, p in parameters.items()}
     records = {
-        r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+        r.name: replace(record_fit(r, problem, q, windows), reading=readings.get(r.name, DECLARED))
         for r in campaign.records
         if r.data is not None
     }
     values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
-    missing = tuple(missing_of(found, values, records) for found in state.found)
+    missing = tuple(missing_entry(found, values, records) for found in state.found)
     own = [*map(missing_warning, missing), *_warnings(parameters)]
-    louder = raised_warnings(campaign, problem.targets, state.before_raised)
-    masked = [f"record {r.name}: {r.masked_words()}" for r in records.values() if r.masked]
+    louder = raised_level_warnings(campaign, problem.targets, state.before_raised)
+    masked = [f"record {r.name}: {r.describe_masked()}" for r in records.values() if r.masked]
     fit = Fit(
         mechanism=mechanism,
         parameters=parameters,
@@ -165,11 +165,11 @@ def _without_unknown(
     found = {}
     for name in errors.names:
         parameter = campaign.mechanism.parameters.get(name) or own[name]
-        sigma = errors.of(name).held
+        sigma = errors.errors_of(name).total
         reason = describe_unknown(parameter, values[name], sigma) if sigma is not None else ""
         if reason:
             found[name] = Status.FROZEN, reason
-    return errors.without(found), replace(verdict, reasons={**verdict.reasons, **found})
+    return errors.drop(found), replace(verdict, reasons={**verdict.reasons, **found})
 
 
 def _mechanism(campaign: Campaign, problem: Problem, verdict: Verdict) -> Mechanism:
@@ -207,12 +207,12 @@ def _estimate(
         status, reason = verdict.reasons.get(before.name, (Status.FREE, ""))
     if before.tied_to:
         reason = f"follows {before.tied_to}"
-    own = errors.of(before.name) if status is Status.FREE else ParameterErrors()
+    own = errors.errors_of(before.name) if status is Status.FREE else ParameterErrors()
     bounded_at = errors.on_bounds.get(before.name) if status is Status.AT_BOUND else None
-    excluded = bounded_at is not None and bounded_at.contradicted
+    excluded = bounded_at is not None and bounded_at.is_contradicted
     physical = excluded and _is_limit_of_physics(before, value)
     beyond = f"the records want it {bounded_at.beyond:.3g} standard errors beyond" if excluded and bounded_at else ""
-    local = errors.local_only.get(before.name, "") if own.held is not None else ""
+    local = errors.local_only.get(before.name, "") if own.total is not None else ""
     bounded = before.is_free and not before.is_periodic
     prior = _prior(before, start, errors)
     mainly = MAINLY_PRIOR if prior and prior.dominates else ""
@@ -221,7 +221,7 @@ def _estimate(
         symbol=before.declaration.symbol,
         unit=before.declaration.unit,
         value=value,
-        std_error=own.held,
+        std_error=own.total,
         std_error_noise=own.noise,
         std_error_white=own.white,
         std_error_clock=own.clock,
@@ -267,7 +267,7 @@ def _prior(before: Parameter, value: float, errors: StandardErrors) -> PriorShar
     """Return what the file knows beforehand of a parameter to be estimated, and what the records alone tell."""
     if not before.is_free or before.sigma is None:
         return None
-    alone = errors.of_records_alone(before.name)
+    alone = errors.error_without_priors(before.name)
     return PriorShare(value=value, sigma=before.sigma, std_error_without=alone, counted=alone is not None)
 
 

@@ -101,7 +101,7 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
 
 def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
     """Yield why a record to estimate from is not followed all of it; the first loss is enough."""
-    if record.taken.left_out:
+    if record.reading.left_out:
         text = f"Record {record.name} was left out of the fit: it contradicts the others as its file describes it."
         check = f"mechid check {evidence.campaign}"
         yield Reason(cause=Cause.LEFT_OUT, record=record.name, text=text, next_command=check)
@@ -110,14 +110,14 @@ def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
         return
     if record.masked:
         at_s = record.masked[0].from_s
-        text = f"Record {record.name}: {record.masked_words()}."
+        text = f"Record {record.name}: {record.describe_masked()}."
         yield Reason(cause=Cause.MASKED, record=record.name, instant_s=at_s, text=text, next_command=DIAGNOSE)
     if record.name in evidence.used_to_s:
         at_s = evidence.used_to_s[record.name]
         text = f"Record {record.name} is followed and used up to {at_s:.4g} s only"
         yield _loss(Cause.USED_IN_PART, record.name, at_s, text, evidence)
         return
-    fitted = {quantity: c for quantity, c in record.channels.items() if c.use == "estimate" and not c.followed}
+    fitted = {quantity: c for quantity, c in record.channels.items() if c.use == "estimate" and not c.is_followed}
     for quantity, channel in fitted.items():
         of = "" if len(record.channels) == 1 else f" ({quantity})"
         if channel.out_of_step_at_s is not None:
@@ -138,14 +138,14 @@ def _louder_records(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
 
     A raised noise level follows it all the same, and takes its weight from it.
     """
-    fitted = {name: r for name, r in fit.records.items() if name in evidence.used and not r.taken.left_out}
+    fitted = {name: r for name, r in fit.records.items() if name in evidence.used and not r.reading.left_out}
     for name, record in fitted.items():
         for quantity, channel in record.channels.items():
             others = [
                 _over_known(r.channels[quantity]) for n, r in fitted.items() if n != name and quantity in r.channels
             ]
             over, usual = _over_known(channel), max(statistics.median(others), 1.0) if others else math.inf
-            if channel.use != "estimate" or not over > GRADE.louder * usual:
+            if channel.use != "estimate" or not over > GRADE.record_excess * usual:
                 continue
             of = "" if len(record.channels) == 1 else f" ({quantity})"
             text = (
@@ -160,20 +160,20 @@ def _louder_records(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
 
 def _over_known(channel: ChannelFit) -> float:
     """Return the ratio of a channel's residual to its noise as it was known before the fit."""
-    return channel.residual_rms / channel.known if channel.known > 0.0 else math.inf
+    return channel.residual_rms / channel.initial_noise if channel.initial_noise > 0.0 else math.inf
 
 
 def _held_out_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     """Yield a reason for each held-out record that is predicted far worse than its noise and the fitted ones."""
     fitted = [r.channels for name, r in fit.records.items() if name in evidence.used]
-    for record in (r for r in fit.records.values() if r.use == "validate" and not r.taken.left_out):
+    for record in (r for r in fit.records.values() if r.use == "validate" and not r.reading.left_out):
         for quantity, channel in record.channels.items():
-            level = max(channel.known, channel.noise_sigma)
+            level = max(channel.initial_noise, channel.noise_sigma)
             left = max((c[quantity].residual_over_noise for c in fitted if quantity in c), default=1.0)
-            if channel.residual_rms <= GRADE.held_out_worse * level * max(left, 1.0):
+            if channel.residual_rms <= GRADE.held_out_excess * level * max(left, 1.0):
                 continue
             of = "" if len(record.channels) == 1 else f" ({quantity})"
-            is_lost = not channel.fit_percent >= 100.0 * (1.0 - GRADE.held_out_lost)
+            is_lost = not channel.fit_percent >= 100.0 * (1.0 - GRADE.held_out_lost_share)
             text = (
                 f"Record {record.name}{of} was held out: the model leaves {channel.residual_over_noise:.3g} times its "
                 f"noise, and of fitted records at most {left:.3g} times theirs"

@@ -29,7 +29,7 @@ from mechid.identification.result.settings import HELD_OUT
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residuals_by_quantity, uncertainty
-from mechid.identification.uncertainty.noise import without_spikes
+from mechid.identification.uncertainty.noise import reject_spikes
 from mechid.identification.uncertainty.verdict import seen_coordinates
 from mechid.signal.moments import norm
 from mechid.signal.series import blocks
@@ -96,7 +96,7 @@ def _measured_motion(target: Target) -> tuple[int, int]:
     first = float(y[0:1][0])
     largest = max(float(np.max(np.abs(y[part] - first))) for part in blocks(y.size))
     for part in blocks(y.size):
-        moving = np.flatnonzero(np.abs(y[part] - first) >= HELD_OUT.moves * largest)
+        moving = np.flatnonzero(np.abs(y[part] - first) >= HELD_OUT.motion_share * largest)
         if moving.size:
             return (begins := part.start + int(moving[0])), begins
     return 0, 0
@@ -128,7 +128,7 @@ def _problem(record: CampaignRecord, fit: Fit, campaign: Campaign, state: Search
     noises = channel_noises(record, state.problem.targets)
     target = target_of(record)
     if campaign.options.spikes == "reject":
-        target = without_spikes(target)
+        target = reject_spikes(target)
     target = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].found.sigma))
     wanted = () if campaign.options.priors == "none" else target.moved
     priors = {p.name: (p.value, p.sigma) for p in wanted if p.sigma}
@@ -214,7 +214,7 @@ def _judged(record: CampaignRecord, found: Nuisance, fit: Fit, state: SearchStat
     rest = {record.name: (found.samples, target.samples)}
     q = problem.coordinates.point({name: p.value for name, p in fit.parameters.items()})
     own = record_fit(settled, problem, q, rest)
-    return replace(own, taken=fit.records[record.name].taken, nuisance=found)
+    return replace(own, reading=fit.records[record.name].reading, nuisance=found)
 
 
 def _note(record: str, found: Nuisance) -> str:

@@ -46,7 +46,7 @@ from mechid.identification.stages.start_growth import horizon_warnings
 from mechid.identification.stages.watch import Watch
 from mechid.identification.stages.whole_records import with_effect_asked_for
 from mechid.identification.uncertainty.draws import LowerPoint
-from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
+from mechid.identification.uncertainty.noise import reject_spikes, rejection_warnings
 from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
 
 RELEASED = "noise re-estimated"
@@ -110,7 +110,7 @@ def identify(
 
         def keep_so_far(at: SearchState) -> None:
             if keep is not None and at.outcome is not FitOutcome.FAILED:
-                so_far = conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+                so_far = conclude(campaign, at.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
                 keep(replace(so_far, campaign=given))
 
         watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_lacking
@@ -118,7 +118,7 @@ def identify(
             watch.tell("kernels", LINE)
         try:
             if near is None:
-                state = watch.note(state.saying(*_told_before(watch, campaign)))
+                state = watch.note(state.with_warnings(*_told_before(watch, campaign)))
             if campaign.stages:
                 state = follow_stages(watch, state, campaign)
             else:
@@ -130,12 +130,12 @@ def identify(
             watch.keep(state)
             state = replace(state, searched=True)
         except KeyboardInterrupt:
-            state = watch.latest.ending(FitOutcome.INTERRUPTED)
-        state = state.saying(*rejection_warnings(state.problem))
+            state = watch.latest.with_outcome(FitOutcome.INTERRUPTED)
+        state = state.with_warnings(*rejection_warnings(state.problem))
         try:
             fit = conclude(campaign, state, seed, watch.seconds, _from_draws(watch))
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
-            fit = conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+            fit = conclude(campaign, state.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
     return replace(fit, campaign=given)
 
 
@@ -162,7 +162,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     refuse_free_supply(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
-        targets = tuple(map(without_spikes, targets))
+        targets = tuple(map(reject_spikes, targets))
     if not targets:
         raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
     longest = max(t.base.interval_s for t in targets)
@@ -191,17 +191,17 @@ def _follow_plan(
         return state
     added = (*(state.added.new if state.added else ()), *state.problem.coordinates.own_names)
     names = (*names, *(n for n in added if n not in names))
-    left_out = any(t.left_out for t in state.taken.values())
+    left_out = any(t.left_out for t in state.readings.values())
     whole = growth.complete and not left_out
-    state = state.at(growth.q, growth.horizons).ending(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
-    state = watch.note(state.saying(*horizon_warnings(state.problem, growth)))
+    state = state.at(growth.q, growth.horizons).with_outcome(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
+    state = watch.note(state.with_warnings(*horizon_warnings(state.problem, growth)))
     substeps = enough_substeps(state.problem, state.q, state.windows)
-    state = watch.note(state.of(replace(state.problem, substeps=substeps)))
+    state = watch.note(state.with_problem(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=STAGES.rough_tolerance)
     state = fit_followed_again(watch, state, names)
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
-        state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
+        state = watch.note(state.with_problem(read_anew(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
     is_held = held_by_file(state.problem, state.q)  # then a bound leaves what is beyond noise
@@ -230,7 +230,7 @@ def _past_cliffs_again(watch: Watch, before: SearchState, state: SearchState, se
     """
     stale = threshold_warnings(RELEASED, before)
     state = replace(state, warnings=tuple(line for line in state.warnings if line not in stale))
-    state = state.ending(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
+    state = state.with_outcome(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
     return watch.note(_judged(fit_past_cliffs(watch, state, _names(state), seed)))
 
 
@@ -256,11 +256,11 @@ def _from_draws(watch: Watch) -> GoOn:
 def _judged(state: SearchState) -> SearchState:
     """Return the state at the end of the plan with what its last joint fit leaves in doubt."""
     said = threshold_warnings(RELEASED, state)
-    state = state.saying(*said)
+    state = state.with_warnings(*said)
     if state.outcome.has_optimum and said:
-        return state.ending(FitOutcome.CLIFF)
-    if state.outcome.has_optimum and not state.converged:
-        return state.ending(FitOutcome.NOT_CONVERGED)
+        return state.with_outcome(FitOutcome.CLIFF)
+    if state.outcome.has_optimum and not state.has_converged:
+        return state.with_outcome(FitOutcome.NOT_CONVERGED)
     return state
 
 

@@ -52,7 +52,7 @@ def report_data(
         Numbers, and beside those that need rounding their text. JSON can hold it.
     """
     truth = truth or {}
-    left_out = {name for name, r in fit.records.items() if r.taken.left_out}
+    left_out = {name for name, r in fit.records.items() if r.reading.left_out}
     channels = [_channel(r, quantity, c) for r in fit.records.values() for quantity, c in r.channels.items()]
     return {
         "format": FORMAT,

@@ -68,7 +68,7 @@ def test_the_first_step_of_identify_reads_the_record_so(bench):
     """Truth: the samples of the record with the other sign."""
     warned, state = begun(bench)
     assert warned.warnings[0] == f"record micro_46: {UPSIDE_DOWN} (read so in this fit); turn it round"
-    assert state.taken == {"micro_46": Reading(polarity=-1)}
+    assert state.readings == {"micro_46": Reading(polarity=-1)}
     before, after = (p.targets[1].leading.measured[:] for p in (make_problem(bench, 1), state.problem))
     np.testing.assert_array_equal(after, -before)
 
@@ -77,7 +77,7 @@ def test_stages_of_the_user_take_records_as_declared(bench):
     staged = replace(bench, stages=(Stage(records=NAMES, window_s=None, free=("gear.stiffness",)),))
     warned, state = begun(staged)
     assert warned.warnings[0] == f"record micro_46: {UPSIDE_DOWN}; turn it round"
-    assert state.taken == {}
+    assert state.readings == {}
 
 
 def test_what_is_ambiguous_is_said_and_not_used(bench, monkeypatch):
@@ -87,7 +87,7 @@ def test_what_is_ambiguous_is_said_and_not_used(bench, monkeypatch):
     monkeypatch.setattr(detectors, "DETECTORS", (unsure,))
     warned, state = begun(bench)
     assert warned.warnings[0] == f"record micro_46: {UPSIDE_DOWN}; turn it round"
-    assert state.taken == {}
+    assert state.readings == {}
 
 
 def test_a_detector_is_given_the_findings_before_it(bench, monkeypatch):
@@ -115,7 +115,7 @@ def test_a_wrong_rate_is_still_used():
         record("micro_46", OTHER, COMMANDS["micro_46"]),
     )
     warned, state = begun(bench)
-    assert state.taken["full_46"].rate.rates[0] == pytest.approx(46.0, rel=1e-3)
+    assert state.readings["full_46"].rate.rates[0] == pytest.approx(46.0, rel=1e-3)
     assert "read so in this fit" in warned.warnings[0]
 
 

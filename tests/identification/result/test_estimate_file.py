@@ -25,7 +25,7 @@ def test_numbers_keep_their_last_bit(digits):
     [
         ('{"format": "mechid-estimate/9"}', 'found "mechid-estimate/9"; this mechid reads "mechid-estimate/1"'),
         ("{}", "format: found null"),
-        ("[]", "is no table of an estimate, found []"),
+        ("[]", "is not an estimate: found [], no table"),
         ('"text"', 'found "text"'),
         ("{", "is damaged"),
     ],

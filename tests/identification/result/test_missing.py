@@ -40,7 +40,7 @@ def test_a_warning_names_values_with_their_errors_and_how_to_keep_the_effect_out
 
 def test_values_that_have_a_mean_say_how_far_it_may_be_off():
     """Truth: 24 and 26 V scatter by sqrt(2) V about 25 V, 5.66 %, and their mean by 4 % over the root of two."""
-    assert "they scatter by 5.7 %, so that it may well be 4 % off" in missing_warning(VOLTAGE)
+    assert "they scatter by 5.7 %, so it may have an undetected error of 4 %" in missing_warning(VOLTAGE)
     assert "scatter" not in missing_warning(replace(VOLTAGE, dof=2))
 
 

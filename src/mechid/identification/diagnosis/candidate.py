@@ -25,7 +25,7 @@ from mechid.identification.output_error.problem import Problem, Windows, transfe
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.joint_fit import leave_corner
-from mechid.identification.uncertainty.noise_levels import lower_levels, with_levels_of
+from mechid.identification.uncertainty.noise_levels import copy_levels, lower_levels
 from mechid.plant.block import Extension
 from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
@@ -148,7 +148,7 @@ class Model:
 
     def at_levels(self, problem: Problem) -> Model:
         """Return it, where it is, with the noise levels of a problem."""
-        setting = replace(self.setting, problem=with_levels_of(self.setting.problem, problem))
+        setting = replace(self.setting, problem=copy_levels(self.setting.problem, problem))
         return replace(self, setting=setting)._at_point(self.q)
 
     def _at_point(self, q: FloatArray) -> Model:

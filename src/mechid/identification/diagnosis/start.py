@@ -19,7 +19,7 @@ from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
-from mechid.identification.result.fit import MOVED, Fit
+from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.record_result import masks_of
@@ -48,7 +48,7 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
     # A fit of grade C may have held a parameter for the branch it is on alone, so that all are free again.
     free, is_on_a_branch = campaign.mechanism.free, fit.grade is Grade.C
-    moved = tuple(p.name for p in free if is_on_a_branch or fit.parameters[p.name].status in MOVED)
+    moved = tuple(p.name for p in free if is_on_a_branch or fit.parameters[p.name].status in ESTIMATED_STATUSES)
     here = {name: value for name, value in fit.values.items() if name in campaign.mechanism.parameters}
     wide = with_tables(campaign.mechanism, _tables_of_records(fit, campaign.mechanism))
     mechanism = wide.with_values(here).with_free(moved)

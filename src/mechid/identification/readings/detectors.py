@@ -57,7 +57,7 @@ def read_as_found(campaign: Campaign, state: SearchState, seed: int) -> tuple[Ca
     used = [] if campaign.stages else [one for one in found if one.is_confirmed and one.reading]
     readings = _readings(used)
     problem = problem_as_read(state.problem, readings)
-    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), taken=readings)
+    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), readings=readings)
     lines = (finding.line(used=finding in used) for finding in found)
     return replace(campaign, warnings=(*lines, *campaign.warnings)), state
 

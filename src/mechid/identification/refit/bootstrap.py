@@ -249,11 +249,11 @@ def _spreads(optimum: Optimum, draws: tuple[Draw, ...]) -> tuple[Spread, ...]:
     good = [d for d in draws if d.outcome is not DrawOutcome.FAILED]
     if not good:
         raise FitError(f"none of {len(draws)} draws could be simulated at the estimate; identify anew")
-    return tuple(_spread(optimum, name, good) for name in optimum.moved)
+    return tuple(_spread(optimum, name, good) for name in optimum.estimated)
 
 
 def _spread(optimum: Optimum, name: str, draws: list[Draw]) -> Spread:
-    own, value = optimum.one(name), optimum.values(optimum.q)[name]
+    own, value = optimum.estimate_of(name), optimum.values(optimum.q)[name]
     off = np.array([d.values[name] for d in draws]) - value
     if own.unit == "deg" and own.min is None:
         off = angle_difference(off)

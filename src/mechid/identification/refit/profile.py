@@ -129,7 +129,7 @@ def profiles(
         The fit did not move a parameter.
     """
     for name in names:
-        optimum.one(name)
+        optimum.estimate_of(name)
     inner = replace(optimum, problem=replace(optimum.problem, workers=1))
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
     refit = partial(_refit, inner)
@@ -148,7 +148,7 @@ class _Side:
     ) -> None:
         self.optimum, self.refit, self.name, self.sign = optimum, refit, name, sign
         self.journal, self.on_point = journal, on_point
-        self.own = optimum.one(name)
+        self.own = optimum.estimate_of(name)
         self.value = optimum.values(optimum.q)[name]
         self.cliffs: list[Cliff] = []
 
@@ -250,7 +250,7 @@ Walked = tuple[list[Point], list[Cliff]]
 
 
 def _profile(optimum: Optimum, name: str, below: Walked, above: Walked) -> Profile:
-    own = optimum.one(name)
+    own = optimum.estimate_of(name)
     levels = _levels(own)
     sides = [below, above]
     at = [[_crossing(points, cliffs, level) for points, cliffs in sides] for level in levels]

@@ -15,7 +15,7 @@ from mechid.identification.identify import make_problem
 from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.as_fitted import campaign_as_fitted
-from mechid.identification.result.fit import MOVED, Fit, Optimum
+from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit, Optimum
 from mechid.identification.result.grade import grade_words
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
@@ -23,8 +23,8 @@ from mechid.identification.search.masks import with_masks
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
-from mechid.identification.uncertainty.noise import release_noise, without_outliers
-from mechid.identification.uncertainty.noise_levels import with_saved_levels
+from mechid.identification.uncertainty.noise import reject_outliers, release_noise
+from mechid.identification.uncertainty.noise_levels import restore_levels
 from mechid.parameter import Status
 
 
@@ -44,18 +44,18 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     if not fit.grade.good:
         raise FitError(" ".join(["the fit has no optimum to look around from:", *grade_lines(fit)]))
     campaign = campaign_as_fitted(replace(fit.required_campaign, mechanism=fit.start_mechanism), fit)
-    values = {name: p.value for name, p in fit.parameters.items() if p.status in (*MOVED, Status.FROZEN)}
+    values = {name: p.value for name, p in fit.parameters.items() if p.status in (*ESTIMATED_STATUSES, Status.FROZEN)}
     with one_core_algebra():
         # Small priors hold added terms near their null value, where the fit ended with such.
         small = {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
         problem = replace(make_problem(campaign, workers), shrinkage=small)
-        problem = with_masks(with_saved_levels(problem, fit.records), masks_of(fit.records))
+        problem = with_masks(restore_levels(problem, fit.records), masks_of(fit.records))
         problem, q, windows = _first_point(campaign, problem, values)
         problem, q = _as_moved(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
         options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
         if options.spikes == "reject" and not campaign.stages:
-            problem = without_outliers(problem, q, windows)
+            problem = reject_outliers(problem, q, windows)
         problem, _ = release_noise(problem, q, windows, options)
         if options.priors == "search":
             problem = replace(problem, priors={})
@@ -78,7 +78,7 @@ def _first_point(
 def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, float]) -> tuple[Problem, FloatArray]:
     """Hold the parameters that the fit held, and search detents at their limit in the coordinates that it used."""
     status = {n: p.status for n, p in fit.parameters.items()}
-    moved = [p.name for p in problem.space.mechanism.free if status[p.name] in MOVED]
+    moved = [p.name for p in problem.space.mechanism.free if status[p.name] in ESTIMATED_STATUSES]
     known = problem.space.mechanism.parameters
     held = {n: v for n, v in values.items() if status[n] == Status.FROZEN and n in known}
     problem, q = without(problem, q, moved, held)

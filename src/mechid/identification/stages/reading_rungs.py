@@ -97,7 +97,9 @@ def _compare_records(climb: Climb) -> Climb:
         return _with(climb, watch.note(_taking(state, climb.campaign, rest)), rest.growth)
     if not any(reading.is_confirmed for reading in said):  # then it is no noise that stops the growth
         state, growth = at_raised if at_raised[0] is not state else (state, growth)
-    return _with(climb, state if growth.complete else state.saying(*(reading.line() for reading in said)), growth)
+    return _with(
+        climb, state if growth.complete else state.with_warnings(*(reading.line() for reading in said)), growth
+    )
 
 
 def _with(climb: Climb, state: SearchState, growth: Growth) -> Climb:
@@ -106,11 +108,13 @@ def _with(climb: Climb, state: SearchState, growth: Growth) -> Climb:
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
     """Return the state with records that are taken otherwise than declared, and what is said of that."""
-    taken = {name: state.taken.get(name, DECLARED).beside(further) for name, further in agreed.taken.items()}
-    state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
+    taken = {name: state.readings.get(name, DECLARED).beside(further) for name, further in agreed.taken.items()}
+    state = replace(state.with_problem(agreed.problem), readings={**state.readings, **taken}).at(
         agreed.growth.q, agreed.growth.horizons
     )
-    return state.saying(*(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed)))
+    return state.with_warnings(
+        *(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed))
+    )
 
 
 def _always(climb: Climb) -> bool:

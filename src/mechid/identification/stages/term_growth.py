@@ -172,7 +172,7 @@ def _without_idle_law(state: SearchState, written: Problem, own: Sequence[Distur
     with_law = state.problem.total_norm(state.q, whole) ** 2
     if unfollowed_records(problem, q) or problem.total_norm(q, whole) ** 2 > with_law + penalty:
         return state
-    return replace(state.of(problem), added=fewer).at(q)
+    return replace(state.with_problem(problem), added=fewer).at(q)
 
 
 def state_so_far(state: SearchState, reached: Reached) -> SearchState:
@@ -182,7 +182,7 @@ def state_so_far(state: SearchState, reached: Reached) -> SearchState:
     total = max(sum(rises.values()), 1e-300)
     found = tuple(Found(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances)
     base = lay_out(model.base, (), lacking_tables(model.base.mechanism, model.disturbances))
-    at = replace(state.of(reached.problem), added=model.added, found=(*state.found, *found))
+    at = replace(state.with_problem(reached.problem), added=model.added, found=(*state.found, *found))
     at = lay_out_state(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
     if model.added.terms or base.mechanism is state.problem.space.mechanism:
         return at if model.added.names else replace(at, added=None)
