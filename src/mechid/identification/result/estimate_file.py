@@ -134,6 +134,11 @@ FILE, DIGEST, QUANTITIES, PLANT = "mechanism_file", "mechanism_sha256", "quantit
 NEXT_STEP = "identify anew (for a budget, write values that differ in flight into its [flight] table)"
 
 
+def provenance_of_fits(*digests: str) -> dict[str, Any]:
+    """Return the entry ``fits`` of a result's JSON file, from the digests of the fits' mechanism files."""
+    return {"fits": [{DIGEST: digest or None} for digest in digests]}
+
+
 def sign_provenance(fit: Fit, name: str, text: str) -> Fit:
     """Add the name and the digest of the mechanism file beside the estimate to the fit's provenance."""
     own = {FILE: name, DIGEST: hashlib.sha256(text.encode()).hexdigest(), QUANTITIES: [*fit.mechanism.plant.outputs]}
