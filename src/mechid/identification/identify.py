@@ -21,7 +21,7 @@ from mechid.identification.effects.mains import mains, read_anew
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.readings.detectors import read_as_found
+from mechid.identification.readings.detectors import apply_findings
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -105,7 +105,7 @@ def identify(
     with one_core_algebra(), KernelsAhead(problem, campaign) as ahead:
         begun = near is None and not campaign.stages and ahead.start_if_new()
         if near is None:
-            campaign, state = read_as_found(campaign, state, seed)
+            campaign, state = apply_findings(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
 
         def keep_so_far(at: SearchState) -> None:

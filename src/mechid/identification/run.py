@@ -12,7 +12,7 @@ from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from mechid.identification.diagnosis.start import with_suggestions
+from mechid.identification.diagnosis.start import add_suggestions
 from mechid.identification.identify import identify as search
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import UNEXAMINED, FitOutcome, Grade
@@ -129,7 +129,7 @@ def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companio
             with companion.progress() as listener:
                 fit = fit_completed_mechanism(whole, found, run, listener)
     companion.judge(fit)
-    return with_suggestions(fit, run.workers or os.cpu_count() or 1, say=companion.say)
+    return add_suggestions(fit, run.workers or os.cpu_count() or 1, say=companion.say)
 
 
 def mark_unexamined(fit: Fit) -> Fit:

@@ -11,7 +11,7 @@ from mechid.analysis.validation import validate
 from mechid.command import RateProfile
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Reading
-from mechid.identification.readings.agreement import agreement_without
+from mechid.identification.readings.agreement import agreement_of_others
 from mechid.identification.readings.trial import first_moments
 from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.stages import reading_rungs
@@ -174,7 +174,7 @@ def test_a_few_records_whose_noise_was_raised_are_compared_with_the_others():
     bench = made("micro_46", polarity=0.9)
     problem = make_problem(bench, 1)
     q = problem.coordinates.point({name: truth().value(name) for name in FACTORS})
-    found = agreement_without(problem, ["micro_46"], q, 0)
+    found = agreement_of_others(problem, ["micro_46"], q, 0)
     ((name, (_, reading)),) = found.judged.items()
     assert (name, found.left_out, found.growth.complete) == ("micro_46", {}, True)
-    assert reading.taken.scale == pytest.approx(1.0 / 0.9, rel=5e-3)
+    assert reading.reading.scale == pytest.approx(1.0 / 0.9, rel=5e-3)

@@ -34,8 +34,8 @@ def test_an_entry_comes_back_from_what_is_written():
 def test_a_warning_names_values_with_their_errors_and_how_to_keep_the_effect_out():
     said = missing_warning(VOLTAGE)
     assert "full_46.voltage = 24 +- 0.01 V, full_23.voltage = 26 V" in said
-    assert "chi-square 120 for 1, 75 % of what is beyond noise" in said
-    assert '[identify] disturbances = "none" keeps it out' in said
+    assert "chi-square 120 for 1, 75 % of the misfit beyond noise" in said
+    assert 'disturbances = "none" in [identify] to exclude it' in said
 
 
 def test_values_that_have_a_mean_say_how_far_it_may_be_off():

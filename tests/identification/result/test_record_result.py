@@ -21,7 +21,7 @@ def record(channels, **changes):
 
 def test_a_raised_noise_level_counts_for_the_channel_and_not_for_the_record():
     raised = channel(noise_sigma=4e-3, noise_known=1e-3)
-    assert raised.known == 1e-3
+    assert raised.initial_noise == 1e-3
     assert raised.residual_over_noise == pytest.approx(1.0)
     assert record({"torque": raised}).residual_over_noise == pytest.approx(4.0)
     assert channel(noise_sigma=0.0).residual_over_noise == math.inf
