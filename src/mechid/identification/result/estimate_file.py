@@ -16,7 +16,7 @@ from mechid.identification.result.fit import FORMAT, Fit
 from mechid.identification.result.grade import Grade
 from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import read_bytes, read_result
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 TABLES = ("outcome", "parameters")
 """Tables that every reader needs."""
@@ -31,7 +31,7 @@ def is_synthetic(content: Mapping[str, Any]) -> bool:
 
 def write_estimate(fit: Fit, path: Path | str) -> None:
     """Write a fit atomically; numbers that are not finite are written as null."""
-    write_whole(Path(path), estimate_text(fit))
+    write_atomically(Path(path), estimate_text(fit))
 
 
 def estimate_text(fit: Fit) -> str:
