@@ -159,7 +159,7 @@ def test_an_own_friction_block_flies_as_itself(run, tmp_path):
 @pytest.mark.parametrize(
     ("spoilt", "said"),
     [
-        ("edited", "mechanism.toml: is not the file that identify left beside estimate.json: identify anew"),
+        ("edited", "mechanism.toml is not the file that identify wrote beside estimate.json: identify anew"),
         ("absent", "mechanism.toml: there is no such file; identify writes it beside estimate.json"),
         (
             "plant",

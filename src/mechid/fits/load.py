@@ -58,7 +58,7 @@ def load_fit(folder: Path | str, campaign: Campaign | Path | str | None = None) 
 def load_campaign_of(source: Path, campaign: Path | str | None = None) -> Campaign:
     """Return the campaign of a result folder, with the mechanism to which its fit was completed.
 
-    It may have changed since the fit: `read_fit` and `other_files` tell.
+    It may have changed since the fit: `read_fit` and `changed_files` detect this.
 
     Parameters
     ----------

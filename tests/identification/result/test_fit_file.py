@@ -127,7 +127,7 @@ def test_without_its_campaign_another_mechanism_file_is_refused(left, tmp_path):
     with pytest.raises(InputFileError, match=r"mechanism\.toml: there is no such file; identify writes it beside"):
         read_fit(tmp_path)
     (tmp_path / "mechanism.toml").write_bytes((left / "mechanism.toml").read_bytes() + b"\n")
-    with pytest.raises(InputFileError, match="is not the file that identify left beside"):
+    with pytest.raises(InputFileError, match="is not the file that identify wrote beside"):
         read_fit(tmp_path)
 
 

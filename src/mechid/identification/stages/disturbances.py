@@ -129,7 +129,7 @@ class SearchedModel:
         own = [found.disturbance for found in alone.found]
         added = lay_out(substitute_law(plain, law), terms, lacking_tables(plain, own))
         problem = added.problem(alone.problem)
-        begun = replace(alone.of(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
+        begun = replace(alone.with_problem(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
         return self._fitted(
             begun, f"{law.name} in place of {self._imitation_of(law)}", (*self.names, *sorted(added.new))
         )

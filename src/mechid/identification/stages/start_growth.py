@@ -83,7 +83,7 @@ def grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: 
         problem = raise_levels(at.problem, growth)
         if problem is at.problem:
             break
-        at = watch.note(replace(at.of(problem), before_raised=before))
+        at = watch.note(replace(at.with_problem(problem), before_raised=before))
         watch.tell("noise level raised", describe_raised_levels(problem, growth))
         best = next(refined_starts(watch, at, seed), None)
         if best is None:

@@ -139,8 +139,8 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
         follows, alone = True, growth.q
     rounds = reached.growth.rounds
     if follows:
-        return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
-    at = drop_unneeded_terms(replace(at.of(problem), added=reached.model.added).at(q, whole), plain)
+        return watch.note(at.with_problem(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
+    at = drop_unneeded_terms(replace(at.with_problem(problem), added=reached.model.added).at(q, whole), plain)
     if at.added is not None and len(at.added.terms) > IN_DIAGNOSIS.few:
         return None  # so many that none is needed imitate what is missing: a value that its bounds leave out
     at = _without_idle_law(at, state.problem, own)
@@ -187,7 +187,9 @@ def state_so_far(state: SearchState, reached: Reached) -> SearchState:
     if model.added.terms or base.mechanism is state.problem.space.mechanism:
         return at if model.added.names else replace(at, added=None)
     plain = base.problem(state.problem, model.disturbances)
-    return replace(at.of(plain), added=base).at(plain.coordinates.point(reached.problem.coordinates.values(reached.q)))
+    return replace(at.with_problem(plain), added=base).at(
+        plain.coordinates.point(reached.problem.coordinates.values(reached.q))
+    )
 
 
 def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, plain: Problem) -> FloatArray:
@@ -259,7 +261,7 @@ def accept_at_raised_noise(
         return (alone, growth) if explains_most(raised.problem, growth.q) else None
     found, problem, q = needed_disturbances(fitted)
     own = tuple(one.disturbance for one in found)
-    state = replace(raised.of(problem), found=(*raised.found, *found), added=fitted.model.added)
+    state = replace(raised.with_problem(problem), found=(*raised.found, *found), added=fitted.model.added)
     written = AddedTerms(raised.problem.space.mechanism)
     plain = lay_out(written, (), lacking_tables(written.mechanism, own)).problem(raised.problem, own)
     state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)
