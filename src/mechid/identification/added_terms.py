@@ -74,7 +74,8 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
     falls, total = _cost_falls(state, written, added)
     words = _words(written, added)
     if not all(map(math.isfinite, falls.values())):
-        return ()  # a point that cannot be simulated explains nothing
+        # A point that cannot be simulated explains nothing.
+        return ()
     return tuple(
         Missing(
             name=name,
@@ -115,6 +116,7 @@ def _cost_falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tu
         at = linearise(state.problem, state.q, state.windows, by_term)
         rises = at.rises() if at else dict.fromkeys((*by_term, ""), math.nan)
         found = {name: max(rises.get(name, 0.0), 0.0) for name in by_term}
+        # The rise without all terms: effects overlap, so single rises do not add up to it.
         total = max(rises[""], 0.0)
     if added.law:
         found[added.law] = _fall_by_law(state, written, added)

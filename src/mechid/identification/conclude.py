@@ -57,11 +57,13 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     hum = lines_by_record(problem, [record.name for record in written.records])
     written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
     campaign = replace(written, mechanism=state.added.mechanism) if state.added else written
-    with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
+    # A point that cannot be simulated has no sensitivities.
+    with np.errstate(all="ignore"):
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
     errors = standard_errors(state, seed, triangle, verdict, clock_declared=campaign.clock_reference is not None)
+    # Tested first: a continued search changes all that is computed below.
     if errors.lower is not None:
         further = go_on(state, errors.lower)
         if further is not None:

@@ -145,6 +145,7 @@ def _excess_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
             others = [
                 _noise_ratio(r.channels[quantity]) for n, r in fitted.items() if n != name and quantity in r.channels
             ]
+            # The median, so that one other record with an event does not hide this one.
             over, usual = _noise_ratio(channel), max(statistics.median(others), 1.0) if others else math.inf
             if channel.use != "estimate" or not over > GRADE.record_excess * usual:
                 continue

@@ -111,6 +111,7 @@ def _fit_first_part(record: CampaignRecord, fit: Fit, campaign: Campaign, state:
     q, (_, stop) = best.q, windows[target.name]
     if np.isfinite(best.triangle.norm):
         seen = seen_coordinates(problem, best.triangle)
+        # A parameter without effect on the first part keeps the file's value.
         q = np.where(seen, q, problem.start)
         counted = seen & ~problem.coordinates.on_bound(q)
         variance = _noise_variances(problem, target, q, stop, counted) + _mechanism_variances(
@@ -167,6 +168,7 @@ def _local_minima(
     """Return the local minima of the misfit over the offsets, the lowest first."""
     points = [_set_offset(start, place, float(x)) for x in offsets]
     norms = np.array(problem.norms_at(target, points, window))
+    # Infinite neighbours let the ends of the range be minima too.
     around = np.concatenate([[math.inf], np.where(np.isfinite(norms), norms, math.inf), [math.inf]])
     least = np.flatnonzero((around[1:-1] <= around[:-2]) & (around[1:-1] <= around[2:]) & np.isfinite(norms))
     return [float(offsets[k]) for k in least[np.argsort(norms[least], kind="stable")]]
@@ -203,6 +205,7 @@ def _mechanism_variances(
     values, slopes = moved.coordinates.value_slopes(point := np.concatenate([space.start, q]))
     J = moved.triangle(moved.targets[0], point, (0, stop)).jacobian
     own = J[:, space.size :][:, counted]
+    # Shift of the fitted parameters per unit error of each coordinate of the held mechanism.
     by_coordinate = -np.linalg.lstsq(own, J[:, : space.size], rcond=None)[0]
     by_value = by_coordinate @ np.linalg.pinv(slopes[: len(space.mechanism.free), : space.size])
     places = [fit.correlation_names.index(name) for name in values[: len(space.mechanism.free)]]

@@ -242,6 +242,7 @@ def _names(state: SearchState) -> tuple[str, ...]:
 
 def _continue_from_draws(watch: Watch) -> GoOn:
     """Return a function that continues a search from a draw of lower cost than its optimum, a few times."""
+    # A continued search may find another lower draw: without a limit a rough cost could keep it going.
     left = STAGES.most_from_draws
 
     def go_on(state: SearchState, lower: LowerPoint) -> SearchState | None:
@@ -313,6 +314,7 @@ def identify_from(
     spent = watch.seconds
 
     def report_rest(progress: Progress) -> None:
+        # Growth and search report as one run of three stages.
         number = min(progress.number + 1, 3)
         listener(replace(progress, number=number, total=3, elapsed_s=spent + progress.elapsed_s))
 

@@ -49,7 +49,7 @@ def fit():
 
 def test_the_optimum_is_where_the_fit_is(fit):
     optimum = fit.optimum
-    assert optimum.estimated == FREE
+    assert optimum.estimated_names == FREE
     for name, value in optimum.values(optimum.q).items():
         p = fit.parameters[name]
         assert abs(value - p.value) < 0.01 * p.std_error

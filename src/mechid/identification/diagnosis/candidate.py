@@ -186,12 +186,12 @@ class Model:
         """Return the derivatives at the optimum, by the free parameters and by those of each further candidate."""
         looked_for = self.setting.considered - {*self.effects}
 
-        def widened(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
+        def widen(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
             wide = self._widen_problem(plain, names)
             return wide, transfer_values(self.problem, self.q, wide)
 
         effects = {name: own for name, own in self.parameters.items() if name in looked_for}
-        return landscape_at(self.problem, self.q, self.setting.windows, effects, widened)
+        return landscape_at(self.problem, self.q, self.setting.windows, effects, widen)
 
     def scores(self) -> Mapping[str, Score]:
         """Return the score of each further candidate effect."""
@@ -325,6 +325,7 @@ class Model:
         """
         if self.over_noise <= self.rules.followed or not self.is_of_whole_records:
             return self
+        # A fixed seed, so that a diagnosis of the same fit repeats.
         growth = grow_horizons(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)
         other = self._fit_from(growth.q, self.effective_samples, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self

@@ -212,6 +212,7 @@ def _residual_spectra(one: _Channel) -> ResidualSpectra:
         before=root(one.before),
         after=root(one.after),
         shares={name: root(series) for name, series in one.shares.items()},
+        # One-sided density of white noise: 2 sigma^2 over the sample rate.
         noise=one.noise * math.sqrt(2.0 / one.rate_hz),
     )
 

@@ -66,6 +66,7 @@ def _values_and_errors(model: Model) -> tuple[dict[str, float], dict[str, float]
     triangle = weighted.joint(model.q, model.setting.windows)
     names, slopes = weighted.coordinates.value_slopes(model.q)
     variance = np.einsum("ij,jk,ik->i", slopes, covariance(triangle), slopes)
+    # Rounding may leave a small negative variance.
     errors = dict(zip(names, np.sqrt(np.maximum(variance, 0.0)).tolist(), strict=True))
     return model.problem.coordinates.values(model.q), errors
 

@@ -106,6 +106,7 @@ def search_effects(before: Model, start: Model, say: Tell = lambda words: None) 
         steps.append(step(model, removed=small))
         less, needed = _gain_of_each(before, model)
     refused: list[str] = []
+    # Removing effects changes the gain of the others, so both tests run again.
     while lost := compensating_effects(model, needed) or doubtful_effects(model, needed, less):
         refused += lost
         tried |= {name: _why_refused(needed[name].share) for name in lost}

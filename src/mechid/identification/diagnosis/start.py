@@ -54,7 +54,8 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     mechanism = wide.with_values(here).with_free(moved)
     problem = with_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
     disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
-    parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
+    # Mains lines have no parameters to fit; they are removed from the records already.
+    parametric = tuple(one for one in disturbances if one.parameters)
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
     setting = Setting(problem, problem.whole(), parametric, _candidate_names(campaign, known))
     return Model(setting, mechanism).at(fit.values)

@@ -135,6 +135,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     lost = np.array([name in both.parameters[effect] for name in problem.coordinates.names])
     move = np.where(lost, -distance_from_null(problem, q), 0.0)
     if np.all(np.isfinite(J)):
+        # The other coordinates compensate for the removed effect as far as first derivatives allow.
         move[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ move[lost], rcond=None)[0]
     there = replace(both, q=problem.coordinates.clip(q + move))
     return there.remove_effect(effect).fit(there)
@@ -287,6 +288,7 @@ def _linear_fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, f
     triangle = other.problem.joint(q, model.setting.windows)
     if not np.all(np.isfinite(triangle.jacobian)):
         return -math.inf, 0.0
+    # The least-norm solution: at amplitude zero the other parameters of a law have no derivatives.
     move = np.linalg.lstsq(triangle.jacobian, -triangle.fun, rcond=None)[0]
     left = triangle.fun + triangle.jacobian @ move
     there = other.problem.coordinates.values(q + move) if law.null else {}

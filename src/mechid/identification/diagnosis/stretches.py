@@ -60,6 +60,7 @@ def search_by_growth(before: Model, say: Tell) -> Model | None:
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
     """Tell whether a model follows the records further than another one of known growth, at the same noise levels."""
+    # A lower level ends growth earlier: shares are comparable only at the same levels.
     same = noise_levels(model.problem) == noise_levels(other.problem)
     before = known.reached(other.problem) if same else followed_share(other.at_levels(model.problem))
     return growth.complete or growth.reached(model.problem) > RULES.further * before

@@ -91,6 +91,7 @@ def _lines_of_residual(model: Model, target: Target) -> Iterator[LockedLines]:
 
 def _lines(y: FloatArray, position: FloatArray) -> list[Line]:
     """Return the strongest lines of a series over a position that never decreases, in cycles per unit of position."""
+    # Interpolation needs increasing positions, and a spectrum an even grid: samples at rest are left out.
     moving = np.append(np.diff(position) > 0.0, True)
     even = np.linspace(position[0], position[-1], y.size)
     if not even[-1] > even[0]:
@@ -158,6 +159,7 @@ def untestable_effects(landscape: Landscape) -> dict[str, str]:
 def _is_separable(free: FloatArray, further: FloatArray) -> bool:
     """Tell whether derivatives, (m, k), have a direction outside the span of those by the free parameters, (m, n)."""
     size = np.linalg.norm(free, axis=0)
+    # An orthonormal basis of the free directions; the part of the others outside it is the visible one.
     U, s, _ = np.linalg.svd(free / np.where(size > 0.0, size, 1.0), full_matrices=False)
     held = U[:, s > COLLINEAR]
     rest = further - held @ (held.T @ further)

@@ -250,7 +250,7 @@ def _spreads(optimum: Optimum, draws: tuple[Draw, ...]) -> tuple[Spread, ...]:
     good = [d for d in draws if d.outcome is not DrawOutcome.FAILED]
     if not good:
         raise FitError(f"none of {len(draws)} draws could be simulated at the estimate; identify anew")
-    return tuple(_spread(optimum, name, good) for name in optimum.estimated)
+    return tuple(_spread(optimum, name, good) for name in optimum.estimated_names)
 
 
 def _spread(optimum: Optimum, name: str, draws: list[Draw]) -> Spread:

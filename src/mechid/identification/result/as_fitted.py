@@ -56,6 +56,7 @@ def error_covariance(fit: Fit) -> tuple[tuple[str, ...], FloatArray]:
     noise alone.
     """
     errors = np.array([fit.parameters[name].std_error for name in fit.correlation_names], dtype=np.float64)
+    # Unknown entries are null in the file and NaN here.
     known = np.flatnonzero(np.isfinite(errors) & np.isfinite(np.diag(fit.correlation)))
     covariance = fit.correlation * np.outer(errors, errors)
     return tuple(fit.correlation_names[k] for k in known), covariance[np.ix_(known, known)]

@@ -77,16 +77,16 @@ class Optimum:
     parameters: Mapping[str, ParameterEstimate]
 
     @property
-    def estimated(self) -> tuple[str, ...]:
+    def estimated_names(self) -> tuple[str, ...]:
         """Names of the parameters that the fit estimated."""
         return tuple(name for name, p in self.parameters.items() if p.status in ESTIMATED_STATUSES)
 
     def estimate_of(self, name: str) -> ParameterEstimate:
         """Return the estimate of a parameter; UsageError if the fit did not estimate it."""
-        if name not in self.estimated:
+        if name not in self.estimated_names:
             known = self.parameters.get(name)
-            state = f"is {known.status}" if known else f"is not in the fit{did_you_mean(name, self.estimated)}"
-            raise UsageError(f"--parameter {name}: {state}; the fit estimated {', '.join(self.estimated)}")
+            state = f"is {known.status}" if known else f"is not in the fit{did_you_mean(name, self.estimated_names)}"
+            raise UsageError(f"--parameter {name}: {state}; the fit estimated {', '.join(self.estimated_names)}")
         return self.parameters[name]
 
     def values(self, q: FloatArray) -> dict[str, float]:

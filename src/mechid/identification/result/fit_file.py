@@ -106,7 +106,8 @@ def _build_checked(
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
         fit = _build_fit(content, mechanism, path.parent)
-        fit.to_dict()  # a fit that cannot be written again is damaged
+        # A fit that cannot be written again is damaged.
+        fit.to_dict()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         place = " ".join(str(error).split()) or type(error).__name__
         raise InputFileError(f"{path} is damaged at {place}; identify anew") from error

@@ -265,5 +265,6 @@ def grade_of(reasons: tuple[Reason, ...]) -> Grade:
     >>> str(grade_of(())), str(grade_of((Reason(cause=Cause.THRESHOLD, text=""),)))
     ('A', 'B')
     """
+    # Grades are declared from best to worst.
     order = list(Grade)
     return max((reason.cause.grade for reason in reasons), key=order.index, default=Grade.A)

@@ -30,6 +30,7 @@ def identified_campaign(folder: Path) -> Path:
     """
     path, remedy = folder / FILE_NAME, "give it as --campaign CAMPAIGN"
     try:
+        # Only lines of a start are parsed: a journal may hold many large ones.
         notes = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if '"started"' in line]
         named = Path([note["campaign"] for note in notes][-1])
     except (OSError, ValueError, KeyError, IndexError, TypeError) as error:

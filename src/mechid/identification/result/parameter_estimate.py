@@ -89,6 +89,7 @@ class ParameterEstimate:
         """95 % interval from the standard error; one-sided at a bound; None where there is neither."""
         if self.std_error is None:
             return self.one_sided
+        # Infinite degrees of freedom give the normal quantile.
         reach = self.std_error * float(stdtrit(math.inf if self.dof is None else self.dof, 0.975))
         return self.value - reach, self.value + reach
 

@@ -82,6 +82,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed_samples(problem, judged, q)
     whole = (0, target.samples)
+    # The share of the whole record needs another simulation only where the window is a part of it.
     everywhere = channels if window == whole else _channel_fits(record, target, problem, q, whole, noises)
     return RecordFit(
         name=record.name,
@@ -146,6 +147,7 @@ def _channel_fit(
         noise_sigma=noise.found.sigma,
         noise_rests_on=str(noise.found.rests_on),
         noise_known=noise.known.sigma,
+        # The line counts samples from the start of the window; offset and phases refer to the record's first sample.
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
         lines=_lines(line, target.base, first) if line else (),
@@ -222,6 +224,7 @@ def _following_fields(
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
     chance = chance_limit_of(max(SERIES.follow_window_s * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
+    # Masked samples are zero in the residual and would count as followed.
     masked = int(np.sum((channel.masked >= first) & (channel.masked < stop)))
     late = out_of_step(r, rate, full_step) if full_step else None
 
@@ -244,6 +247,7 @@ def _residual(channel: TargetChannel, r: Room, rejected: Samples) -> tuple[float
     line = channel.line(r, rejected)
     line.take_from(r)
     write_at(r, rejected, 0.0)
+    # The misfit is model minus measured; the reported line is measured minus model.
     return norm(r) / math.sqrt(max(r.size - rejected.size, 1)), -line
 
 

@@ -75,6 +75,7 @@ def covariances(triangle: Triangle, variance: FloatArray, seen: BoolArray) -> Un
     """Return both covariances of the `seen` coordinates; the others are held and get zeros."""
     inverse = np.zeros_like(variance)
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
+    # Sandwich form; for white residuals the variance of the score is J^T J and both covariances agree.
     return Uncertainty(inverse, inverse @ variance @ inverse)
 
 

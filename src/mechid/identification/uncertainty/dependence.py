@@ -192,6 +192,7 @@ def _build_dependence(
     known: EstimatedParameters, ruined: int, involved: NDArray[np.intp], moved: FloatArray, why: str
 ) -> Dependence:
     names = [p.name for p in known.parameters]
+    # The parameter of least influence: holding it at its value changes the records least.
     held = min(involved.tolist() or [ruined], key=lambda i: known.influence[i])
     return Dependence(
         ruined=names[ruined],

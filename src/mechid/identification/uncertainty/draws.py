@@ -144,6 +144,7 @@ def _draw_points(problem: Problem, q: FloatArray, covariance: FloatArray, seed: 
     """Return the draws, (draws, n), within the bounds."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
+    # The second number separates these draws from other random streams of the same seed.
     steps = np.random.default_rng((seed, 30)).standard_normal((ERRORS.draws, q.size)) @ root.T
     return np.asarray(problem.coordinates.clip(q + steps), dtype=np.float64)
 
@@ -157,6 +158,7 @@ def _costs(problem: Problem, windows: Windows, points: FloatArray) -> FloatArray
     norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
     of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
+    # A draw that cannot be simulated counts as a huge departure, not as a missing one.
     return np.where(np.isfinite(found), found, 1e12)
 
 

@@ -100,6 +100,7 @@ class PartsAccumulator:
         self._target, self._timing = target, timing
         self._done = [window[0]] * len(target.channels)
         seconds = (window[1] - window[0]) / target.base.sample_rate_hz
+        # Stretches come in multiples of four, so that they merge into quarters of the record.
         of_quarter = np.clip(
             round(seconds / (ERRORS.quarters * ERRORS.stretch_s)), 1, ERRORS.most_stretches // ERRORS.quarters
         )

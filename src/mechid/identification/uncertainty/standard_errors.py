@@ -258,6 +258,7 @@ class _Spread:
         """Add a possible shift of the coordinates, (n,), whose size is known with `dof` degrees of freedom."""
         moved = self._maps @ step
         self._variance += moved**2
+        # Welch and Satterthwaite: each variance squared over its degrees of freedom; an infinite number adds nothing.
         self._spread += moved**4 / dof
         self._matrix += np.outer(moved, moved)
 
@@ -266,6 +267,7 @@ class _Spread:
         variance = self._variance + np.diag(considered)
         sigma = np.array([_standard_error(v) for v in variance])
         with np.errstate(divide="ignore", invalid="ignore"):
+            # Without model error the spread is zero, and the degrees of freedom are infinite.
             dof = np.where(self._spread > variance**2 / NORMAL, variance**2 / self._spread, np.inf)
         matrix = self._matrix + considered
         scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
@@ -306,6 +308,7 @@ def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: F
     J = combine_triangles([*state.problem.triangles(q, state.windows), *means]).jacobian[:, verdict.counted]
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
+    # Unit columns: the threshold on singular values then does not depend on the units of the coordinates.
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
     seen = s > SEARCH.singular * s.max(initial=0.0)
     parts = (maps[:, verdict.counted] / size) @ Vt.T

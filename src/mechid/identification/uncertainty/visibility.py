@@ -71,6 +71,7 @@ def divergence_time_s(problem: Problem, target: Target, q: FloatArray) -> float 
     with a single displaced parameter has to stay apart as well.
     """
     size = np.maximum(np.abs(q), np.where(np.isfinite(problem.coordinates.span), 1e-3 * problem.coordinates.span, 1.0))
+    # A fixed seed, so that a check of the same campaign repeats.
     signs = np.random.default_rng(0).choice([-1.0, 1.0], q.size)
     together_s = _lasting_divergence_s(problem, target, q, VERDICTS.displacement * size * signs)
     if together_s is None:
