@@ -28,7 +28,7 @@ def _mask(climb: Climb) -> Climb:
         return climb
     problem, growth = found
     plain = apply_masks(climb.state.problem, masked_runs(problem))
-    begun = replace(climb, state=climb.state.of(plain))
+    begun = replace(climb, state=climb.state.with_problem(plain))
     end = begun.with_growth(Reached(replace(at.model, problem=problem), growth))
     return end if end.complete and _largest_residual(end) <= STAGES.masked_left else climb
 
@@ -60,5 +60,5 @@ def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...])
     problem = lift_followed_masks(state.problem, state.q)
     if problem is state.problem:
         return state
-    begun = watch.note(state.of(problem))
+    begun = watch.note(state.with_problem(problem))
     return joint_fit(watch, begun, "moments counted again", names, tolerance=STAGES.rough_tolerance)

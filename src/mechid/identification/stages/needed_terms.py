@@ -129,7 +129,7 @@ def _lay_out_selection(
     added = replace(lay_out(base, fit.names), aliases=aliases)
     problem = added.problem(plain)
     values = rename_values(fit.problem.coordinates.values(fit.q), wide, added)
-    return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
+    return replace(state.with_problem(problem), added=added).at(problem.coordinates.point(values))
 
 
 def lay_out_state(state: SearchState, plain: Problem) -> SearchState:

@@ -37,7 +37,7 @@ def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> Searc
                 break
             values |= state.values
         else:
-            state = watch.note(state.ending(_final_outcome(state)))
+            state = watch.note(state.with_outcome(_final_outcome(state)))
     finally:
         # Runs after an interruption too, which must leave a usable state.
         found = watch.latest
@@ -50,7 +50,7 @@ def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> Searc
 
 def _final_outcome(state: SearchState) -> FitOutcome:
     """Return the outcome of the last stage."""
-    if not state.converged:
+    if not state.has_converged:
         return FitOutcome.NOT_CONVERGED
     return FitOutcome.CLIFF if warn_of_thresholds("", state) else FitOutcome.STAGES_DONE
 
@@ -64,12 +64,12 @@ def _fit_stage(
         state = watch.note(drop_priors(state))
     state = watch.note(begin_stages(state, campaign, [stage], values))
     substeps = enough_substeps(state.problem, state.q, state.windows)
-    state = watch.note(state.of(replace(state.problem, substeps=substeps)))
+    state = watch.note(state.with_problem(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, name, stage.free)
     said = warn_of_thresholds(name, state)
-    if not state.converged:
+    if not state.has_converged:
         said.append(f"{name} did not converge: {state.stages[-1].note}")
-    return watch.note(state.saying(*said))
+    return watch.note(state.with_warnings(*said))
 
 
 def begin_stages(

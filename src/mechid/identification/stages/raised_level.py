@@ -20,8 +20,8 @@ from mechid.identification.stages.likeliest import effect_scores
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_at_raised_noise
 from mechid.identification.stages.term_growth import grow_model
-from mechid.identification.uncertainty.noise import with_levels_of_residuals
-from mechid.identification.uncertainty.noise_levels import with_levels_of
+from mechid.identification.uncertainty.noise import raise_to_residual_levels
+from mechid.identification.uncertainty.noise_levels import copy_levels
 
 
 def _grow_named(climb: Climb) -> Climb:
@@ -34,7 +34,7 @@ def _grow_named(climb: Climb) -> Climb:
         return climb
     q = solve(at.problem, growth.q, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     # The level that followed the records is only a step of the raising; effects are compared at that of the residual.
-    problem = replace(known, targets=tuple(with_levels_of_residuals(known, t, q) for t in known.targets))
+    problem = replace(known, targets=tuple(raise_to_residual_levels(known, t, q) for t in known.targets))
     q = solve(problem, q, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     families = Families(problem, climb.campaign)
     scores = effect_scores(families, families.bare, q)
@@ -46,7 +46,7 @@ def _grow_named(climb: Climb) -> Climb:
         model = families.with_effect(families.bare, name).lay_out(problem)
         look = fit_look(model, model.point_of(families.bare, q), watch.journal, whole)
         # The look was fitted at the residual's level; growth judges at the known one.
-        model = replace(model, problem=with_levels_of(model.problem, known))
+        model = replace(model, problem=copy_levels(model.problem, known))
         reached = grow_model(watch, model, look.q, climb.seed, escapes=STAGES.small_escapes, leaps=STAGES.small_leaps)
         climb = climb.with_growth(tune_periods(climb, climb.families, reached))
         if climb.complete:

@@ -13,12 +13,12 @@ from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.readings.agreement import (
     Agreement,
     agreement,
-    agreement_without,
+    agreement_of_others,
     disagreements,
     explains,
 )
 from mechid.identification.readings.all_records import common_readings
-from mechid.identification.readings.file_values import wrong_values
+from mechid.identification.readings.file_values import find_wrong_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.stages.budget import ladder_budget
@@ -45,7 +45,7 @@ def _reinterpret_raised(climb: Climb) -> Climb:
     if not growth.complete or not 0 < 2 * len(raised) < len(problem.targets):
         return climb
     tell = partial(climb.watch.tell, "records compared")
-    agreed = agreement_without(problem, raised, growth.q, climb.seed, tell, climb.watch.journal)
+    agreed = agreement_of_others(problem, raised, growth.q, climb.seed, tell, climb.watch.journal)
     if agreed is None or not agreed.judged or agreed.left_out or not agreed.growth.complete:
         return climb
     return replace(
@@ -88,7 +88,7 @@ def _compare_records(climb: Climb) -> Climb:
     rest = agreed if agreed and agreed.growth.complete else None
     if rest and not rest.left_out:
         return _update(climb, state, rest.growth)
-    wrong = [] if explained or rest else wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
+    wrong = [] if explained or rest else find_wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
     # Nothing else helps against a value that is off by a factor of a hundred.
     if wrong:
         return _update(
@@ -104,7 +104,9 @@ def _compare_records(climb: Climb) -> Climb:
     # A confirmed reading shows that noise is not what stops the growth, so the raised level is dropped.
     if not any(reading.is_confirmed for reading in said):
         state, growth = at_raised if at_raised[0] is not state else (state, growth)
-    return _update(climb, state if growth.complete else state.saying(*(reading.line() for reading in said)), growth)
+    return _update(
+        climb, state if growth.complete else state.with_warnings(*(reading.line() for reading in said)), growth
+    )
 
 
 def _update(climb: Climb, state: SearchState, growth: Growth) -> Climb:
@@ -113,11 +115,13 @@ def _update(climb: Climb, state: SearchState, growth: Growth) -> Climb:
 
 def _apply_agreement(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
     """Return the state with reinterpreted records, and messages about them."""
-    taken = {name: state.taken.get(name, DECLARED).combine(further) for name, further in agreed.taken.items()}
-    state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
+    taken = {name: state.readings.get(name, DECLARED).combine(further) for name, further in agreed.readings.items()}
+    state = replace(state.with_problem(agreed.problem), readings={**state.readings, **taken}).at(
         agreed.growth.q, agreed.growth.horizons
     )
-    return state.saying(*(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed)))
+    return state.with_warnings(
+        *(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed))
+    )
 
 
 def _always(climb: Climb) -> bool:

@@ -11,7 +11,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import release_noise, whiten_again, without_outliers
+from mechid.identification.uncertainty.noise import reject_outliers, release_noise, whiten_again
 
 
 def fit_with_noise_released(
@@ -21,24 +21,24 @@ def fit_with_noise_released(
     rejects = options.spikes == "reject"
     if rejects:
         # Spikes would raise the noise levels estimated next.
-        state = watch.note(state.of(without_outliers(state.problem, state.q, state.windows)))
+        state = watch.note(state.with_problem(reject_outliers(state.problem, state.q, state.windows)))
     state = use_released_noise(watch, state, options)
     if options.priors == "search":
         state = watch.note(drop_priors(state))
     state = joint_fit(watch, state, "noise re-estimated", names)
     state = _refit_until_settled(watch, state, names, "whitened again", whiten_again)
-    return _refit_until_settled(watch, state, names, "spikes rejected", without_outliers) if rejects else state
+    return _refit_until_settled(watch, state, names, "spikes rejected", reject_outliers) if rejects else state
 
 
 def use_released_noise(watch: Watch, state: SearchState, options: IdentifyOptions) -> SearchState:
     """Return the state with each record's residual as its noise; misfits are reported."""
     problem, said = release_noise(state.problem, state.q, state.windows, options)
-    return watch.note(state.of(problem).saying(*said))
+    return watch.note(state.with_problem(problem).with_warnings(*said))
 
 
 def drop_priors(state: SearchState) -> SearchState:
     """Return the state without priors, so that only the records count."""
-    return state.of(replace(state.problem, priors={}))
+    return state.with_problem(replace(state.problem, priors={}))
 
 
 def _refit_until_settled(
@@ -49,5 +49,5 @@ def _refit_until_settled(
         problem = update_noise(state.problem, state.q, state.windows)
         if problem is state.problem:
             break
-        state = joint_fit(watch, watch.note(state.of(problem)), stage, names)
+        state = joint_fit(watch, watch.note(state.with_problem(problem)), stage, names)
     return state
