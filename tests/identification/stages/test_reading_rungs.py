@@ -84,7 +84,7 @@ def test_other_starts_are_grown_where_nothing_contradicts(monkeypatch):
     far, right = problem.coordinates.lower, problem.start
     stalled = Growth(far, {"full_46": 150}, False, 3)
     monkeypatch.setattr(reading_rungs, "agreement", lambda *_, **__: None)
-    monkeypatch.setattr(reading_rungs, "wrong_values", lambda *_: [])
+    monkeypatch.setattr(reading_rungs, "find_wrong_values", lambda *_: [])
     monkeypatch.setattr(reading_rungs, "common_readings", lambda *_: [])
     one = replace(climb, growth=stalled, found=iter([Candidate(right, 10.0)]))
     end = climb_ladder(one, READINGS[-1:])
@@ -103,7 +103,7 @@ def test_a_value_that_is_wrong_by_a_hundred_is_said_and_nothing_else_tried(monke
 
     climb = replace(climb_of(0.0), growth=Growth(np.zeros(1), {"full_46": 150}, False, 3), found=iter(()))
     monkeypatch.setattr(reading_rungs, "agreement", lambda *_, **__: None)
-    monkeypatch.setattr(reading_rungs, "wrong_values", lambda *_: [Wrong])
+    monkeypatch.setattr(reading_rungs, "find_wrong_values", lambda *_: [Wrong])
     end = READINGS[-1].attempt(climb)
     assert end.state.contradicted == {Wrong.parameter: Wrong.text}
     assert end.growth is climb.growth
