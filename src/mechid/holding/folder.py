@@ -15,7 +15,7 @@ from mechid.errors import UnwritableError, UsageError
 from mechid.holding.holder import Holder, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
 from mechid.reading.whole import read_text
-from mechid.writing import is_refusal_of, refusal, writable, write_whole
+from mechid.writing import creating_folder, is_unwritable_error, unwritable_error, write_atomically
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
 """Folders that are held around what runs now, each with the token of its hold."""
@@ -67,8 +67,8 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
     if place in around:
         yield around[place]
         return
-    with _made_if_used(place), writable(folder):
-        guard, own = _taken(place / LOCK_NAME, Path(folder), within)
+    with _made_if_used(place), creating_folder(folder):
+        guard, own = _take(place / LOCK_NAME, Path(folder), within)
         _LOCKS[place / LOCK_NAME] = own
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
@@ -109,27 +109,27 @@ def _said(place: Path, folder: Path) -> Iterator[None]:
         yield
     except (UnwritableError, OSError) as error:
         if isinstance(error, OSError):
-            if not is_refusal_of(place, error):
+            if not is_unwritable_error(place, error):
                 raise
-            error = refusal(folder, error)
+            error = unwritable_error(folder, error)
         raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
 
 
-def _taken(lock: Path, folder: Path, within: str) -> tuple[BaseFileLock, Holder]:
+def _take(lock: Path, folder: Path, within: str) -> tuple[BaseFileLock, Holder]:
     """Lock a folder, and write who this process is; return both."""
     own = this_process(within)
     if _is_given_up(_holder(lock), within):
         for name in (GUARD_NAME, MARKER_NAME):  # new files have locks of their own
             lock.with_name(name).unlink(missing_ok=True)
     try:
-        guard = _locked(lock)
+        guard = _acquire_guard(lock)
     except Timeout:
         raise UsageError(_refusal(folder, _holder(lock))) from None
     try:
         found = _holder(lock)
         if found is not None and found.is_elsewhere and not _is_given_up(found, within):
             raise UsageError(_refusal(folder, found))
-        write_whole(lock, own.text())
+        write_atomically(lock, own.text())
     except BaseException:
         lock.with_name(GUARD_NAME).unlink(missing_ok=True)
         guard.release()
@@ -142,7 +142,7 @@ def _is_given_up(found: Holder | None, within: str) -> bool:
     return found is not None and found.is_elsewhere and bool(within) and found.within == within
 
 
-def _locked(lock: Path) -> BaseFileLock:
+def _acquire_guard(lock: Path) -> BaseFileLock:
     """Lock the file beside a record; Timeout where another run has it locked."""
 
     def is_known() -> bool:
