@@ -84,7 +84,7 @@ def test_what_does_not_count_is_left_out(problem):
 
 def test_nobody_is_told_who_does_not_listen(monkeypatch):
     """A search without a listener does not spend its share."""
-    monkeypatch.setattr(ResidualToNoise, "seen", lambda *_: pytest.fail("looked at for nobody"))
+    monkeypatch.setattr(ResidualToNoise, "measure", lambda *_: pytest.fail("looked at for nobody"))
     campaign = bench(displaced(truth(), {"gear.stiffness": 1.001}), truth(), "full_46", seed=8, seconds=0.1)
     identify(campaign, workers=1, near={"gear.stiffness": truth().value("gear.stiffness")})
 
