@@ -1,7 +1,7 @@
-"""Box of start points of a search, by the errors that catalogues have, and Sobol points that fill it evenly.
+"""Box of start points for the search, and Sobol points that fill it evenly.
 
-A parameter lies within its declared spread around the catalogue's value, or is a typical share of a scale that the
-others make.
+A parameter lies within its declared spread around the catalogue value, or is a typical share of a scale that other
+parameters define.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def sobol_points(dimensions: int, points: int, seed: int) -> FloatArray:
 
 
 def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
-    """Return start points, (points, n): the catalogue itself first, then a scrambled Sobol sequence."""
+    """Return start points, (points, n): the catalogue values first, then a scrambled Sobol sequence."""
     box = _Box(space)
     unit = sobol_points(space.size, points, seed)
     return np.array([space.start] + [box.point(u) for u in unit[1:].tolist()])
@@ -35,60 +35,61 @@ def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Box:
-    """What all points of a box share."""
+    """Data shared by all points of a box."""
 
     space: SearchSpace
 
     @cached_property
-    def declared(self) -> list[Declaration]:
+    def declarations(self) -> list[Declaration]:
         """Declaration of each coordinate."""
         parameters = self.space.mechanism.parameters
         return [parameters[c.name].declaration for c in self.space.coordinates]
 
     @cached_property
-    def early(self) -> list[tuple[int, Callable[[float], float]]]:
-        """Coordinates that lie within a spread, each with what makes a value of a number from 0 to 1."""
-        each = enumerate(zip(self.space.coordinates, self.declared, strict=True))
-        return [(j, _within_spread(self.space, c, d.spread)) for j, (c, d) in each if not d.typical]
+    def spread_coordinates(self) -> list[tuple[int, Callable[[float], float]]]:
+        """Coordinates within a spread, each with its map from the unit interval to a value."""
+        each = enumerate(zip(self.space.coordinates, self.declarations, strict=True))
+        return [(j, _map_to_spread(self.space, c, d.spread)) for j, (c, d) in each if not d.typical]
 
     @cached_property
-    def late(self) -> list[tuple[int, Coordinate, tuple[str, float, float]]]:
+    def scaled_coordinates(self) -> list[tuple[int, Coordinate, tuple[str, float, float]]]:
         """Coordinates that are shares of a scale."""
-        each = enumerate(zip(self.space.coordinates, self.declared, strict=True))
+        each = enumerate(zip(self.space.coordinates, self.declarations, strict=True))
         return [(j, c, d.typical) for j, (c, d) in each if d.typical]
 
     @cached_property
-    def texts(self) -> tuple[str, ...]:
-        """The scales, as expressions in the file's symbols."""
-        return tuple(sorted({typical[0] for _, _, typical in self.late}))
+    def scale_texts(self) -> tuple[str, ...]:
+        """Expressions of the scales, in the file's symbols."""
+        return tuple(sorted({typical[0] for _, _, typical in self.scaled_coordinates}))
 
     @cached_property
-    def fixed(self) -> dict[str, float]:
-        """The mechanism's own values by dotted name."""
+    def mechanism_values(self) -> dict[str, float]:
+        """Values of the mechanism by dotted name."""
         return {name: self.space.mechanism.value(name) for name in self.space.mechanism.parameters}
 
     @cached_property
     def scale(self) -> Callable[[Mapping[str, float]], dict[str, float]]:
-        """Gives the value of every scale at values by dotted name."""
+        """Function that returns the value of every scale from values by dotted name."""
         parameters = self.space.mechanism.parameters
         masters = [q.tied_to or name for name, q in parameters.items()]
-        function = _scale_function(tuple(q.declaration.symbol for q in parameters.values()), self.texts)
-        return lambda values: dict(zip(self.texts, function(*[values[name] for name in masters]), strict=True))
+        function = _scale_function(tuple(q.declaration.symbol for q in parameters.values()), self.scale_texts)
+        return lambda values: dict(zip(self.scale_texts, function(*[values[name] for name in masters]), strict=True))
 
     def point(self, unit: Sequence[float]) -> FloatArray:
-        """Map a point of the unit cube into the box; shares of a scale need the scale's own parameters first."""
+        """Map a point of the unit cube into the box."""
         q = self.space.start.copy()
-        for j, value in self.early:
+        # Coordinates within a spread come first: the scales of the others are evaluated at them.
+        for j, value in self.spread_coordinates:
             q[j] = value(unit[j])
-        if self.late:
-            scales = self.scale({**self.fixed, **self.space.values(q)})
-            for j, c, typical in self.late:
+        if self.scaled_coordinates:
+            scales = self.scale({**self.mechanism_values, **self.space.values(q)})
+            for j, c, typical in self.scaled_coordinates:
                 q[j] = _typical_share(c, j, unit, typical, scales)
         return self.space.clip(q)
 
 
-def _within_spread(space: SearchSpace, c: Coordinate, spread: float) -> Callable[[float], float]:
-    """Return what makes a coordinate within its spread of a number from 0 to 1."""
+def _map_to_spread(space: SearchSpace, c: Coordinate, spread: float) -> Callable[[float], float]:
+    """Return the map from the unit interval to a coordinate within its spread."""
     value = space.mechanism.parameters[c.name].value
     if c.kind == "log":
         middle, half = math.log(value), math.log(spread)
@@ -112,6 +113,8 @@ def _typical_share(
 ) -> float:
     text, least, most = typical
     scale, u = scales[text], unit[j]
+    # A vector is drawn evenly over its disc, hence the square root. Its components share two coordinates of the unit
+    # cube: radius and angle.
     if c.kind in ("cosine", "sine"):
         first = j if c.kind == "cosine" else j - 1
         radius, turn = most * scale * math.sqrt(unit[first]), 2.0 * math.pi * unit[first + 1]
