@@ -94,7 +94,8 @@ def other_counts(records: DeclaredRecords) -> list[OtherCount]:
             if all(abs(value / of_file[name] - 1.0) < RULES.same_count for name, value in values.items()):
                 return []
             found.append(OtherCount(values, of_file, trial.cost))
-            if POLES in names:  # no gear ratio compensates for steps of another size
+            # No gear ratio compensates for steps of another size.
+            if POLES in names:
                 break
     return sorted(found, key=lambda one: one.cost)
 
