@@ -23,7 +23,7 @@ from mechid.command.entry import quoted
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
 from mechid.errors import MechidError, UsageError, did_you_mean
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.parameter import Declaration
 from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
@@ -125,7 +125,7 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     for path in texts:
         if path.exists():
             raise UsageError(f"{path}: is there already; give another folder, or move it away")
-    with held(folder), writable(folder):
+    with hold_folder(folder), writable(folder):
         for path, content in texts.items():
             write_whole(path, content)
     return list(texts)

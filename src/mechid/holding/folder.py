@@ -1,4 +1,4 @@
-"""A folder held by one run at a time."""
+"""Exclusive lock of a result folder, held by one run at a time."""
 
 from __future__ import annotations
 
@@ -15,80 +15,83 @@ from mechid.reading.whole import read_text
 from mechid.writing import is_refusal_of, refusal, writable
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
-"""Folders that are held around what runs now, each with the token of its hold."""
+"""Folders held by the enclosing calls in this context, each with the token of its lock."""
 _LOCKS: dict[Path, Holder] = {}
-"""Lock files of this process, whichever thread holds their folders."""
-MOST_NAMED = 8
-"""Of the files that a run has saved until it could write no more."""
+"""Lock files of this process, of all threads."""
+MAX_NAMED_FILES = 8
+"""Number of saved files that a message lists when a run can no longer write."""
 
 
 @contextmanager
-def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
-    """Hold a folder, made with its parents, against other runs; what a killed one left half-written is removed.
+def hold_folder(folder: Path | str, *, within: str = "") -> Iterator[str]:
+    """Lock a folder against other runs, and remove partial files left by a killed run.
 
-    A file in the folder says who holds it. That of a process that has ended, or whose number another one has by now,
-    is taken over. Who holds the folder already holds it on. A folder that was made for it, and in which nothing was
-    written, is removed again.
+    The folder and its parents are created if necessary. A lock file in the folder identifies the holder. The lock of a
+    process that has ended, or whose process number has been reused, is taken over. The lock is reentrant. Folders
+    created here are removed again if nothing was written in them.
 
     Parameters
     ----------
     folder : Path
     within : str
-        Token of the hold for which this work is done: what another process held for the same one, and is on another
-        machine, is taken over, since who gives work out a second time has given up the first.
+        Token of the enclosing lock for which the work is done, such as that of a fleet. A lock that a process on
+        another machine holds for the same token is taken over: a dispatcher that assigns work again has abandoned the
+        first assignment.
 
     Yields
     ------
     str
-        The token of the hold.
+        Token of the lock.
 
     Raises
     ------
     UsageError
-        Another run holds it, who is said.
+        Another run holds the folder; the message identifies it.
     UnwritableError
-        It cannot be written to, or not any more; then with what has been saved in it.
+        The folder cannot be written to, or no longer; the message then lists the files saved so far.
     """
     place = Path(folder).absolute()
     around = dict(_HELD.get())
     if place in around:
         yield around[place]
         return
-    with _made_if_used(place), writable(folder):
-        own = _LOCKS[place / LOCK_NAME] = _taken(place / LOCK_NAME, Path(folder), within)
+    with _remove_unused(place), writable(folder):
+        own = _LOCKS[place / LOCK_NAME] = _acquire_lock(place / LOCK_NAME, Path(folder), within)
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
             sweep(place)
-            with _said(place, Path(folder)):
+            with _add_saved_files(place, Path(folder)):
                 yield own.token
         finally:
             _HELD.reset(reset)
-            _let_go(place / LOCK_NAME, own)
+            _release_lock(place / LOCK_NAME, own)
             _LOCKS.pop(place / LOCK_NAME, None)
 
 
 def release_all() -> None:
-    """Let go of all folders that this process holds, without what it has half-written there: it is about to end."""
+    """Release all folders of this process and remove its partial files; call it just before the process ends."""
     for lock, own in list(_LOCKS.items()):
         sweep(lock.parent, with_own=True)
-        _let_go(lock, own)
+        _release_lock(lock, own)
 
 
 @contextmanager
-def _made_if_used(folder: Path) -> Iterator[None]:
-    """Remove a folder, and its parents, again that were not there and in which nothing was left."""
+def _remove_unused(folder: Path) -> Iterator[None]:
+    """Remove on exit the folder and those parents that did not exist on entry, if they are empty."""
     missing = [path for path in (folder, *folder.parents) if not os.path.lexists(path)]
     try:
         yield
     finally:
         for made in missing:
+            # rmdir fails on a folder that is not empty, which keeps everything that was written.
             with suppress(OSError):
                 made.rmdir()
 
 
 @contextmanager
-def _said(place: Path, folder: Path) -> Iterator[None]:
-    """Say of a folder that cannot be written to any more what has been saved in it since its lock file was."""
+def _add_saved_files(place: Path, folder: Path) -> Iterator[None]:
+    """Extend the error of a folder that can no longer be written to by the files saved since it was locked."""
+    # Times are compared with that of the lock file, since the clock of a network drive may differ from the machine's.
     began_ns = (place / LOCK_NAME).stat().st_mtime_ns
     try:
         yield
@@ -97,15 +100,15 @@ def _said(place: Path, folder: Path) -> Iterator[None]:
             if not is_refusal_of(place, error):
                 raise
             error = refusal(folder, error)
-        raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
+        raise UnwritableError(f"{error}; {_describe_saved_files(place, began_ns)}") from error
 
 
-def _taken(lock: Path, folder: Path, within: str) -> Holder:
-    """Write the lock file, and return who this process is in it."""
+def _acquire_lock(lock: Path, folder: Path, within: str) -> Holder:
+    """Write the lock file and return its content."""
     own = this_process(within)
-    with _one_at_a_time(lock.parent):
-        while not _written(lock, own):
-            found = _holder(lock)
+    with _exclusive_access(lock.parent):
+        while not _write_lock(lock, own):
+            found = _read_lock(lock)
             if found is not None and _is_at_work(found, within):
                 raise UsageError(_refusal(folder, found, lock))
             lock.unlink(missing_ok=True)
@@ -118,29 +121,30 @@ def _is_at_work(found: Holder, within: str) -> bool:
 
 
 def _refusal(folder: Path, found: Holder, lock: Path) -> str:
-    remedy = "wait until it has ended, or give another folder"
+    remedy = "wait until it ends, or choose another folder"
     if found.life is Life.ELSEWHERE:
-        remedy += f"; should it be gone, which cannot be seen from here, remove {folder / lock.name}"
-    return f"{folder}: another run holds it: {found.words}; {remedy}"
+        remedy += f"; if that run no longer exists (this machine cannot check), remove {folder / lock.name}"
+    return f"{folder}: in use by another run: {found.words}; {remedy}"
 
 
-def _written(lock: Path, own: Holder) -> bool:
-    """Write a lock file as a whole if there is none, and return whether there was none."""
+def _write_lock(lock: Path, own: Holder) -> bool:
+    """Write a complete lock file unless one exists, and return whether it was written."""
     beside = lock.with_name(f"{lock.name}.{own.token}.{own.pid}.part")
     try:
         beside.write_text(own.text(), encoding="utf-8")
         try:
-            lock.hardlink_to(beside)  # in one step, and never onto one that is there
+            # A hard link appears atomically with its content and never replaces an existing file.
+            lock.hardlink_to(beside)
         except FileExistsError:
             return False
-        except OSError:  # a file system without links
-            return _created(lock, own.text())
+        except OSError:  # the file system has no hard links
+            return _create_exclusively(lock, own.text())
     finally:
         beside.unlink(missing_ok=True)
     return True
 
 
-def _created(lock: Path, text: str) -> bool:
+def _create_exclusively(lock: Path, text: str) -> bool:
     try:
         with lock.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -149,26 +153,26 @@ def _created(lock: Path, text: str) -> bool:
     return True
 
 
-def _holder(lock: Path) -> Holder | None:
+def _read_lock(lock: Path) -> Holder | None:
     try:
         return read_holder(read_text(lock))
     except (FileNotFoundError, UnicodeDecodeError):
         return None
 
 
-def _let_go(lock: Path, own: Holder) -> None:
-    """Remove the lock file where it is still this hold's."""
+def _release_lock(lock: Path, own: Holder) -> None:
+    """Remove the lock file if it still belongs to this lock."""
     with suppress(OSError):
-        found = _holder(lock)
+        found = _read_lock(lock)
         if found is not None and found.token == own.token:
             lock.unlink()
 
 
 @contextmanager
-def _one_at_a_time(folder: Path) -> Iterator[None]:
-    """Let one process at a time look at the lock file of a folder and replace it, where the system can do that.
+def _exclusive_access(folder: Path) -> Iterator[None]:
+    """Serialise access of processes to the lock file of a folder, if the system supports it.
 
-    Where it cannot, two runs that find the same stale file at the same instant may both take it for theirs.
+    Otherwise two runs that find the same stale lock file at the same instant may both take it over.
     """
     try:
         import fcntl
@@ -178,15 +182,16 @@ def _one_at_a_time(folder: Path) -> Iterator[None]:
         yield
         return
     try:
-        with suppress(OSError):  # some network file systems lock no folders
+        # Some network file systems do not support locks on folders; the hard link still protects against most races.
+        with suppress(OSError):
             fcntl.flock(handle, fcntl.LOCK_EX)
         yield
     finally:
         os.close(handle)
 
 
-def _saved_since(folder: Path, instant_ns: int) -> str:
-    """Return in words which files have been written in a folder, and right below it, since an instant of its clock."""
+def _describe_saved_files(folder: Path, instant_ns: int) -> str:
+    """Return a phrase that lists the files written in a folder and its direct subfolders since an instant."""
     fresh: list[Path] = []
     with suppress(OSError):
         fresh = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if _is_fresh(path, folder, instant_ns)]
@@ -197,11 +202,11 @@ def _saved_since(folder: Path, instant_ns: int) -> str:
     names += sorted(f"{count} of {place.name}/" for place, count in counts.items())
     if not names:
         return "nothing was saved"
-    more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else []
-    return f"saved before: {', '.join([*names[:MOST_NAMED], *more])}"
+    more = [f"{len(names) - MAX_NAMED_FILES} more"] if len(names) > MAX_NAMED_FILES else []
+    return f"saved before: {', '.join([*names[:MAX_NAMED_FILES], *more])}"
 
 
 def _is_fresh(path: Path, folder: Path, instant_ns: int) -> bool:
-    """Whether a path is a file, not a hidden one, that has been written since."""
+    """Return whether a path is a visible file that has been written since an instant."""
     is_hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
     return not is_hidden and path.is_file() and path.stat().st_mtime_ns >= instant_ns

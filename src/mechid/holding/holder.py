@@ -1,4 +1,4 @@
-"""Who holds a folder: a process, told apart from a later one that has got the same number."""
+"""Identity of the process that holds a folder, unambiguous even if its process number is reused."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from enum import Enum
 from pathlib import Path
 from uuid import uuid4
 
-MOST_COMMAND = 200
-"""Letters of a command line that a message shows."""
+MAX_COMMAND_LENGTH = 200
+"""Maximum number of characters of a command line shown in messages."""
 PROC = Path("/proc")
 
 
 class Life(Enum):
-    """Whether the process that wrote a lock file is still at work."""
+    """State of the process that wrote a lock file, as far as it is visible from this machine."""
 
     HERE = "it runs on this machine"
     GONE = "it has ended"
-    ELSEWHERE = "it is on another machine, or out of sight, so that nobody here can say"
+    ELSEWHERE = "it is on another machine or in another process namespace, so its state is unknown"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,15 +34,15 @@ class Holder:
     ----------
     pid : int
     host, system : str
-        Name of the machine; its start and the space in which process numbers count, where the system says so.
+        Name of the machine; boot identifier and process namespace, if the system reports them.
     began : str
-        When the process began, as its system counts: a number used again began later.
+        Start time of the process, as counted by its system; it distinguishes processes with the same number.
     since, command : str
-        Since when the folder is held, and the command line, both to be shown.
+        Time of locking and command line, shown in messages.
     token : str
-        Of this hold alone.
+        Unique token of this lock.
     within : str
-        Token of the hold for which the work is done, as of a fleet; empty where it is nobody's.
+        Token of the enclosing lock for which the work is done, such as that of a fleet; empty if there is none.
     """
 
     pid: int
@@ -56,46 +56,46 @@ class Holder:
 
     @property
     def words(self) -> str:
-        """Who it is, in a line."""
+        """One-line description of the process."""
         return f"{self.command} (process {self.pid} on {self.host}, since {self.since})"
 
     @property
     def life(self) -> Life:
-        """Whether it is still at work, as far as this machine can tell."""
+        """State of the process, as far as it is visible from this machine."""
         if self.host != platform.node():
             return Life.ELSEWHERE
         boot, _, space = self.system.partition("/")
-        own_boot, _, own_space = system().partition("/")
+        own_boot, _, own_space = system_identity().partition("/")
         if boot != own_boot:
-            return Life.GONE  # the machine was started again since
+            return Life.GONE  # the machine has been rebooted
         if space != own_space:
             return Life.ELSEWHERE
-        return Life.HERE if beginning(self.pid) == self.began else Life.GONE
+        return Life.HERE if process_start(self.pid) == self.began else Life.GONE
 
     def text(self) -> str:
-        """Return what the lock file holds."""
+        """Return the content of the lock file."""
         return json.dumps(asdict(self), indent=1) + "\n"
 
 
 def this_process(within: str = "") -> Holder:
-    """Return a new holder that this process is."""
+    """Return a new holder that describes this process."""
     program = Path(sys.argv[0])
     name = program.parent.name if program.name == "__main__.py" else program.name  # python -m mechid
     command = " ".join([name, *sys.argv[1:]])
     return Holder(
         pid=os.getpid(),
         host=platform.node(),
-        system=system(),
-        began=beginning(os.getpid()),
+        system=system_identity(),
+        began=process_start(os.getpid()),
         since=datetime.now().astimezone().isoformat(sep=" ", timespec="seconds"),
-        command=command if len(command) <= MOST_COMMAND else command[: MOST_COMMAND - 3] + "...",
+        command=command if len(command) <= MAX_COMMAND_LENGTH else command[: MAX_COMMAND_LENGTH - 3] + "...",
         token=uuid4().hex,
         within=within,
     )
 
 
 def read_holder(text: str) -> Holder | None:
-    """Return the holder that a lock file tells of; None where it tells of none."""
+    """Return the holder described by a lock file, or None if the content is malformed."""
     try:
         found = json.loads(text)
     except ValueError:
@@ -107,10 +107,10 @@ def read_holder(text: str) -> Holder | None:
     return Holder(**fields) if are_texts and type(fields["pid"]) is int else None  # type: ignore[arg-type]
 
 
-def system() -> str:
-    """Return what tells this start of the machine, and this space of process numbers, from others.
+def system_identity() -> str:
+    """Return the boot identifier and the process namespace of this machine, separated by a slash.
 
-    A part is empty where the system does not say.
+    Both are empty if the system does not report them.
     """
     try:
         boot = (PROC / "sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
@@ -119,22 +119,23 @@ def system() -> str:
         return "/"
 
 
-def beginning(pid: int) -> str:
-    """Return when a process began, as text to be compared; empty where there is none.
+def process_start(pid: int) -> str:
+    """Return the start time of a process as text for comparison; empty if there is no such process.
 
-    On Linux it is counted from the machine's start, so that a clock that is set changes nothing. A process that has
-    ended, and whose end its parent has not asked for, is none.
+    On Linux it is counted from the boot of the machine, so that changes of the clock do not matter. A zombie, which
+    has ended but has not been waited for, does not count as a process.
     """
     if sys.platform != "linux":
-        return _beginning_elsewhere(pid)
+        return _process_start_by_psutil(pid)
     try:
+        # The command name, in brackets, may contain spaces and brackets itself: fields are counted after the last one.
         fields = (PROC / str(pid) / "stat").read_bytes().rpartition(b")")[2].split()
     except OSError:
         return ""
     return "" if fields[0] in (b"Z", b"X") else fields[19].decode()
 
 
-def _beginning_elsewhere(pid: int) -> str:
+def _process_start_by_psutil(pid: int) -> str:
     import psutil
 
     try:
