@@ -14,7 +14,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.records.record import Channel, Record
-from mechid.signal.stored import changed
+from mechid.signal.stored import map_samples
 
 AXES = ("x", "y", "z")
 FORCES = tuple(f"force_{axis}" for axis in AXES)
@@ -103,4 +103,4 @@ def _moved(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:
             values = values - factor * force.data[part]
         return values
 
-    return replace(moment, data=changed(moment.data, less_forces), bridged=bridged)
+    return replace(moment, data=map_samples(moment.data, less_forces), bridged=bridged)

@@ -14,10 +14,10 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.records.columns import Layout
 from mechid.records.spec import Conditioning
 from mechid.records.table import Clock, Table, column_label
-from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
+from mechid.signal.decimation import PASS, affected_samples, anti_alias_filter, decimate
 from mechid.signal.runs import runs_of
 from mechid.signal.series import Series
-from mechid.signal.stored import Room, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
+from mechid.signal.stored import WritableSeries, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
 
 Treatment = Mapping[str, Any]
 """One thing that was done to the samples: ``step``, ``text``, and its figures."""
@@ -43,7 +43,7 @@ class Samples:
     """
 
     clock: Clock
-    data: tuple[Room, ...]
+    data: tuple[WritableSeries, ...]
     treatments: tuple[Treatment, ...] = ()
     bridged: Mapping[int, IntArray] = field(default_factory=dict)
 
@@ -53,7 +53,7 @@ class Samples:
         first, last = (min(max(place, -FAR), FAR) for place in places)
         return slice(max(math.ceil(first - EDGE), 0), max(math.floor(last + EDGE) + 1, 0))
 
-    def after(self, step: str, text: str, data: tuple[Room, ...], **figures: object) -> Samples:
+    def after(self, step: str, text: str, data: tuple[WritableSeries, ...], **figures: object) -> Samples:
         """Return the samples after a treatment, with its record."""
         return replace(self, data=data, treatments=(*self.treatments, {"step": step, "text": text, **figures}))
 
@@ -75,7 +75,7 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
     return samples
 
 
-def limited(layout: Layout, how: Conditioning, data: Sequence[Room]) -> list[Treatment]:
+def limited(layout: Layout, how: Conditioning, data: Sequence[WritableSeries]) -> list[Treatment]:
     """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
     treatments: list[Treatment] = []
     for column, values in zip(layout.channels, data, strict=True):
@@ -90,7 +90,7 @@ def limited(layout: Layout, how: Conditioning, data: Sequence[Room]) -> list[Tre
     return treatments
 
 
-def _made_missing(room: Room, part: slice, low: float, high: float) -> int:
+def _made_missing(room: WritableSeries, part: slice, low: float, high: float) -> int:
     """Make the samples of a piece that are on or beyond limits missing, and return how many they are."""
     values = room[part]
     beyond = (values <= low) | (values >= high)
@@ -132,7 +132,7 @@ def missing_runs(missing: IntArray) -> IntArray:
     return np.array(runs_of(missing), dtype=np.int64).reshape(-1, 2)
 
 
-def bridge(room: Room, missing: IntArray) -> None:
+def bridge(room: WritableSeries, missing: IntArray) -> None:
     """Replace missing samples, (M,) ascending, by the straight line between their neighbours, in place.
 
     At an end, where there is one neighbour only, its value is held.
@@ -196,7 +196,7 @@ def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples
     return samples
 
 
-def _sum_up(room: Room) -> None:
+def _sum_up(room: WritableSeries) -> None:
     """Replace samples by their running sum, in place."""
     so_far = 0.0
     for part in pieces_of(room):
@@ -272,6 +272,8 @@ def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples
         f"decimated by {how.decimate} from {before:.9g} Hz to {rate:.9g} Hz: low-pass of {taps} taps, flat to "
         f"{passed:.6g} Hz; what the mechanism does above is in the model and no longer in the record"
     )
-    bridged = {k: spoilt_by(missing, samples.data[k].size, how.decimate) for k, missing in samples.bridged.items()}
+    bridged = {
+        k: affected_samples(missing, samples.data[k].size, how.decimate) for k, missing in samples.bridged.items()
+    }
     done = samples.after("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
     return replace(done, clock=replace(samples.clock, rate_hz=rate), bridged=bridged)

@@ -20,7 +20,16 @@ from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, Table, column_label
 from mechid.records.time_unit import TimeUnit, time_unit
 from mechid.signal.series import Series
-from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long, pieces_of, room_of, stretch_in_place
+from mechid.signal.stored import (
+    WORD,
+    SampleBuffer,
+    WritableSeries,
+    as_writable,
+    change_in_place,
+    is_long,
+    pieces_of,
+    stretch_in_place,
+)
 
 COPIES = 2
 """Times that a column is in memory while it is read."""
@@ -63,10 +72,10 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     return condition(table, layout, how, samples)
 
 
-def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[Room]:
+def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[WritableSeries]:
     """Read rows of columns, N samples each in the file's own unit, block by block: long ones into temporary files."""
     _refuse_too_large(table, wanted, rows)
-    gathered = [Gathered() for _ in wanted]
+    gathered = [SampleBuffer() for _ in wanted]
     for block in table.blocks(wanted, rows):
         for one, part in zip(gathered, block, strict=True):
             one.append(part)
@@ -193,7 +202,7 @@ def _inside(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slic
     return slice(ends[0], ends[-1]) if ends else slice(0, 0)
 
 
-def _scaled(table: Table, column: ChosenColumn, data: Room, first: int, *, finite: bool) -> Room:
+def _scaled(table: Table, column: ChosenColumn, data: WritableSeries, first: int, *, finite: bool) -> WritableSeries:
     """Return the column's samples in SI, changed in place."""
     if finite:
         if_missing = "" if column.quantity == "time" else IF_MISSING
@@ -203,7 +212,7 @@ def _scaled(table: Table, column: ChosenColumn, data: Room, first: int, *, finit
     return data
 
 
-def _into_seconds(table: Table, column: ChosenColumn, stamps: Room, unit: TimeUnit, first: int = 0) -> None:
+def _into_seconds(table: Table, column: ChosenColumn, stamps: WritableSeries, unit: TimeUnit, first: int = 0) -> None:
     """Convert a time column in place."""
     refuse_not_finite(table, stamps, column_label(table.columns, column.index), first)
     if unit.scale != 1.0 or unit.origin:
@@ -215,8 +224,8 @@ def _clocked(
     layout: Layout,
     spec: RecordSpec,
     unit: TimeUnit | None,
-    arrays: list[Room],
-    data: list[Room],
+    arrays: list[WritableSeries],
+    data: list[WritableSeries],
     first: int,
 ) -> Samples:
     """Put the samples on a regular clock."""
@@ -249,7 +258,7 @@ def _clocked(
                 'time_stamps = "resample" out'
             )
     try:
-        spread = tuple(room_of(resampled(seconds, values[:], clock, samples)) for values in data)
+        spread = tuple(as_writable(resampled(seconds, values[:], clock, samples)) for values in data)
     except np.linalg.LinAlgError as error:
         raise table.error(
             f"time stamps from {steps.min():.4g} s to {steps.max():.4g} s apart differ too much for a cubic spline; "
@@ -259,7 +268,9 @@ def _clocked(
     return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
 
 
-def _on_nearest_clock(table: Table, time: Series, rate_hz: float | None, data: list[Room], first: int) -> Samples:
+def _on_nearest_clock(
+    table: Table, time: Series, rate_hz: float | None, data: list[WritableSeries], first: int
+) -> Samples:
     found = placed(table, time, rate_hz, first)
     lost = found.samples - time.size
     text = (

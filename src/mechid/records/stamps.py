@@ -13,7 +13,7 @@ from mechid.records.settings import STAMPS
 from mechid.records.table import Clock, Table
 from mechid.signal.moments import mean
 from mechid.signal.series import Series, stretch_of
-from mechid.signal.stored import Room, pieces_of, room_for
+from mechid.signal.stored import WritableSeries, allocate_series, pieces_of
 
 MEND = "window_s cuts a part out"
 
@@ -60,11 +60,11 @@ class Placement:
         """Return the places of samples of the file, (n,) increasing; missing places are missing samples."""
         return self.comb.nearest(self.time[part]) - self.comb.nearest(self.time[0:1])
 
-    def spread(self, data: Room) -> Room:
+    def spread(self, data: WritableSeries) -> WritableSeries:
         """Return the samples at their places, NaN where there is none."""
         if self.samples == data.size:
             return data
-        out, done = room_for(self.samples), 0
+        out, done = allocate_series(self.samples), 0
         for part in pieces_of(data):
             index = self.places(part)
             values = np.full(int(index[-1]) + 1 - done, np.nan)

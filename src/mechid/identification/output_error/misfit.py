@@ -19,7 +19,7 @@ from mechid.identification.output_error.jump_samples import NO_SAMPLES, JumpSamp
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.kernel.batch.source import SETS
-from mechid.signal.stored import Room, room_for
+from mechid.signal.stored import WritableSeries, allocate_series
 from mechid.simulation.batch import Batch, OfBatch
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import Run, Simulator
@@ -183,17 +183,17 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
-def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[WritableSeries, ...]:
     """Return r of each channel over a window, n samples; NaN from where the simulation failed."""
     return misfit_series_of(model, target, [q], window)[0]
 
 
 def misfit_series_of(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window
-) -> list[tuple[Room, ...]]:
+) -> list[tuple[WritableSeries, ...]]:
     """Return the same at several points."""
     first, stop = window[0], min(window[1], target.samples)
-    found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
+    found = [tuple(allocate_series(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
     for group in side_by_side(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]

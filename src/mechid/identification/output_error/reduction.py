@@ -132,7 +132,7 @@ class WeightedRows:
             for k, (channel, rows) in enumerate(zip(channels, buffers, strict=True)):
                 self._write(rows, k, piece)
                 if channel.prefilter is not None:
-                    rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
+                    rows[:, :n], memories[k] = channel.prefilter.whiten_rows(rows[:, :n], memories[k])
                 dropped = self._dropped(channel, piece.first, n)
                 rows[:, dropped] = 0.0
                 self.energy_lost[k] += piece.at_jumps(k).energy_lost(colours[k], dropped)

@@ -237,7 +237,7 @@ def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
 
 def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
     white = model.sigma * rng.standard_normal(samples + (REFIT.warm_up if model.order else 0))
-    return model.coloured(white, np.zeros(model.order))[0][-samples:]
+    return model.colour_rows(white, np.zeros(model.order))[0][-samples:]
 
 
 def _distance(world: _World, step: FloatArray) -> float:

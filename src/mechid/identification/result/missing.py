@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.effects.disturbance import Disturbance, Found
 from mechid.identification.result.settings import GRADE
-from mechid.signal.grid import together
+from mechid.signal.grid import combined_amplitude
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,7 +167,7 @@ def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
     if channel is None or not near:
         return None
     error = record.residual_rms * math.sqrt(2.0 / max(record.samples, 1))
-    return OwnValue(value=together(near), std_error=error, unit=channel.unit)
+    return OwnValue(value=combined_amplitude(near), std_error=error, unit=channel.unit)
 
 
 def missing_warning(missing: Missing) -> str:
