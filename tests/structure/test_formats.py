@@ -145,12 +145,12 @@ def test_outside_its_coverage_a_response_is_not_known(tmp_path):
 REFUSED = {
     "frf.csv": [
         ("frequency_Hz,los_x_re\n1,2\n", 'frf.csv: no column "los_x_im"'),
-        ("frequency_Hz,los_x_re [m/N],los_x_im\n1,2,3\n2,2,3\n", 'unit "m/N" is none of a response to a torque'),
+        ("frequency_Hz,los_x_re [m/N],los_x_im\n1,2,3\n2,2,3\n", 'unit "m/N" does not fit a response to a torque'),
         ("frequency_Hz,los_x_re,los_x_im\n2,2,3\n1,2,3\n", "1 Hz comes after 2 Hz"),
         ("frequency_Hz,los_x_re,los_x_im\n1,2,x\n", 'line 2: column "los_x_im": found "x"'),
         ("frequncy_Hz,los_x_re,los_x_im\n1,2,3\n", 'no column "frequency_Hz"; did you mean "frequncy_Hz"'),
         ("frequency_Hz,damping,interface\n1,0.1,1\n", "no line of sight"),
-        ("frequency_Hz,interface,los_x\n1,0.1,1\n", "holds no damping"),
+        ("frequency_Hz,interface,los_x\n1,0.1,1\n", "contains no damping"),
         ("frequency_Hz,damping,interface,los_x\n1,-0.1,1,1\n", "damping of mode 0: found -0.1"),
     ],
     "modes.toml": [

@@ -61,7 +61,7 @@ def test_a_phase_is_read_in_its_unit(tmp_path, name, phase):
 
 
 def test_a_phase_in_radians_under_degrees_is_asked_about(tmp_path):
-    with pytest.raises(InputFileError, match=r"no resonance turns so little; end the name in _phase \[rad\]"):
+    with pytest.raises(InputFileError, match=r"a resonance would turn them further; end the name with _phase \[rad\]"):
         read(tmp_path, x_mag=np.abs(H), x_phase_deg=np.angle(H))
 
 
@@ -74,7 +74,7 @@ def test_half_a_turn_in_radians_under_degrees_is_asked_about(tmp_path):
 
 
 def test_degrees_under_radians_are_asked_about(tmp_path):
-    with pytest.raises(InputFileError, match=r"many turns in radians; end the name in _phase \[deg\]"):
+    with pytest.raises(InputFileError, match=r"many turns if in radians; end the name with _phase \[deg\]"):
         read(tmp_path, x_mag=np.abs(H), x_phase_rad=np.degrees(np.angle(H)))
 
 
@@ -87,7 +87,7 @@ def test_a_structure_below_its_first_mode_has_a_small_phase_in_degrees(tmp_path)
 
 @pytest.mark.parametrize(("name", "found"), [("x_phase", "states no unit"), ("x_phase_deg [rad]", 'has unit "rad"')])
 def test_a_phase_without_a_clear_unit_is_asked_about(tmp_path, name, found):
-    with pytest.raises(InputFileError, match=rf"{found}; end the name in _phase \[deg\] or _phase \[rad\]"):
+    with pytest.raises(InputFileError, match=rf"{found}; end the name with _phase \[deg\] or _phase \[rad\]"):
         read(tmp_path, **{"x_mag": np.abs(H), name: np.degrees(np.angle(H))})
 
 
