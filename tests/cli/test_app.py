@@ -1,4 +1,4 @@
-"""The command's verbs and exit codes. Truth: the contract of exit codes (README), and the modules that are loaded."""
+"""The command's verbs and exit codes. Truth: the contract of exit codes (docs/commands.md), and the loaded modules."""
 
 import subprocess
 import sys

@@ -1,6 +1,6 @@
 """Each bad input of the user ends in one line that says what is wrong, and in its own exit code.
 
-Truth: the contract of exit codes (README), case by case below.
+Truth: the contract of exit codes (docs/commands.md), case by case below.
 """
 
 import os

@@ -1,6 +1,6 @@
 """What a user has is never replaced by what a command makes, and a command leaves all of its files or none.
 
-Truth: the files' own bytes before and after, and the contract of exit codes (README).
+Truth: the files' own bytes before and after, and the contract of exit codes (docs/commands.md).
 """
 
 import errno

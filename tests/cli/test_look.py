@@ -1,4 +1,4 @@
-"""`mechid look`. Truth: what the test has put into the records, and the contract of exit codes (README)."""
+"""`mechid look`. Truth: what the test has put into the records, and the contract of exit codes (docs/commands.md)."""
 
 import json
 

@@ -1,6 +1,6 @@
 """Values that are odd but writable: each is understood, or refused in one line with the exit code of its kind.
 
-Truth: the contract of exit codes (README), and what the changed file says.
+Truth: the contract of exit codes (docs/commands.md), and what the changed file says.
 """
 
 import shutil

@@ -1,5 +1,7 @@
 """The kinds of result that an index knows. Truth: the modules that write them."""
 
+from importlib import import_module
+
 import pytest
 
 from mechid.bootstraps import numbers as bootstraps
@@ -18,6 +20,7 @@ from mechid.indexes.kinds import KINDS
 from mechid.looks import document as look_document
 from mechid.looks import numbers as looks
 from mechid.profiles import numbers as profiles
+from mechid.shown import DOCUMENTS
 from mechid.simulations import numbers as simulations
 
 WRITTEN = {
@@ -40,3 +43,9 @@ WRITTEN = {
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.heading)
 def test_a_kind_is_found_by_what_its_command_writes(kind):
     assert (kind.file, kind.format) == WRITTEN[kind.heading]
+
+
+def test_every_page_of_a_result_has_its_kind():
+    """Truth: the presenters; the page of a fit is a writer's own, as its figures are drawn while it is fitted."""
+    names = {import_module(module).PRESENTER.name for module in DOCUMENTS.values()}
+    assert {kind.page for kind in KINDS if kind.page} == {"report.html", *(f"{name}.html" for name in names if name)}

@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter
 from mechid.arrays import FloatArray
 from mechid.ink.digits import plain
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made
-from mechid.ink.palette import INK, series
+from mechid.ink.palette import INK, ON_DARK, ON_LIGHT, series
 
 ERRORS, ERRORS_BY_RECORD, RATES = "standard_errors", "errors_by_record", "record_rates"
 LOSS, TORQUE = "step_loss", "torque_over_rate"
@@ -28,8 +28,6 @@ NAMED_COLUMNS, NAMED_RECORDS, NUMBERED_RECORDS = 40, 12, 6
 """Records up to which each has its name below the errors, its name over its rate, its errors written out."""
 DARK = 1.5
 """Sum of red, green and blue below which text in a cell is light."""
-ON_DARK, ON_LIGHT = "#FEFEFE", "#010101"
-"""Of text in a cell: no colours of the page, since a cell keeps its own on a dark one."""
 LARGEST_ERROR = 1.0
 """Over the value: beyond it a parameter is not known at all."""
 

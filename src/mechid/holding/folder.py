@@ -12,7 +12,7 @@ from mechid.errors import UnwritableError, UsageError
 from mechid.holding.holder import Holder, Life, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
 from mechid.reading.whole import read_text
-from mechid.writing import is_refusal_of, refusal, writable
+from mechid.writing import creating_folder, is_unwritable_error, unwritable_error
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
 """Folders held by the enclosing calls in this context, each with the token of its lock."""
@@ -55,7 +55,7 @@ def hold_folder(folder: Path | str, *, within: str = "") -> Iterator[str]:
     if place in around:
         yield around[place]
         return
-    with _remove_unused(place), writable(folder):
+    with _remove_unused(place), creating_folder(folder):
         own = _LOCKS[place / LOCK_NAME] = _acquire_lock(place / LOCK_NAME, Path(folder), within)
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
@@ -97,9 +97,9 @@ def _add_saved_files(place: Path, folder: Path) -> Iterator[None]:
         yield
     except (UnwritableError, OSError) as error:
         if isinstance(error, OSError):
-            if not is_refusal_of(place, error):
+            if not is_unwritable_error(place, error):
                 raise
-            error = refusal(folder, error)
+            error = unwritable_error(folder, error)
         raise UnwritableError(f"{error}; {_describe_saved_files(place, began_ns)}") from error
 
 

@@ -39,6 +39,8 @@ MEASURED, MODELLED, RESIDUAL, NOISE, MARK, ORDER, ESTIMATE, EFFECT = (
 )
 ORDER_OVER, MARK_OVER = MEANINGS["order-over"].paper, MEANINGS["resonance-over"].paper
 INK, GRID, PAPER = "#000000", "#B0B0B0", "#FFFFFF"
+ON_DARK, ON_LIGHT = "#FEFEFE", "#010101"
+"""Of text in a cell of an image: no colours of the page, since a cell keeps its own on a dark one."""
 LIMIT = INK
 """Of a requirement, a criterion: no curve has it."""
 _SERIES = (  # the first and third are a digit off `effect` and `estimate`: each colour on paper has one name on a page

@@ -203,7 +203,8 @@ def _third_octaves(channel: Data) -> Table:
 
 
 def _write_tables(found: Survey, data: Mapping[str, Any], folder: Path) -> list[Path]:
-    write_together(folder / CSV_FOLDER, look_tables(data, found.looks))
+    (folder / CSV_FOLDER).mkdir(exist_ok=True)
+    write_together(folder, {f"{CSV_FOLDER}/{name}": text for name, text in look_tables(data, found.looks).items()})
     return [folder / CSV_FOLDER]
 
 
