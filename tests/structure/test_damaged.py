@@ -86,7 +86,7 @@ def test_bulk_data_that_name_another_file_are_refused(tmp_path, line):
     """Truth: no number of another file comes in; pyYeti by itself follows such a line."""
     path = tmp_path / "s.asm"
     path.write_text(f"$ ASSEMBLY\nGRID,3,0,1.,2.,3.\n{line}\n")
-    with pytest.raises(InputFileError, match=r"s\.asm: line 3: .*copy its lines here"):
+    with pytest.raises(InputFileError, match=r"s\.asm: line 3: .*copy their lines here"):
         refuse_other_files(path)
     path.write_text("$ ASSEMBLY\nGRID,3,0,1.,2.,3.\n$ include no more\n")
     refuse_other_files(path)

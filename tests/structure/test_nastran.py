@@ -86,12 +86,12 @@ def test_modes_left_out_leave_their_flexibility(craig_bampton_folder):
 @pytest.mark.parametrize(
     ("name", "changed", "said"),
     [
-        ("nas2cam.op2", {"interface": None}, "nas2cam.op2: give interface"),
+        ("nas2cam.op2", {"interface": None}, "nas2cam.op2: its nodes are numbered; give interface"),
         ("nas2cam.op2", {"interface": Location(3, "tz")}, 'interface direction "tz"'),
         ("nas2cam.op2", {"interface": Location(99, "rz")}, "no grid 99; it holds 3, 4, 5"),
         ("outboard.op4", {"damping": None}, "contains no damping"),
         ("outboard.op4", {"line_of_sight": {}}, "give line_of_sight"),
-        ("residual.op2", {}, "no residual.op4 beside it"),
+        ("residual.op2", {}, "needs residual.op4 in the same folder"),
     ],
 )
 def test_what_is_missing_is_said(craig_bampton_folder, name, changed, said):

@@ -38,7 +38,7 @@ def test_a_level_above_zero_without_a_unit_is_told_by_its_phase(tmp_path, refere
     """Truth: the same phase and magnitude in a unit are read; no reference makes the level a magnitude."""
     level, phase = 20.0 * np.log10(np.abs(H) / reference), np.degrees(np.angle(H))
     level = level - min(level.min(), 0.0)
-    with pytest.raises(InputFileError, match=r"x_mag.*the response of a structure if it is a level in dB"):
+    with pytest.raises(InputFileError, match=r"x_mag.*this is a causal response if it is a level in dB"):
         read(tmp_path, x_mag=level, x_phase_deg=phase)
     read(tmp_path, **{"x_mag [rad/(N m)]": level, "x_phase_deg": phase})  # a stated unit is believed
 

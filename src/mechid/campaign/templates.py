@@ -29,7 +29,7 @@ from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
 from mechid.plant.mechanism import Mechanism
 from mechid.records import COMPONENTS, open_table
-from mechid.records.columns import torque_elsewhere
+from mechid.records.columns import other_torque_column
 from mechid.writing import creating_folder, write_atomically
 
 MECHANISM_NAME = "mechanism.toml"
@@ -165,7 +165,7 @@ def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
 def _torque(file: Path) -> str:
     """Return the column that a file calls its torque, where another stands in its place; nothing of no such file."""
     try:
-        return torque_elsewhere(open_table(file, file.name)) or ""
+        return other_torque_column(open_table(file, file.name)) or ""
     except (MechidError, OSError):
         return ""  # a file that is not there yet, or cannot be read: mechid check says why
 

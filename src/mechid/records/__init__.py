@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mechid.records.components import COMPONENTS, Mounting, about_mounting_point
+    from mechid.records.components import COMPONENTS, Mounting, move_to_mounting_point
     from mechid.records.formats import READERS, open_table, prepare_to_read, read_record
     from mechid.records.record import Channel, Record
     from mechid.records.sampling import Sampling, samplings
@@ -34,7 +34,7 @@ __all__ = [
     "Sampling",
     "Table",
     "TimeStamps",
-    "about_mounting_point",
+    "move_to_mounting_point",
     "open_table",
     "prepare_to_read",
     "read_record",
@@ -55,7 +55,7 @@ _HOMES = {
     "Sampling": "sampling",
     "Table": "table",
     "TimeStamps": "spec",
-    "about_mounting_point": "components",
+    "move_to_mounting_point": "components",
     "open_table": "formats",
     "prepare_to_read": "formats",
     "read_record": "formats",

@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 from mechid.arrays import FloatArray
 from mechid.errors import RecordError
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 from mechid.records.scaling import Attributes, read_packing, unapplied_scaling
-from mechid.records.scaling_beside import add_scaling_beside
+from mechid.records.scaling_beside import add_adjacent_scaling
 from mechid.records.table import ALL, Column, Metadata, column_label
 from mechid.signal.series import blocks
 
 Index = tuple[int | slice, ...]
 Load = Callable[[Index], Any]
-MOST_SERIES = 256
+MAX_SERIES = 256
 """So many series may stand side by side in one array; more is a matrix and no record."""
 LARGEST_EXACT = 2**53
-UNEVEN = ("Y", "M", "generic")
+UNITS_WITHOUT_LENGTH = ("Y", "M", "generic")
 """Units of NumPy's dates and durations that are no number of seconds."""
 AT_ONCE = 2**20
 """Samples of a column that are read together: what writers of Parquet make a row group, as a rule."""
@@ -69,7 +69,7 @@ class ArrayTable:
 
     def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
         """Return `rows` of the `wanted` columns, each of shape (N,), in the file's own units."""
-        return [self._one(index, rows) for index in wanted]
+        return [self._read_column(index, rows) for index in wanted]
 
     def blocks(self, wanted: Sequence[int], rows: slice = ALL) -> Iterator[list[FloatArray]]:
         """Yield the same block after block; at once where the file can only be read whole."""
@@ -84,19 +84,19 @@ class ArrayTable:
         """Make the error that says file, sample (from 0) and `message`."""
         return RecordError(f"{self.label}:{'' if row is None else f' sample {row}:'} {message}")
 
-    def _one(self, index: int, rows: slice) -> FloatArray:
+    def _read_column(self, index: int, rows: slice) -> FloatArray:
         column, (load, axis, first) = self.columns[index], self.series[index]
         if column.fault:
             raise self.error(f"{column_label(self.columns, index)}: {column.fault}")
-        with parsing(self.label, self.kind):
+        with wrap_parser_errors(self.label, self.kind):
             part = np.asarray(load((*first[:axis], rows, *first[axis + 1 :])))
         expected = len(range(column.samples or 0)[rows])
         if part.shape != (expected,):
             label = column_label(self.columns, index)
             raise self.error(f"{label}: {part.size} samples where its head promises {expected}; is the file whole?")
-        return self._numbers(part, index)
+        return self._to_float64(part, index)
 
-    def _numbers(self, part: NDArray[Any], index: int) -> FloatArray:
+    def _to_float64(self, part: NDArray[Any], index: int) -> FloatArray:
         """Return the samples as float64: durations in s, dates in s since the first, packed numbers unpacked."""
         if part.dtype.kind == "M":
             load, _, first = self.series[index]
@@ -105,7 +105,7 @@ class ArrayTable:
             return np.asarray(part / np.timedelta64(1, "ns") * 1e-9, dtype=np.float64)
         packing = self.columns[index].packing
         if part.dtype.kind in "iu" and part.dtype.itemsize == 8:
-            measured = part[~packing.missing(part)] if packing else part
+            measured = part[~packing.is_missing(part)] if packing else part
             if measured.size and max(abs(int(measured.min())), abs(int(measured.max()))) > LARGEST_EXACT:
                 label = column_label(self.columns, index)
                 raise self.error(f"{label}: whole numbers beyond 2^53, which have no exact float64")
@@ -129,14 +129,14 @@ def array_table(
     RecordError
         There is no array at all.
     """
-    found = [pair for item in items for pair in _columns(item)]
+    found = [pair for item in items for pair in _columns_of_item(item)]
     if not found:
         raise RecordError(f"{label}: holds no array of numbers")
     columns, series = zip(*found, strict=True)
     return ArrayTable(
         label=label,
         kind=kind,
-        columns=add_scaling_beside(columns, metadata),
+        columns=add_adjacent_scaling(columns, metadata),
         series=series,
         metadata=metadata,
         is_ordered=is_ordered,
@@ -145,14 +145,14 @@ def array_table(
     )
 
 
-def _columns(item: Item) -> Iterator[tuple[Column, tuple[Load, int, Index]]]:
+def _columns_of_item(item: Item) -> Iterator[tuple[Column, tuple[Load, int, Index]]]:
     """Yield a column for each series of an array, with how it is loaded."""
-    fault = item.column.fault or _fault(item.dtype, item.shape)
+    fault = item.column.fault or _find_fault(item.dtype, item.shape)
     if fault:
         yield replace(item.column, fault=fault), (item.load, 0, ())
         return
     axis = int(np.argmax(item.shape))
-    column = replace(_measured(item), samples=item.shape[axis])
+    column = replace(_complete_column(item), samples=item.shape[axis])
     others = [k for k, size in enumerate(item.shape) if k != axis and size > 1]
     for place in range(item.shape[others[0]] if others else 1):
         first: Index = tuple(place if [k] == others else 0 for k in range(len(item.shape)))
@@ -160,7 +160,7 @@ def _columns(item: Item) -> Iterator[tuple[Column, tuple[Load, int, Index]]]:
         yield replace(column, path=path), (item.load, axis, first)
 
 
-def _measured(item: Item) -> Column:
+def _complete_column(item: Item) -> Column:
     """Return the column of an array with all that makes its numbers measured values."""
     column, kind = item.column, item.dtype.kind
     if kind in "mM":  # has its unit in itself, so one in its name is that of something else
@@ -171,20 +171,20 @@ def _measured(item: Item) -> Column:
     return replace(column, whole=is_whole, packing=packing, unapplied=unapplied or column.unapplied)
 
 
-def _fault(dtype: np.dtype[Any], shape: tuple[int, ...]) -> str | None:
+def _find_fault(dtype: np.dtype[Any], shape: tuple[int, ...]) -> str | None:
     long = sorted(size for size in shape if size > 1)
     if dtype.kind == "c":
         return "complex numbers; a record needs real ones"
     if dtype.kind not in "fiubmM":
         return f"no numbers ({dtype})"
-    if dtype.kind in "mM" and np.datetime_data(dtype)[0] in UNEVEN:
+    if dtype.kind in "mM" and np.datetime_data(dtype)[0] in UNITS_WITHOUT_LENGTH:
         return f"times in units that have no length in seconds ({dtype})"
     if not shape or 0 in shape:
         return "it is empty"
     sizes = " x ".join(map(str, shape))
     if len(long) > 2:
         return f"{sizes} values; a channel has one dimension"
-    if len(long) == 2 and (long[0] == long[1] or long[0] > MOST_SERIES):
+    if len(long) == 2 and (long[0] == long[1] or long[0] > MAX_SERIES):
         return f"{sizes} values; a matrix is no channel"
     return None
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from mechid.errors import RecordError, UsageError, did_you_mean
 from mechid.records.column_names import is_row_number, is_time
-from mechid.records.columns import ChosenColumn, Layout, find_column, time_beside
+from mechid.records.columns import ChosenColumn, Layout, find_column, find_time_column
 from mechid.records.conditioning import Samples
-from mechid.records.doubts import raw_counts, unapplied_fault
-from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
+from mechid.records.doubts import raw_counts_warning, unapplied_fault
+from mechid.records.formats import MIN_SAMPLES, digest_of, open_table, wrap_read_errors
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
@@ -27,7 +27,7 @@ from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
 from mechid.units import SI_UNIT, measures, si_unit, to_si_factor
 
-KINDS: Mapping[str, str] = {
+QUANTITY_BY_KIND: Mapping[str, str] = {
     "torque": "torque",
     "force": "force",
     "angle": "output_angle",
@@ -38,9 +38,9 @@ KINDS: Mapping[str, str] = {
     "voltage": "voltage",
 }
 """What a unit tells, and a quantity of that unit."""
-LARGEST = 1e100
-MOST_LEFT_OUT = 8
-OVERRIDE = "give --column and --unit, that of the numbers as they are stored; in a campaign, unit and gain"
+LARGEST_VALUE = 1e100
+MAX_LISTED_COLUMNS = 8
+OVERRIDE_REMEDY = "give --column and --unit, that of the numbers as they are stored; in a campaign, unit and gain"
 COUNTS = "counts"
 """Unit of whole numbers without one."""
 
@@ -82,7 +82,7 @@ class _Group:
     layout: Layout
     units: tuple[str, ...]
 
-    def each(self) -> tuple[_Group, ...]:
+    def split(self) -> tuple[_Group, ...]:
         """Return every channel by itself."""
         pairs = zip(self.layout.channels, self.units, strict=True)
         return tuple(_Group(layout=replace(self.layout, channels=(c,)), units=(unit,)) for c, unit in pairs)
@@ -107,37 +107,37 @@ def read_bare(path: Path, hints: Hints | None = None) -> tuple[Record, ...]:
     hints = hints or Hints()
     table = open_table(path, path.name)
     refused: list[str] = []
-    with readable(path.name):
+    with wrap_read_errors(path.name):
         groups = _groups(table, hints, refused)
         records = [record for group in groups for record in _read(path, table, group, hints, refused)]
-    refused += _left_out(table, hints)
+    refused += _omitted_columns_warning(table, hints)
     if not records:
         raise RecordError(refused[0] if refused else str(table.error("no column that can be a channel")))
-    warnings = (*table.warnings, *refused, *_doubts(table, groups, hints), *records[0].warnings)
+    warnings = (*table.warnings, *refused, *_raw_count_warnings(table, groups, hints), *records[0].warnings)
     return (replace(records[0], warnings=warnings), *records[1:])
 
 
-def _left_out(table: Table, hints: Hints) -> list[str]:
+def _omitted_columns_warning(table: Table, hints: Hints) -> list[str]:
     """Return one line that names the columns that are not looked at; none where all are, or some are asked for."""
-    named = [] if hints.columns else [k for k in range(len(table.columns)) if _fault(table, k, hints)]
-    said = [f"{column_label(table.columns, k)}: {_fault(table, k, hints)}" for k in named[:MOST_LEFT_OUT]]
-    more = [f"{len(named) - MOST_LEFT_OUT} more"] if len(named) > MOST_LEFT_OUT else []
+    named = [] if hints.columns else [k for k in range(len(table.columns)) if _find_fault(table, k, hints)]
+    said = [f"{column_label(table.columns, k)}: {_find_fault(table, k, hints)}" for k in named[:MAX_LISTED_COLUMNS]]
+    more = [f"{len(named) - MAX_LISTED_COLUMNS} more"] if len(named) > MAX_LISTED_COLUMNS else []
     return [str(table.error("; ".join([*said, *more])))] if named else []
 
 
-def _fault(table: Table, index: int, hints: Hints) -> str | None:
+def _find_fault(table: Table, index: int, hints: Hints) -> str | None:
     """Return why a column is not looked at."""
     column = table.columns[index]
     if column.fault or hints.unit is not None:
         return column.fault
-    return unapplied_fault(table, index, OVERRIDE)
+    return unapplied_fault(table, index, OVERRIDE_REMEDY)
 
 
-def _doubts(table: Table, groups: Sequence[_Group], hints: Hints) -> list[str]:
+def _raw_count_warnings(table: Table, groups: Sequence[_Group], hints: Hints) -> list[str]:
     """Return the warnings of integers that are read in a unit of the file and may be raw counts."""
     read = [chosen for group in groups for chosen in group.layout.channels if table.columns[chosen.index].stated_unit]
     specs = (ChannelSpec(quantity=chosen.quantity, column=chosen.index, unit=hints.unit) for chosen in read)
-    found = (raw_counts(table, spec, chosen.index) for spec, chosen in zip(specs, read, strict=True))
+    found = (raw_counts_warning(table, spec, chosen.index) for spec, chosen in zip(specs, read, strict=True))
     return [str(table.error(doubt)) for doubt in found if doubt]
 
 
@@ -170,13 +170,18 @@ def _columns(table: Table, hints: Hints) -> list[int]:
         asked = [int(name) if name.isdigit() else name for name in hints.columns]
         found = [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
         for index in found:
-            if fault := _fault(table, index, hints):
+            if fault := _find_fault(table, index, hints):
                 raise table.error(f"{column_label(table.columns, index)}: {fault}")
         return found
-    indices = [k for k, column in enumerate(table.columns) if not _fault(table, k, hints) and not is_time(column)]
+    indices = [k for k, column in enumerate(table.columns) if not _find_fault(table, k, hints) and not is_time(column)]
     if table.is_ordered and len(indices) > 1 and indices[0] == 0 and is_row_number(table.columns):
         indices = indices[1:]
-    if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]) and _rises(table, indices[0]):
+    if (
+        hints.sample_rate_hz is None
+        and len(indices) > 1
+        and _is_clock(table, indices[0])
+        and _is_increasing(table, indices[0])
+    ):
         indices = indices[1:]
     if len(indices) > 1 and (hints.quantity or hints.unit):
         names = ", ".join(column_label(table.columns, k) for k in indices[:8])
@@ -196,15 +201,15 @@ def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
     """Return the time column of a column, None where the clock is known without."""
     if table.columns[index].clock:
         return None
-    beside = time_beside(table, index)
+    beside = find_time_column(table, index)
     if beside or hints.sample_rate_hz is not None:
         return beside
-    if index > 0 and _is_clock(table, 0) and _rises(table, 0):
-        return _in_si(table, 0, "time", "time", table.columns[0].stated_unit)
+    if index > 0 and _is_clock(table, 0) and _is_increasing(table, 0):
+        return _choose_in_si(table, 0, "time", "time", table.columns[0].stated_unit)
     raise table.error("no time column; give --sample-rate-hz")
 
 
-def _rises(table: Table, index: int) -> bool:
+def _is_increasing(table: Table, index: int) -> bool:
     """Tell whether a column grows from sample to sample, as a clock does."""
     return bool(np.all(np.diff(table.read([index])[0]) > 0.0))
 
@@ -214,15 +219,15 @@ def _channel_of(table: Table, index: int, hints: Hints) -> tuple[ChosenColumn, s
     column, label = table.columns[index], column_label(table.columns, index)
     stated = hints.unit or column.stated_unit
     if hints.quantity is not None:
-        return _in_si(table, index, hints.quantity, hints.quantity, stated), si_unit(hints.quantity)
-    for kind, quantity in KINDS.items() if stated else ():
+        return _choose_in_si(table, index, hints.quantity, hints.quantity, stated), si_unit(hints.quantity)
+    for kind, quantity in QUANTITY_BY_KIND.items() if stated else ():
         if measures(stated or "", quantity):
-            return _in_si(table, index, kind, quantity, stated), si_unit(quantity)
+            return _choose_in_si(table, index, kind, quantity, stated), si_unit(quantity)
     name = column.bare_name or label.replace('"', "")
     return ChosenColumn(index=index, quantity=name, scale=1.0), stated or (COUNTS if column.whole else "")
 
 
-def _in_si(table: Table, index: int, name: str, quantity: str, unit: str | None) -> ChosenColumn:
+def _choose_in_si(table: Table, index: int, name: str, quantity: str, unit: str | None) -> ChosenColumn:
     try:
         scale = to_si_factor(unit or si_unit(quantity), quantity)
     except RecordError as error:
@@ -236,20 +241,20 @@ def _read(path: Path, table: Table, group: _Group, hints: Hints, refused: list[s
         return [_record(path, table, group, hints, refused)]
     except RecordError as error:
         if len(group.units) > 1:
-            return [record for one in group.each() for record in _read(path, table, one, hints, refused)]
+            return [record for one in group.split() for record in _read(path, table, one, hints, refused)]
         refused.append(str(error))
         return []
 
 
 def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list[str]) -> Record:
-    samples, odd = _sampled(table, group, hints)
-    if samples.data[0].size < MINIMUM_SAMPLES:
-        raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
+    samples, odd = _sample_group(table, group, hints)
+    if samples.data[0].size < MIN_SAMPLES:
+        raise table.error(f"{samples.data[0].size} samples; a record needs {MIN_SAMPLES} at least")
     channels = [_channel(table, group, k, samples) for k in range(len(group.units))]
     limits = {channel.quantity: extremes(channel.data) for channel in channels}
-    wild = [channel for channel in channels if max(map(abs, limits[channel.quantity])) > LARGEST]
+    wild = [channel for channel in channels if max(map(abs, limits[channel.quantity])) > LARGEST_VALUE]
     if wild:
-        raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST:g} are no measurement')
+        raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST_VALUE:g} are no measurement')
     dead = [channel for channel in channels if len(set(limits[channel.quantity])) == 1]
     said = [
         str(
@@ -276,10 +281,10 @@ def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list
     )
 
 
-def _sampled(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[str, ...]]:
+def _sample_group(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[str, ...]]:
     """Return the samples of a group, its stamps as they are, else on the nearest clock; and what is odd about them."""
     first: RecordError | None = None
-    for how in (Conditioning(max_gap_s=math.inf), *_more_tolerant(table, group, hints)):
+    for how in (Conditioning(max_gap_s=math.inf), *_fallback_conditionings(table, group, hints)):
         try:
             spec = RecordSpec(name="", path="", sample_rate_hz=hints.sample_rate_hz, conditioning=how)
             samples = sample(table, group.layout, spec)
@@ -289,7 +294,7 @@ def _sampled(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[
     raise first or table.error("no samples")
 
 
-def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Conditioning]:
+def _fallback_conditionings(table: Table, group: _Group, hints: Hints) -> Iterator[Conditioning]:
     """Yield ways of conditioning that put up with more: without missing ends, then with stamps that are not regular."""
     window_s = _finite_span(table, group, hints)
     if window_s:
@@ -302,7 +307,7 @@ def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Condit
 def _finite_span(table: Table, group: _Group, hints: Hints) -> tuple[float, float] | None:
     """Return the record time in s from the first to the last sample that all channels have; None where it is all."""
     layout = group.layout
-    arrays = table.read([column.index for column in layout.chosen])
+    arrays = table.read([column.index for column in layout.selected_columns])
     good = np.flatnonzero(np.all(np.isfinite(arrays[-len(layout.channels) :]), axis=0))
     if not good.size:
         raise table.error(f"{column_label(table.columns, layout.channels[0].index)}: no finite number")

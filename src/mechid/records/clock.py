@@ -14,7 +14,7 @@ from mechid.signal.series import Series
 BLOCK = 65536
 
 
-def refuse_no_clock(table: Table, clock: Clock) -> None:
+def refuse_implausible_clock(table: Table, clock: Clock) -> None:
     """Raise RecordError where a clock, wherever it is from, is none that a recorder has."""
     if not (
         1.0 / STAMPS.longest_s <= clock.rate_hz <= 1.0 / STAMPS.shortest_s and abs(clock.start_s) <= STAMPS.longest_s
@@ -50,9 +50,9 @@ def read_clock(
     """
     if time.size < 2:
         raise table.error(f"{time.size} time stamps; a clock needs two at least")
-    _refuse_back(table, time, first)
+    _refuse_backward(table, time, first)
     if rate_hz is not None:
-        refuse_no_clock(table, Clock(0.0, rate_hz))
+        refuse_implausible_clock(table, Clock(0.0, rate_hz))
         _refuse_contradiction(table, time, rate_hz, first, rounding_s)
         return Clock(sample_at(time, 0), rate_hz)
     _refuse_repeated(table, time, first)
@@ -87,7 +87,7 @@ def _span(time: Series) -> float:
 
 def refuse_not_increasing(table: Table, time: Series, first: int = 0) -> None:
     """Raise RecordError where the clock goes back or repeats; `first` is the row of the first stamp."""
-    _refuse_back(table, time, first)
+    _refuse_backward(table, time, first)
     _refuse_repeated(table, time, first)
 
 
@@ -95,16 +95,16 @@ def _mean_rate(time: Series, allowed: float, rounding_s: float) -> float:
     """Return the mean rate, or the whole number of hertz that is all but the same."""
     span = _span(time)
     near = max(min(STAMPS.whole_rate, allowed / span), _binary_rounding(time) / span, 2.0 * rounding_s / span)
-    return whole_rate((time.size - 1) / span, near)
+    return round_rate((time.size - 1) / span, near)
 
 
-def whole_rate(rate_hz: float, near: float = STAMPS.whole_rate) -> float:
+def round_rate(rate_hz: float, near: float = STAMPS.whole_rate) -> float:
     """Return the whole number of hertz that a rate is all but the same as, else the rate."""
     whole = round(rate_hz)
     return float(whole) if whole > 0 and abs(rate_hz / whole - 1.0) <= near else rate_hz
 
 
-def _refuse_back(table: Table, time: Series, first: int) -> None:
+def _refuse_backward(table: Table, time: Series, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) < 0.0)
     if row is not None:
         raise table.error(
@@ -126,7 +126,7 @@ def _refuse_repeated(table: Table, time: Series, first: int) -> None:
 
 def _refuse_jitter(table: Table, time: Series, interval: float, allowed: float, first: int) -> None:
     """Name the oddest step: with a gap the mean interval is wrong, so every stamp is off."""
-    if _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed) is None:
+    if _first_row(time, lambda start, stop: _deviation(time, interval, start, stop) > allowed) is None:
         return
     usual = float(np.median(np.diff(time[: STAMPS.most_stamps])))
 
@@ -147,7 +147,7 @@ def _refuse_jitter(table: Table, time: Series, interval: float, allowed: float, 
 def _refuse_contradiction(table: Table, time: Series, rate_hz: float, first: int, rounding_s: float) -> None:
     interval = 1.0 / rate_hz
     allowed = max(0.5 * interval, _printed_rounding(time, interval), rounding_s)
-    row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
+    row = _first_row(time, lambda start, stop: _deviation(time, interval, start, stop) > allowed)
     if row is not None:
         raise table.error(
             f"sample_rate_hz = {rate_hz:.9g} contradicts the time column: {sample_at(time, row):.9g} s "
@@ -156,7 +156,7 @@ def _refuse_contradiction(table: Table, time: Series, rate_hz: float, first: int
         )
 
 
-def _off(time: Series, interval: float, start: int, stop: int) -> FloatArray:
+def _deviation(time: Series, interval: float, start: int, stop: int) -> FloatArray:
     """Return |t_k - (t_0 + k h)| in s for k from `start` to `stop`, shape (stop - start,)."""
     regular = sample_at(time, 0) + interval * np.arange(start, stop)
     return np.asarray(np.abs(time[start:stop] - regular), dtype=np.float64)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.column_names import is_row_number, is_time, is_torque
-from mechid.records.doubts import raw_counts, refuse_unapplied_scaling
+from mechid.records.doubts import raw_counts_warning, refuse_unapplied_scaling
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
@@ -33,7 +33,7 @@ class Layout:
     clock: Clock | None = None
 
     @property
-    def chosen(self) -> tuple[ChosenColumn, ...]:
+    def selected_columns(self) -> tuple[ChosenColumn, ...]:
         """All columns, the time first."""
         return self.channels if self.time is None else (self.time, *self.channels)
 
@@ -49,15 +49,15 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
     """
     asked = spec.channels or (_default_torque(table, spec),)
     indices = [find_column(table, channel) for channel in asked]
-    _refuse_twice(table, asked, indices)
+    _refuse_duplicates(table, asked, indices)
     if spec.channels:
         channels = tuple(map(_choose, [table] * len(asked), asked, indices))
     else:
-        channels = (_by_its_place(table, asked[0], indices[0]),)
-    clock = None if spec.time else _own_clock(table, indices)
+        channels = (_choose_by_position(table, asked[0], indices[0]),)
+    clock = None if spec.time else _common_clock(table, indices)
     time = None if clock else _choose_time(table, spec, indices)
     layout = Layout(time=time, channels=channels, clock=clock)
-    _refuse_other_length(table, [column.index for column in layout.chosen])
+    _refuse_other_length(table, [column.index for column in layout.selected_columns])
     return layout
 
 
@@ -75,14 +75,16 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
         chosen = called or usable or [*range(len(columns))]  # of one that has a fault, that is said
         if len(chosen) == 1:
             return ChannelSpec(quantity="torque", column=chosen[0])
-        raise table.error(f"torque: which column is it? name it in channels; the file has {_listed(table.columns)}")
+        raise table.error(
+            f"torque: which column is it? name it in channels; the file has {_list_columns(table.columns)}"
+        )
     if spec.sample_rate_hz is None:
         if len(table.columns) < 2:
             raise table.error("one column only; add a time column before it, or give sample_rate_hz")
         return ChannelSpec(quantity="torque", column=2 if _has_row_numbers_before_time(table) else 1)
     if len(table.columns) > 1 and is_row_number(table.columns):
         raise table.error(
-            f"{_row_number_words(table)}, not the torque; name the torque's column, as "
+            f"{_describe_row_numbers(table)}, not the torque; name the torque's column, as "
             'channels = [{ quantity = "torque", column = ... }]'
         )
     if is_time(table.columns[0]):
@@ -93,7 +95,7 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
     return ChannelSpec(quantity="torque", column=0)
 
 
-def _row_number_words(table: Table) -> str:
+def _describe_row_numbers(table: Table) -> str:
     why = "a count of samples by its name" if table.columns[0].key else "without a name beside others: a row number"
     return f"{column_label(table.columns, 0)}: {why}"
 
@@ -103,9 +105,9 @@ def _has_row_numbers_before_time(table: Table) -> bool:
     return len(table.columns) > 2 and is_row_number(table.columns) and is_time(table.columns[1])
 
 
-def _by_its_place(table: Table, torque: ChannelSpec, index: int) -> ChosenColumn:
+def _choose_by_position(table: Table, torque: ChannelSpec, index: int) -> ChosenColumn:
     """Return the column that nobody named as the torque; where another one is called so, warning or error says it."""
-    name = _called_torque(table, index)
+    name = _torque_by_name(table, index)
     if name is None:
         return _choose(table, torque, index)
     taken = column_label(table.columns, index)
@@ -117,7 +119,7 @@ def _by_its_place(table: Table, torque: ChannelSpec, index: int) -> ChosenColumn
         raise RecordError(f"{error}; {doubt}") from None
 
 
-def torque_elsewhere(table: Table) -> str | None:
+def other_torque_column(table: Table) -> str | None:
     """Return the name of the column that is called a torque, where the one that is taken by its place is not.
 
     Raises
@@ -125,10 +127,10 @@ def torque_elsewhere(table: Table) -> str | None:
     RecordError
         Nothing is taken by its place.
     """
-    return _called_torque(table, find_column(table, _default_torque(table, RecordSpec(name="", path=""))))
+    return _torque_by_name(table, find_column(table, _default_torque(table, RecordSpec(name="", path=""))))
 
 
-def _called_torque(table: Table, index: int) -> str | None:
+def _torque_by_name(table: Table, index: int) -> str | None:
     called = [number for number, column in enumerate(table.columns) if is_torque(column)]
     return table.columns[called[0]].bare_name if called and index not in called else None
 
@@ -149,19 +151,19 @@ def find_column(table: Table, channel: ChannelSpec) -> int:
             raise table.error(f"{channel.quantity}: no column {wanted}; they go from 0 to {len(columns) - 1}")
         found = [wanted]
     else:
-        found = _named(columns, wanted.removeprefix("/"))
+        found = _match_columns(columns, wanted.removeprefix("/"))
     if len(found) > 1:
-        remedy = _paths([columns[index] for index in found])
+        remedy = _disambiguation([columns[index] for index in found])
         raise table.error(f'{channel.quantity}: {len(found)} columns "{wanted}"; {remedy}')
     if not found:
-        raise table.error(f'{channel.quantity}: unknown column "{wanted}"{_known(str(wanted), columns)}')
+        raise table.error(f'{channel.quantity}: unknown column "{wanted}"{_suggest_columns(str(wanted), columns)}')
     fault = columns[found[0]].fault
     if fault:
         raise table.error(f"{channel.quantity}: {column_label(columns, found[0])}: {fault}")
     return found[0]
 
 
-def _named(columns: Sequence[Column], wanted: str) -> list[int]:
+def _match_columns(columns: Sequence[Column], wanted: str) -> list[int]:
     """Return the columns that a text means, by the first rule that finds any."""
     rules: tuple[Callable[[Column], bool], ...] = (
         lambda column: column.key == wanted,
@@ -173,7 +175,7 @@ def _named(columns: Sequence[Column], wanted: str) -> list[int]:
     return next(filter(None, matches), [])
 
 
-def _paths(columns: Sequence[Column]) -> str:
+def _disambiguation(columns: Sequence[Column]) -> str:
     """Return how to tell columns of one name apart."""
     keys = [column.key for column in columns]
     if len(set(keys)) < len(keys):
@@ -181,19 +183,19 @@ def _paths(columns: Sequence[Column]) -> str:
     return "give the path: " + " or ".join(f'"{key}"' for key in keys[:8])
 
 
-def _known(wanted: str, columns: Sequence[Column]) -> str:
+def _suggest_columns(wanted: str, columns: Sequence[Column]) -> str:
     if not any(column.key for column in columns):
         return f"; the file has no header, give the index, 0 to {len(columns) - 1}"
     names = [text for column in columns for text in (column.bare_name, column.name, column.key)]
-    return did_you_mean(wanted, names) or f"; the file has {_listed(columns)}"
+    return did_you_mean(wanted, names) or f"; the file has {_list_columns(columns)}"
 
 
-def _listed(columns: Sequence[Column]) -> str:
+def _list_columns(columns: Sequence[Column]) -> str:
     listed = ", ".join(f'"{column.key}"' for column in columns[:8])
     return f"{listed} and {len(columns) - 8} more" if len(columns) > 8 else listed
 
 
-def _refuse_twice(table: Table, asked: Sequence[ChannelSpec], indices: Sequence[int]) -> None:
+def _refuse_duplicates(table: Table, asked: Sequence[ChannelSpec], indices: Sequence[int]) -> None:
     quantities = [channel.quantity for channel in asked]
     for position, (quantity, index) in enumerate(zip(quantities, indices, strict=True)):
         if quantity in quantities[:position]:
@@ -211,7 +213,7 @@ def _refuse_other_length(table: Table, indices: Sequence[int]) -> None:
             raise table.error(f"{lengths[0]} samples, {lengths[1]}; channels of one record are sampled together")
 
 
-def _own_clock(table: Table, indices: Sequence[int]) -> Clock | None:
+def _common_clock(table: Table, indices: Sequence[int]) -> Clock | None:
     """Return the clock that the file gives the channels; all have to have the same one."""
     first, *others = (table.columns[index] for index in indices)
     for index, column in zip(indices[1:], others, strict=True):
@@ -219,12 +221,12 @@ def _own_clock(table: Table, indices: Sequence[int]) -> Clock | None:
             continue
         labels = f"{column_label(table.columns, indices[0])} and {column_label(table.columns, index)}"
         raise table.error(
-            f"{labels} have not the same clock ({_clock_words(first)}; {_clock_words(column)}); make two records of it"
+            f"{labels} have not the same clock ({_describe_clock(first)}; {_describe_clock(column)}); make two records of it"
         )
     return first.clock
 
 
-def _clock_words(column: Column) -> str:
+def _describe_clock(column: Column) -> str:
     if column.clock is None:
         return "none"
     start = f" on {column.start_time}" if column.start_time else ""
@@ -240,7 +242,7 @@ def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
         quantity=channel.quantity,
         scale=factor * (1.0 if channel.gain is None else channel.gain),
         role=channel.role,
-        warning=warning or raw_counts(table, channel, index),
+        warning=warning or raw_counts_warning(table, channel, index),
     )
 
 
@@ -260,7 +262,7 @@ def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> Chosen
         return _choose(table, spec.time, find_column(table, spec.time))
     if spec.sample_rate_hz is not None and not spec.channels and table.is_ordered:
         return None
-    named = _times(table, taken)
+    named = _time_candidates(table, taken)
     if spec.sample_rate_hz is not None and not named:
         return None
     if not named and (0 in taken or not table.is_ordered):
@@ -268,26 +270,26 @@ def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> Chosen
     if len(named) > 1 and not table.is_ordered:
         names = [table.columns[index] for index in named]
         raise table.error(
-            f"{len(named)} columns may be the time; name it, as time = {{ column = ... }}: {_listed(names)}"
+            f"{len(named)} columns may be the time; name it, as time = {{ column = ... }}: {_list_columns(names)}"
         )
     index = (named or [0])[0]
     if index == 0 and is_row_number(table.columns):
         raise table.error(
-            f"{_row_number_words(table)}, not the time in seconds; give sample_rate_hz, and the torque's column in "
+            f"{_describe_row_numbers(table)}, not the time in seconds; give sample_rate_hz, and the torque's column in "
             "channels"
         )
     return _choose(table, ChannelSpec(quantity="time", column=index), index)
 
 
-def time_beside(table: Table, index: int) -> ChosenColumn | None:
+def find_time_column(table: Table, index: int) -> ChosenColumn | None:
     """Return the one time column that belongs to a column, or None."""
-    named = [index] if is_time(table.columns[index]) else _times(table, [index])
+    named = [index] if is_time(table.columns[index]) else _time_candidates(table, [index])
     if len(named) != 1 and not (named and table.is_ordered):
         return None
     return _choose(table, ChannelSpec(quantity="time", column=named[0]), named[0])
 
 
-def _times(table: Table, taken: Sequence[int]) -> list[int]:
+def _time_candidates(table: Table, taken: Sequence[int]) -> list[int]:
     """Return the columns that may be the time by their names; beside the channels before elsewhere."""
     first = table.columns[taken[0]]
     free = [index for index in range(len(table.columns)) if index not in taken]

@@ -68,7 +68,7 @@ class Mounting:
                 yield quantity, self.lever(MOMENTS.index(quantity))
 
 
-def about_mounting_point(record: Record, mounting: Mounting) -> Record:
+def move_to_mounting_point(record: Record, mounting: Mounting) -> Record:
     """Return a record with its moments, the torque among them, about the mounting point; others as they are.
 
     A record without any component beside the torque stays as it is. The forces that a moment needs have to be there.
@@ -77,7 +77,7 @@ def about_mounting_point(record: Record, mounting: Mounting) -> Record:
     if not set(COMPONENTS) & set(held):
         return record
     moved = {
-        quantity: _moved(held[quantity], [(factor, held[force]) for force, factor in forces.items()])
+        quantity: _move_moment(held[quantity], [(factor, held[force]) for force, factor in forces.items()])
         for quantity, forces in mounting.levers(tuple(held))
         if forces
     }
@@ -92,15 +92,15 @@ def about_mounting_point(record: Record, mounting: Mounting) -> Record:
     return replace(record, channels=channels, treatments=(*record.treatments, treatment))
 
 
-def _moved(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:
+def _move_moment(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:
     """Return a moment less what each force adds to it by its part of the lever arm."""
     bridged = moment.bridged
     for _, force in forces:
         bridged = np.union1d(bridged, force.bridged)
 
-    def less_forces(values: FloatArray, part: slice) -> FloatArray:
+    def subtract_forces(values: FloatArray, part: slice) -> FloatArray:
         for factor, force in forces:
             values = values - factor * force.data[part]
         return values
 
-    return replace(moment, data=map_samples(moment.data, less_forces), bridged=bridged)
+    return replace(moment, data=map_samples(moment.data, subtract_forces), bridged=bridged)

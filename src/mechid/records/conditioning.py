@@ -21,10 +21,10 @@ from mechid.signal.stored import WritableSeries, change_in_place, pieces_of, sam
 
 Treatment = Mapping[str, Any]
 """One thing that was done to the samples: ``step``, ``text``, and its figures."""
-TOLD_GAPS = 8
-FAR = 2.0**62
+MAX_LISTED_GAPS = 8
+LARGEST_INDEX = 2.0**62
 """Samples: no file has so many, and an integer holds it."""
-EDGE = 1e-6
+EDGE_TOLERANCE = 1e-6
 """Share of a sample interval by which a sample may miss a window's end."""
 
 
@@ -47,13 +47,13 @@ class Samples:
     treatments: tuple[Treatment, ...] = ()
     bridged: Mapping[int, IntArray] = field(default_factory=dict)
 
-    def times(self, start_s: float, stop_s: float) -> slice:
+    def slice_between(self, start_s: float, stop_s: float) -> slice:
         """Return the samples from `start_s` to `stop_s` of record time, both included."""
         places = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
-        first, last = (min(max(place, -FAR), FAR) for place in places)
-        return slice(max(math.ceil(first - EDGE), 0), max(math.floor(last + EDGE) + 1, 0))
+        first, last = (min(max(place, -LARGEST_INDEX), LARGEST_INDEX) for place in places)
+        return slice(max(math.ceil(first - EDGE_TOLERANCE), 0), max(math.floor(last + EDGE_TOLERANCE) + 1, 0))
 
-    def after(self, step: str, text: str, data: tuple[WritableSeries, ...], **figures: object) -> Samples:
+    def with_treatment(self, step: str, text: str, data: tuple[WritableSeries, ...], **figures: object) -> Samples:
         """Return the samples after a treatment, with its record."""
         return replace(self, data=data, treatments=(*self.treatments, {"step": step, "text": text, **figures}))
 
@@ -69,20 +69,27 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
     RecordError
         Samples are missing for too long, or a step cannot be done.
     """
-    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _summed_up, _zeroed, _windowed, _decimated)
+    steps: tuple[Step, ...] = (
+        _cut_to_needed,
+        _bridge_gaps,
+        _cumulate,
+        _subtract_quiet_line,
+        _apply_window,
+        _decimate_channels,
+    )
     for step in steps:
         samples = step(table, layout, how, samples)
     return samples
 
 
-def limited(layout: Layout, how: Conditioning, data: Sequence[WritableSeries]) -> list[Treatment]:
+def apply_limits(layout: Layout, how: Conditioning, data: Sequence[WritableSeries]) -> list[Treatment]:
     """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
     treatments: list[Treatment] = []
     for column, values in zip(layout.channels, data, strict=True):
         if column.quantity not in how.limits:
             continue
         low, high = how.limits[column.quantity]
-        count = sum(_made_missing(values, part, low, high) for part in pieces_of(values))
+        count = sum(_mark_missing(values, part, low, high) for part in pieces_of(values))
         text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} counted as missing"
         treatments.append(
             {"step": "limits", "text": text, "channel": column.quantity, "limits": [low, high], "samples": count}
@@ -90,7 +97,7 @@ def limited(layout: Layout, how: Conditioning, data: Sequence[WritableSeries]) -
     return treatments
 
 
-def _made_missing(room: WritableSeries, part: slice, low: float, high: float) -> int:
+def _mark_missing(room: WritableSeries, part: slice, low: float, high: float) -> int:
     """Make the samples of a piece that are on or beyond limits missing, and return how many they are."""
     values = room[part]
     beyond = (values <= low) | (values >= high)
@@ -105,7 +112,7 @@ def _cut_to_needed(table: Table, layout: Layout, how: Conditioning, samples: Sam
 
 
 def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Samples:
-    rows = samples.times(start_s, stop_s)
+    rows = samples.slice_between(start_s, stop_s)
     data = tuple(stretch_in_place(values, rows.start, rows.stop) for values in samples.data)
     if data[0].size < 2:
         whole = samples.clock.start_s + (samples.data[0].size - 1) / samples.clock.rate_hz
@@ -143,7 +150,7 @@ def bridge(room: WritableSeries, missing: IntArray) -> None:
     write_at(room, missing, np.interp(missing, beside, samples_at(room, beside)))
 
 
-def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+def _bridge_gaps(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     """Bridge missing samples; refuse gaps that are too long, or at an end."""
     for k, (column, values) in enumerate(zip(layout.channels, samples.data, strict=True)):
         missing = missing_samples(values)
@@ -157,7 +164,7 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
         where = f"{label}: {int(runs[longest, 1] - runs[longest, 0])} samples missing from {starts[longest]:.9g} s on"
         if how.max_gap_s is None:
             raise table.error(f"{where}; max_gap_s = ... allows to bridge them, window_s to leave them out")
-        if lengths[longest] > how.max_gap_s * (1.0 + EDGE):
+        if lengths[longest] > how.max_gap_s * (1.0 + EDGE_TOLERANCE):
             raise table.error(
                 f"{where}, {lengths[longest]:.4g} s, longer than max_gap_s = {how.max_gap_s:.9g}; leave them out "
                 "with window_s"
@@ -170,7 +177,7 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             f"{column.quantity}: {count} missing samples in {len(runs)} gaps bridged by straight lines, the longest "
             f"{lengths[longest]:.4g} s from {starts[longest]:.9g} s"
         )
-        samples = samples.after(
+        samples = samples.with_treatment(
             "gaps",
             text,
             samples.data,
@@ -178,19 +185,19 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             samples=count,
             gaps=len(runs),
             longest_s=float(lengths[longest]),
-            first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
+            first_at_s=[float(start) for start in starts[:MAX_LISTED_GAPS]],
         )
         samples = replace(samples, bridged={**samples.bridged, k: missing})
     return samples
 
 
-def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+def _cumulate(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     """Replace increments, as an encoder's counter read and cleared at each sample gives them, by their running sum."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         if column.quantity in how.cumulate:
             _sum_up(values)
             text = f"{column.quantity}: increments summed up from {samples.clock.start_s:.9g} s on"
-            samples = samples.after(
+            samples = samples.with_treatment(
                 "cumulate", text, samples.data, channel=column.quantity, from_s=samples.clock.start_s
             )
     return samples
@@ -207,23 +214,23 @@ def _sum_up(room: WritableSeries) -> None:
         so_far = float(room[part.stop - 1 : part.stop][0])
 
 
-def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+def _subtract_quiet_line(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     """Subtract the line through the quiet stretches; a single stretch gives a constant."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         stretches = how.quiet_s.get(column.quantity, ())
         if not stretches:
             continue
-        parts = [samples.times(*stretch) for stretch in stretches]
+        parts = [samples.slice_between(*stretch) for stretch in stretches]
         time = np.concatenate([np.arange(*part.indices(values.size)) for part in parts]) / samples.clock.rate_hz
         quiet = np.concatenate([values[part] for part in parts])
         if any(values[part].size < 2 for part in parts):
             raise table.error(f"{column.quantity}: a stretch of quiet_s lies outside the record")
         drift, offset = np.polyfit(time, quiet, 1) if len(parts) > 1 else (0.0, float(quiet.mean()))
-        change_in_place(values, partial(_less_line, offset, drift, samples.clock.rate_hz))
-        rms = _noise(np.concatenate([values[part] for part in parts]), how.decimate)
+        change_in_place(values, partial(_subtract_line, offset, drift, samples.clock.rate_hz))
+        rms = _quiet_rms(np.concatenate([values[part] for part in parts]), how.decimate)
         at = f"{samples.clock.start_s:.9g} s"
         text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted, {rms:.3g} RMS left"
-        samples = samples.after(
+        samples = samples.with_treatment(
             "quiet",
             text,
             samples.data,
@@ -238,27 +245,27 @@ def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -
     return samples
 
 
-def _less_line(offset: float, drift: float, rate_hz: float, values: FloatArray, part: slice) -> FloatArray:
+def _subtract_line(offset: float, drift: float, rate_hz: float, values: FloatArray, part: slice) -> FloatArray:
     """Return samples less a line over the record's time since its first sample."""
     return values - (offset + drift * np.arange(part.start, part.stop) / rate_hz)
 
 
-def _noise(quiet: FloatArray, factor: int) -> float:
+def _quiet_rms(quiet: FloatArray, factor: int) -> float:
     """Return the RMS that quiet samples have in the record, behind its decimation where they are enough for that."""
     if factor > 1 and quiet.size > anti_alias_filter(factor).size:
         quiet = decimate(quiet, factor)[:]
     return float(np.sqrt(np.mean(quiet**2)))
 
 
-def _windowed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+def _apply_window(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     if how.window_s is None:
         return samples
     cut = _cut(table, samples, *how.window_s)
     text = f"{how.window_s[0]:.9g} s to {how.window_s[1]:.9g} s of the record used"
-    return cut.after("window", text, cut.data, window_s=list(how.window_s))
+    return cut.with_treatment("window", text, cut.data, window_s=list(how.window_s))
 
 
-def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+def _decimate_channels(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     """Decimate all channels behind the same filter, so that they keep their times."""
     if how.decimate == 1:
         return samples
@@ -275,5 +282,5 @@ def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples
     bridged = {
         k: affected_samples(missing, samples.data[k].size, how.decimate) for k, missing in samples.bridged.items()
     }
-    done = samples.after("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
+    done = samples.with_treatment("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
     return replace(done, clock=replace(samples.clock, rate_hz=rate), bridged=bridged)

@@ -31,13 +31,13 @@ from mechid.records.csv_numbers import (
     notation_of,
     note_kinds,
 )
-from mechid.records.memory import refuse_no_room
+from mechid.records.memory import refuse_insufficient_disk
 from mechid.records.table import ALL, Column, Metadata, column_label
 
 Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[np.void]]
 Notations: TypeAlias = Mapping[int, Notation]
 """How the numbers of columns are written, by index."""
-LONG_CELL = 20
+CELL_BYTES = 20
 """Characters of a cell, its separator included, that is written with more digits than most."""
 WHOLE_BYTES = 1 << 26
 """Size of a file up to which it is parsed at once."""
@@ -45,9 +45,9 @@ AT_ONCE = 1 << 17
 """Lines of a longer one that are parsed together."""
 LOCAL_SEPARATORS = (";", "\t")
 """Beside these a number may be grouped by a point or a comma without quotes."""
-PIECE = 1 << 18
+PIECE_CHARACTERS = 1 << 18
 """Letters that are searched together."""
-TAIL = 1 << 15
+TAIL_BYTES = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""
 CLOCK_TIME = re.compile(r"\d:\d\d|\d{4}-\d\d-\d\d|\d\d?[./]\d\d?[./]\d{2,4}")
 """As in 10:00:01.5, 2026-11-25T10:00:01 or 25.11.2026."""
@@ -80,7 +80,7 @@ class CsvTable:
     def warnings(self) -> tuple[str, ...]:
         """A last line that may be half a line: it has no line end, and its last cell is written shorter than others."""
         with self.path.open("rb") as file:
-            file.seek(-min(TAIL, self.path.stat().st_size), 2)
+            file.seek(-min(TAIL_BYTES, self.path.stat().st_size), 2)
             tail = file.read().replace(b"\0", b"").decode("latin-1")
         if tail.endswith(("\n", "\r")):
             return ()
@@ -91,11 +91,11 @@ class CsvTable:
 
     def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
         """Return `rows` of the `wanted` columns, each a strided view; the whole file is read for it."""
-        notations = self._unusual(wanted)
+        notations = self._cell_notations(wanted)
         try:
             parsed = self._parse(wanted, notations)
         except ValueError as error:
-            raise self._fault(wanted, notations) or self.error(str(error)[:120]) from None
+            raise self._find_fault(wanted, notations) or self.error(str(error)[:120]) from None
         found = [parsed[f"c{index}"] for index in wanted]
         if any(may_be_grouped(values, whole=self.dialect.separator in LOCAL_SEPARATORS) for values in found):
             self._notations(wanted)
@@ -109,7 +109,7 @@ class CsvTable:
         start, stop, _ = rows.indices(sys.maxsize)
         first = 0
         doubtful = [True] * len(wanted)
-        for parsed in self._parsed_blocks(wanted):
+        for parsed in self._parse_blocks(wanted):
             found = [parsed[f"c{index}"] for index in wanted]
             doubtful = [
                 doubt and may_be_grouped(values, whole=self.dialect.separator in LOCAL_SEPARATORS)
@@ -128,7 +128,7 @@ class CsvTable:
         place = "" if row is None else f" line {next(islice(self._lines(), row, None))[0]}:"
         return RecordError(f"{self.label}:{place} {message}")
 
-    def _unusual(self, wanted: Sequence[int]) -> Notations | None:
+    def _cell_notations(self, wanted: Sequence[int]) -> Notations | None:
         """Return the notations of columns where cells have to be rewritten for NumPy; None where lines suffice."""
         if not self._has_unusual_marks:
             return None
@@ -142,7 +142,7 @@ class CsvTable:
         with self.path.open(encoding=self.dialect.encoding) as file:
             for _ in range(self.dialect.head_lines):
                 file.readline()
-            pieces = iter(lambda: file.read(PIECE), "")
+            pieces = iter(lambda: file.read(PIECE_CHARACTERS), "")
             return has_unusual_marks(pieces, self.dialect.separator, decimal_comma=self.dialect.decimal_comma)
 
     @cached_property
@@ -172,31 +172,31 @@ class CsvTable:
     def _parse(self, wanted: Sequence[int], notations: Notations | None) -> Rows:
         """Return all rows."""
         if notations is None and not self.dialect.decimal_comma:
-            return self._parsed(self.path, wanted, self.dialect.separator, self.dialect.head_lines)
+            return self._load_rows(self.path, wanted, self.dialect.separator, self.dialect.head_lines)
         with self.path.open(encoding=self.dialect.encoding) as file:
-            return self._parsed_lines(islice(file, self.dialect.head_lines, None), wanted, notations)
+            return self._parse_lines(islice(file, self.dialect.head_lines, None), wanted, notations)
 
-    def _parsed_blocks(self, wanted: Sequence[int]) -> Iterator[Rows]:
+    def _parse_blocks(self, wanted: Sequence[int]) -> Iterator[Rows]:
         """Yield all rows, so many lines together."""
-        notations = self._unusual(wanted)
+        notations = self._cell_notations(wanted)
         with self.path.open(encoding=self.dialect.encoding) as file:
             rest = islice(file, self.dialect.head_lines, None)
             while lines := list(islice(rest, AT_ONCE)):
                 if all(map(self.dialect.is_blank, lines)):
                     continue
                 try:
-                    yield self._parsed_lines(lines, wanted, notations)
+                    yield self._parse_lines(lines, wanted, notations)
                 except ValueError as error:
-                    raise self._fault(wanted, notations) or self.error(str(error)[:120]) from None
+                    raise self._find_fault(wanted, notations) or self.error(str(error)[:120]) from None
 
-    def _parsed_lines(self, lines: Iterable[str], wanted: Sequence[int], notations: Notations | None) -> Rows:
+    def _parse_lines(self, lines: Iterable[str], wanted: Sequence[int], notations: Notations | None) -> Rows:
         """Return the rows of lines as the file has them."""
         if notations is not None:
             rows = (self._cells(line, notations) for line in lines if not self.dialect.is_blank(line))
-            return self._parsed(map("\t".join, rows), wanted, "\t", 0)
+            return self._load_rows(map("\t".join, rows), wanted, "\t", 0)
         if self.dialect.decimal_comma:
             lines = (line.replace(",", ".") for line in lines)
-        return self._parsed(lines, wanted, self.dialect.separator, 0)
+        return self._load_rows(lines, wanted, self.dialect.separator, 0)
 
     def _cells(self, line: str, notations: Notations | None) -> list[str]:
         """Return a line's cells as NumPy parses them."""
@@ -205,7 +205,7 @@ class CsvTable:
         cells = split_cells(line, self.dialect.separator)
         return [notations[k].plain(cell) if k in notations else "-" for k, cell in enumerate(cells)]
 
-    def _parsed(
+    def _load_rows(
         self, lines: Path | Iterable[str], wanted: Sequence[int], separator: str | None, head_lines: int
     ) -> Rows:
         """Return the rows of lines; of a column that is not wanted only the first letter is kept."""
@@ -228,7 +228,7 @@ class CsvTable:
                 if number > self.dialect.head_lines and not self.dialect.is_blank(line):
                     yield number, line
 
-    def _fault(self, wanted: Sequence[int], notations: Notations | None) -> RecordError | None:
+    def _find_fault(self, wanted: Sequence[int], notations: Notations | None) -> RecordError | None:
         """Return the error of the first line that is no row of numbers."""
         for number, line in self._lines():
             problem = self._problem(self._cells(line, notations), wanted)
@@ -240,11 +240,11 @@ class CsvTable:
         if len(cells) != len(self.columns):
             return f"{len(cells)} cells where the file has {len(self.columns)} columns"
         for index in wanted:
-            if not _is_parsed(cells[index]):
-                return f"{column_label(self.columns, index)}: {self._instead(cells[index])}"
+            if not _is_parsable(cells[index]):
+                return f"{column_label(self.columns, index)}: {self._describe_bad_cell(cells[index])}"
         return None
 
-    def _instead(self, cell: str) -> str:
+    def _describe_bad_cell(self, cell: str) -> str:
         """Return what a cell holds that is no number, and what to do where that is known."""
         if not cell:
             return "the cell is empty"
@@ -263,7 +263,7 @@ def open_csv(path: Path, label: str) -> CsvTable:
     """Read the head of the text file at `path`; `label` is what messages call it."""
     size = path.stat().st_size
     if size > WHOLE_BYTES:
-        refuse_no_room(lambda message: RecordError(f"{label}: {message}"), size // LONG_CELL, 1)
+        refuse_insufficient_disk(lambda message: RecordError(f"{label}: {message}"), size // CELL_BYTES, 1)
     return CsvTable(path, label, sniff(path, label))
 
 
@@ -289,7 +289,7 @@ def _decimals(cell: str) -> int:
     return len(cell.partition("e")[0].partition(".")[2])
 
 
-def _is_parsed(cell: str) -> bool:
+def _is_parsable(cell: str) -> bool:
     """Whether NumPy's parser takes the cell for a number."""
     try:
         float(cell)

@@ -21,8 +21,8 @@ from mechid.records.csv_units import (
     doubts_of_name,
     is_comment,
     is_line_of_units,
-    speaks_of,
     stated_units,
+    states_units_of,
 )
 from mechid.records.table import Column
 
@@ -33,9 +33,9 @@ BYTE_ORDER_MARKS = {
 }
 SEPARATORS = (";", "\t", ",")
 """Looked for in this order: beside the first two a comma is a decimal sign."""
-UNUSED = "comment"
+UNUSED_HEADER = "comment"
 """A last column of a header that no row has: so LabVIEW's text files end."""
-MOST_HEAD_LINES = 200
+MAX_HEAD_LINES = 200
 """So many lines an instrument may write before the samples."""
 LONGEST_LINE = 1 << 20
 """Letters of a line that are looked at: what is no text may have no line end at all."""
@@ -89,19 +89,19 @@ def sniff(path: Path, label: str) -> Dialect:
     RecordError
         It is empty, no text, has a header only, or header and samples differ in columns.
     """
-    encoding = _encoding(path)
+    encoding = _detect_encoding(path)
     lines = _first_lines(path, label, encoding)
     place = _first_sample(lines)
     (number, row), before = lines[place], lines[:place]
-    separator = _separator(row, before[-1][1] if before else row)
+    separator = _detect_separator(row, before[-1][1] if before else row)
     decimal_comma = separator in (";", "\t") and _has_comma(path)
     cells = split_cells(row, separator)
     if place == 0 and not all(map(is_number, cells)):
         raise RecordError(f"{label}: line {number}: a header, but no samples after it")
     split = partial(_headers, separator=separator)
     before = [(at, from_utf8(line) if encoding == "latin-1" else line) for at, line in before]
-    place = _names_place([line for _, line in before], split, len(cells))
-    headers = _uncommented(split(before[place][1])) if before else ("",) * len(cells)
+    place = _find_header([line for _, line in before], split, len(cells))
+    headers = _strip_comment(split(before[place][1])) if before else ("",) * len(cells)
     _refuse_other_width(label, headers, cells)
     others = [line for k, line in enumerate(before) if k != place]
     stated = stated_units(headers, others, split, before[place][0] if before else 0)
@@ -125,30 +125,30 @@ def _columns(names: Sequence[str], stated: Sequence[StatedUnit]) -> tuple[Column
     )
 
 
-def _names_place(before: Sequence[str], split: Splitter, columns: int) -> int:
+def _find_header(before: Sequence[str], split: Splitter, columns: int) -> int:
     """Return which of the lines before the samples names the columns: the last that is no line of units or comment.
 
     A comment names them where no line as wide stands above it that it speaks of.
     """
     units = len(before) - 1
     for place in reversed(range(len(before))):
-        cells = _uncommented(split(before[place]))
+        cells = _strip_comment(split(before[place]))
         is_wide = len(cells) == columns
         if is_wide and is_line_of_units(cells, whole=False):
             units = place
         elif is_comment(before[place]):
             wide = [line for line in map(split, before[:place]) if len(line) == columns]
-            if is_wide and not (wide and speaks_of(wide[-1], before[place])):
+            if is_wide and not (wide and states_units_of(wide[-1], before[place])):
                 return place
         else:
             return place if is_wide else units
     return units
 
 
-def _uncommented(cells: Sequence[str]) -> tuple[str, ...]:
+def _strip_comment(cells: Sequence[str]) -> tuple[str, ...]:
     """Return the names of columns without the mark of a comment before them and without LabVIEW's unused one."""
     first = COMMENT.sub("", cells[0], count=1) or cells[0]
-    last = len(cells) - (len(cells) > 1 and cells[-1].strip().lower() == UNUSED)
+    last = len(cells) - (len(cells) > 1 and cells[-1].strip().lower() == UNUSED_HEADER)
     return (first, *cells[1:last])
 
 
@@ -158,7 +158,7 @@ def _first_sample(lines: list[tuple[int, str]]) -> int:
     It is the first line that begins with a number; where none does, the first of two with a number in some
     cell and as many cells.
     """
-    numbers = [list(map(is_number, split_cells(line, _separator(line, line)))) for _, line in lines]
+    numbers = [list(map(is_number, split_cells(line, _detect_separator(line, line)))) for _, line in lines]
     for place, found in enumerate(numbers):
         if found[:1] == [True]:
             return place
@@ -178,7 +178,7 @@ def split_cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([whole], delimiter=separator), [""])]
 
 
-def _encoding(path: Path) -> str:
+def _detect_encoding(path: Path) -> str:
     with path.open("rb") as file:
         head = file.read(4)
     return next((name for mark, name in BYTE_ORDER_MARKS.items() if head.startswith(mark)), "latin-1")
@@ -188,7 +188,7 @@ def _first_lines(path: Path, label: str, encoding: str) -> list[tuple[int, str]]
     """Return the first lines that are not blank, with their numbers."""
     with path.open(encoding=encoding) as file:
         numbered = enumerate(iter(lambda: file.readline(LONGEST_LINE), ""), 1)
-        lines = list(islice(((n, line) for n, line in numbered if line.strip()), MOST_HEAD_LINES))
+        lines = list(islice(((n, line) for n, line in numbered if line.strip()), MAX_HEAD_LINES))
     if not lines:
         raise RecordError(f"{label}: the file is empty")
     if any("\0" in line for _, line in lines):
@@ -196,7 +196,7 @@ def _first_lines(path: Path, label: str, encoding: str) -> list[tuple[int, str]]
     return lines
 
 
-def _separator(row: str, header: str) -> str | None:
+def _detect_separator(row: str, header: str) -> str | None:
     return next((mark for line in (row, header) for mark in SEPARATORS if mark in line), None)
 
 

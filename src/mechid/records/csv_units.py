@@ -119,13 +119,13 @@ def stated_units(names: Sequence[str], lines: Sequence[Line], split: Splitter, h
         cells = _cells_of_units(text, len(names), split, beside=abs(number - header) == 1) if left == text else None
         if cells:
             for column, cell in zip(found, cells, strict=True):
-                _add(column, bare_unit(cell), number)
+                _add_unit(column, bare_unit(cell), number)
         else:
-            _doubt(found, (number, left))
+            _add_doubts(found, (number, left))
     return found
 
 
-def speaks_of(names: Sequence[str], text: str) -> bool:
+def states_units_of(names: Sequence[str], text: str) -> bool:
     """Tell whether a line states units of columns by their names."""
     return _add_by_name([StatedUnit() for _ in names], names, (0, text)) != text
 
@@ -139,7 +139,7 @@ def _cells_of_units(text: str, columns: int, split: Splitter, *, beside: bool) -
     body = COMMENT.sub("", text.strip("\r\n"), count=1)
     label = LABEL.match(body)
     rest = body[label.end() :] if label else body
-    splitters: tuple[Splitter, ...] = (split, _by_marks, _by_brackets, str.split)
+    splitters: tuple[Splitter, ...] = (split, _split_at_marks, _split_brackets, str.split)
     for splitter in splitters:
         cells = list(splitter(rest))
         while label and len(cells) > 1 and not cells[-1].strip() and (len(cells) > columns or label[0][:1] in "yY"):
@@ -151,15 +151,15 @@ def _cells_of_units(text: str, columns: int, split: Splitter, *, beside: bool) -
     return None
 
 
-def _by_marks(text: str) -> list[str]:
+def _split_at_marks(text: str) -> list[str]:
     return re.split(r"[,;\t|]", text)
 
 
-def _by_brackets(text: str) -> list[str]:
+def _split_brackets(text: str) -> list[str]:
     return re.findall(r"\[[^\]]*\]", text)
 
 
-def _add(column: StatedUnit, unit: str, line: int) -> None:
+def _add_unit(column: StatedUnit, unit: str, line: int) -> None:
     """Add a unit to a column; two that differ are a doubt about whatever it measures."""
     if unit.lower() in NO_UNIT:
         return
@@ -175,18 +175,18 @@ def _add_by_name(found: Sequence[StatedUnit], names: Sequence[str], line: Line) 
     statement = _LABELLED if _SPEAKS_OF_UNITS.search(text) else _STATEMENT
     for column, name in zip(found, names, strict=True):
         bare, in_name = split_header(name)
-        for called in _names_for(bare, names):
+        for called in _name_patterns(bare, names):
             for match in re.finditer(rf"(?<![\w-])(?:{called})(?![\w-]){statement}", text, re.IGNORECASE):
                 unit = _unit_of(match)
                 if unit is None or _VALUE.match(text, match.end()):
                     continue
                 left = left.replace(match[0], "", 1)
                 if in_name is None:
-                    _add(column, unit, number)
+                    _add_unit(column, unit, number)
     return left
 
 
-def _names_for(name: str, names: Sequence[str]) -> list[str]:
+def _name_patterns(name: str, names: Sequence[str]) -> list[str]:
     """Return patterns of what a column may be called: its name, and its quantity's where no other column has it."""
     patterns = [re.escape(name.strip())] if name.strip() else []
     for alias in ALIASES:
@@ -199,7 +199,12 @@ def _unit_of(match: re.Match[str]) -> str | None:
     """Return the unit that a match of a statement holds: of two words the first where both together are none."""
     text = (match["square"] or match["round"] or match["unit"] or "").strip().strip("\"'").rstrip(".")
     for candidate in (text, text.partition(" ")[0]):
-        if candidate and _is_short(candidate) and (match["square"] or _is_no_word(candidate)) and is_unit(candidate):
+        if (
+            candidate
+            and _is_short(candidate)
+            and (match["square"] or _is_unambiguous(candidate))
+            and is_unit(candidate)
+        ):
             return candidate
     return None
 
@@ -211,12 +216,12 @@ def _is_listed(text: str) -> bool:
     return listed or joined.lower().startswith("sec") or any(unit_within(joined, quantity) for quantity in SI_UNIT)
 
 
-def _is_no_word(text: str) -> bool:
+def _is_unambiguous(text: str) -> bool:
     """Tell whether a unit may stand in a sentence without brackets: ``a`` and ``das`` are units of time to Pint."""
     return _is_listed(text) or len(text) > LONGEST_PARTICLE or not text.isalpha()
 
 
-def _doubt(found: Sequence[StatedUnit], line: Line) -> None:
+def _add_doubts(found: Sequence[StatedUnit], line: Line) -> None:
     """Keep the units of a line that may be those of any column: other than SI, or of what a column does not measure."""
     number, text = line
     channels = _cells_that_are_units(text) if _SPEAKS_OF_UNITS.search(text) else []
@@ -230,7 +235,7 @@ def _doubt(found: Sequence[StatedUnit], line: Line) -> None:
 
 
 def _cells_that_are_units(text: str) -> list[str]:
-    return [cell.strip() for cell in _by_marks(text) if _is_listed(cell.strip()) and is_unit(cell.strip())]
+    return [cell.strip() for cell in _split_at_marks(text) if _is_listed(cell.strip()) and is_unit(cell.strip())]
 
 
 def _units_in_words(text: str) -> list[str]:

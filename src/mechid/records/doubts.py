@@ -37,7 +37,7 @@ def unapplied_fault(table: Table, index: int, remedy: str) -> str | None:
     return f"the file states {found}, but not how to apply it or whether the numbers are scaled already; {remedy}"
 
 
-def raw_counts(table: Table, channel: ChannelSpec, index: int) -> str | None:
+def raw_counts_warning(table: Table, channel: ChannelSpec, index: int) -> str | None:
     """Return a warning where integers are taken for a measured quantity and the campaign states no unit or gain.
 
     A unit of the file is no answer: many programs write that of the channel beside the counts of its converter.

@@ -15,7 +15,7 @@ EXTRA = "formats"
 """The optional dependencies that the readers of instruments' formats need."""
 
 
-def library(name: str, package: str, label: str) -> ModuleType:
+def import_library(name: str, package: str, label: str) -> ModuleType:
     """Return the module `name` of `package`.
 
     Raises
@@ -32,7 +32,7 @@ def library(name: str, package: str, label: str) -> ModuleType:
 
 
 @contextmanager
-def parsing(label: str, kind: str) -> Iterator[None]:
+def wrap_parser_errors(label: str, kind: str) -> Iterator[None]:
     """Turn whatever a parser raises on a damaged file into a RecordError; its warnings are not for users.
 
     Parameters

@@ -36,7 +36,7 @@ from mechid.signal.series import Series, no_samples
 from mechid.units import si_unit
 from mechid.writing import mark_as_read
 
-MINIMUM_SAMPLES = 16
+MIN_SAMPLES = 16
 
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".dcexp")
 GUARDED: Mapping[str, Reader] = {
@@ -51,7 +51,7 @@ GUARDED: Mapping[str, Reader] = {
 """Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
 READERS: Mapping[str, Callable[[Path, str], Table]] = {**dict.fromkeys(TEXTS, open_csv), **GUARDED}
 """Reader by suffix, in lower case."""
-REFERRING = (open_hdf5, open_matlab)
+READERS_WITH_LINKS = (open_hdf5, open_matlab)
 """Readers of files that may take numbers from others."""
 LIBRARIES: Mapping[Reader, str] = {
     open_hdf5: "h5py",
@@ -78,7 +78,7 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
         The file is missing or cannot be used; one line with file, line and remedy.
     """
     began = time.perf_counter()
-    with readable(spec.path):
+    with wrap_read_errors(spec.path):
         record = record_from(path, spec, open_table(path, spec.path, spec.external_files))
         digest = digest_of(path)  # of what can be used alone: a refused file may be of any size
     return replace(record, digest=digest, reading_s=time.perf_counter() - began)
@@ -102,10 +102,10 @@ def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> 
     """
     _refuse_missing(path, label)
     suffix = _suffix(path, label)
-    with readable(label):
+    with wrap_read_errors(label):
         refuse_special(path)
         mark_as_read(path)
-        if external_files and READERS[suffix] not in REFERRING:
+        if external_files and READERS[suffix] not in READERS_WITH_LINKS:
             raise RecordError(f"{label}: external_files: only HDF5 and MATLAB 7.3 name other files; leave it out")
         if suffix in GUARDED:
             return open_guarded(path, label, GUARDED[suffix], _libraries(path), external_files)
@@ -120,7 +120,7 @@ def prepare_to_read(paths: Iterable[Path]) -> None:
 
 
 @contextmanager
-def readable(label: str) -> Iterator[None]:
+def wrap_read_errors(label: str) -> Iterator[None]:
     """Make what goes wrong with reading a file a RecordError that names it."""
     try:
         yield
@@ -166,8 +166,8 @@ def record_from(path: Path, spec: RecordSpec, table: Table, digest: str = "") ->
     """
     layout = choose_columns(table, spec)
     samples = sample(table, layout, spec)
-    if samples.data[0].size < MINIMUM_SAMPLES:
-        raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
+    if samples.data[0].size < MIN_SAMPLES:
+        raise table.error(f"{samples.data[0].size} samples; a record needs {MIN_SAMPLES} at least")
     pairs = enumerate(zip(layout.channels, samples.data, strict=True))
     bridged = samples.bridged
     channels = tuple(_channel(table, column, data, bridged.get(k, no_samples())) for k, (column, data) in pairs)
@@ -200,7 +200,7 @@ def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray
 
 
 def _warnings(table: Table, layout: Layout, channels: tuple[Channel, ...]) -> tuple[str, ...]:
-    units = [str(table.error(column.warning)) for column in layout.chosen if column.warning]
+    units = [str(table.error(column.warning)) for column in layout.selected_columns if column.warning]
     pairs = zip(channels, layout.channels, strict=True)
     health = [line for channel, chosen in pairs for line in channel_warnings(table, channel, chosen.warning)]
     return (*table.warnings, *units, *health)

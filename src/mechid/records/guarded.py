@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from mechid.reading.process import call
 from mechid.records.arrays import ArrayTable, Index
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 
 Reader = Callable[..., ArrayTable]
-KEPT = 2
+CACHED_TABLES = 2
 """Files of which the process that reads remembers the head, or all where they are read whole."""
 
 
@@ -67,35 +67,35 @@ def open_guarded(
         external_files=external_files,
         state=(file.st_size, file.st_mtime_ns),
     )
-    with parsing(label, f"a {path.suffix} file"):
-        head = call(_head, source, size=file.st_size, libraries=libraries)
+    with wrap_parser_errors(label, f"a {path.suffix} file"):
+        head = call(_read_head, source, size=file.st_size, libraries=libraries)
     places = enumerate(head.series)
-    series = tuple((partial(_asked, source, number), axis, first) for number, (_, axis, first) in places)
+    series = tuple((partial(_load_isolated, source, number), axis, first) for number, (_, axis, first) in places)
     return replace(head, series=series)
 
 
-def _asked(source: Source, number: int, index: Index) -> NDArray[Any]:
+def _load_isolated(source: Source, number: int, index: Index) -> NDArray[Any]:
     """Return the part at an index of what a column is loaded from, read elsewhere."""
-    return call(_loaded, source, number, index, size=source.state[0], libraries=source.libraries)
+    return call(_load_part, source, number, index, size=source.state[0], libraries=source.libraries)
 
 
-def _head(source: Source) -> ArrayTable:
+def _read_head(source: Source) -> ArrayTable:
     """Return the table without what loads it, which stays where this is called."""
     table = _table(source)
-    return replace(table, series=tuple((_nowhere, axis, first) for _, axis, first in table.series))
+    return replace(table, series=tuple((_not_loadable, axis, first) for _, axis, first in table.series))
 
 
-def _loaded(source: Source, number: int, index: Index) -> NDArray[Any]:
+def _load_part(source: Source, number: int, index: Index) -> NDArray[Any]:
     table = _table(source)
-    with parsing(table.label, table.kind):
+    with wrap_parser_errors(table.label, table.kind):
         return np.asarray(table.series[number][0](index), order="C")
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_TABLES)
 def _table(source: Source) -> ArrayTable:
     more = {"external_files": source.external_files} if source.external_files else {}
     return source.reader(source.path, source.label, **more)
 
 
-def _nowhere(index: Index) -> Any:
+def _not_loadable(index: Index) -> Any:
     raise NotImplementedError(index)

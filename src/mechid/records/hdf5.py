@@ -10,7 +10,7 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import library, parsing
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.hdf5_links import Links, Within
 from mechid.records.scaling import plain_unit, unapplied_scaling
 from mechid.records.table import Column, Fact
@@ -32,10 +32,10 @@ def open_hdf5(path: Path, label: str, external_files: Collection[str] = ()) -> A
     and datasets of one number or text, are metadata. Links are followed as `Links` says, with the numbers of
     `external_files` where the file names them.
     """
-    h5py = library("h5py", "h5py", label)
+    h5py = import_library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
     _refuse_classic(path, label)
-    with parsing(label, KIND), h5py.File(path, "r") as file:
+    with wrap_parser_errors(label, KIND), h5py.File(path, "r") as file:
         metadata |= facts(file.attrs)
         links = Links(h5py, label, external_files)
         items = list(_items(links, file, "", frozenset(), metadata))
@@ -70,7 +70,7 @@ def loader(h5py: Any, dataset: Any, field: str | None = None) -> Callable[[Index
 
 
 def _items(links: Links, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
-    within = links.inside(group, within)
+    within = links.enter(group, within)
     for name, entry, fault in links.entries(group, within):
         key = f"{under}{name}"
         if isinstance(entry, links.h5py.Group):

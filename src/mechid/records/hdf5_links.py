@@ -11,13 +11,13 @@ from typing import Any
 
 from mechid.errors import RecordError
 
-MOST_AGAIN = 2**10
+MAX_REVISITS = 2**10
 """So often groups may be reached that have been reached before."""
-DEEPEST = 32
+MAX_LINK_LEVELS = 32
 """Links to links, and virtual datasets of virtual ones: no instrument nests them so deep."""
-HERE = "."
+SAME_FILE = "."
 """What a virtual dataset calls its own file."""
-NOWHERE = "a link to nothing in this file"
+DANGLING_LINK = "a link to nothing in this file"
 Within = frozenset[tuple[int, int]]
 """Files and addresses of the groups that an entry is in."""
 
@@ -43,9 +43,9 @@ class Links:
     def entries(self, group: Any, within: Within) -> Iterator[tuple[str, Any, str | None]]:
         """Yield name and object of each entry of a group; None, and why, where it is not to be followed."""
         for name in group:
-            fault = self._link_fault(group, name, DEEPEST)
+            fault = self._link_fault(group, name, MAX_LINK_LEVELS)
             node = None if fault else group.get(name)
-            fault = fault or self.fault(node, within)
+            fault = fault or self.find_fault(node, within)
             yield name, None if fault else node, fault
 
     def at(self, group: Any, path: str) -> Any:
@@ -56,18 +56,18 @@ class Links:
         RecordError
             It is not to be looked at.
         """
-        fault = self._path_fault(group, path, DEEPEST)
-        if fault and fault != NOWHERE:
+        fault = self._path_fault(group, path, MAX_LINK_LEVELS)
+        if fault and fault != DANGLING_LINK:
             raise RecordError(f"{self.label}: {path}: {fault}")
         return None if fault else group.get(path)
 
-    def referred(self, node: Any, reference: Any, within: Within) -> tuple[Any, str | None]:
+    def resolve_reference(self, node: Any, reference: Any, within: Within) -> tuple[Any, str | None]:
         """Return the object that a reference leads to; None, and why, where it is not to be followed."""
         found = node.file[reference]
-        fault = self.fault(found, within)
+        fault = self.find_fault(found, within)
         return (None, fault) if fault else (found, None)
 
-    def inside(self, group: Any, within: Within) -> Within:
+    def enter(self, group: Any, within: Within) -> Within:
         """Return what the entries of a group, or of a cell, are within.
 
         Raises
@@ -78,9 +78,9 @@ class Links:
         place = self._place(group)
         self._again += place in self._seen
         self._seen.add(place)
-        if self._again > MOST_AGAIN:
+        if self._again > MAX_REVISITS:
             raise RecordError(
-                f"{self.label}: links lead to the same groups more than {MOST_AGAIN} times; save its channels alone"
+                f"{self.label}: links lead to the same groups more than {MAX_REVISITS} times; save its channels alone"
             )
         return within | {place}
 
@@ -90,13 +90,13 @@ class Links:
         used = ", ".join(self._used)
         return (f"{self.label}: takes numbers from {used}, which its digest does not cover",) if used else ()
 
-    def fault(self, node: Any, within: Within = frozenset()) -> str | None:
+    def find_fault(self, node: Any, within: Within = frozenset()) -> str | None:
         """Return why an object is not to be looked at, None where it may be."""
         if node is None:
-            return NOWHERE
+            return DANGLING_LINK
         if self._place(node) in within:
             return "a link back to what it is in"
-        return self._numbers_fault(node, DEEPEST) if isinstance(node, self.h5py.Dataset) else None
+        return self._numbers_fault(node, MAX_LINK_LEVELS) if isinstance(node, self.h5py.Dataset) else None
 
     def _place(self, node: Any) -> tuple[int, int]:
         info = self.h5py.h5o.get_info(node.id)
@@ -106,10 +106,10 @@ class Links:
         """Return why the numbers of a dataset are not to be read: they are another file's."""
         others = [name for name, *_ in dataset.external or ()]
         sources = dataset.virtual_sources() if dataset.is_virtual else []
-        others += [source.file_name for source in sources if source.file_name != HERE]
+        others += [source.file_name for source in sources if source.file_name != SAME_FILE]
         if foreign := self._not_allowed(others):
             return f"its numbers are those of another file; {foreign}"
-        here = (self._path_fault(dataset.file, s.dset_name, levels - 1) for s in sources if s.file_name == HERE)
+        here = (self._path_fault(dataset.file, s.dset_name, levels - 1) for s in sources if s.file_name == SAME_FILE)
         return next(filter(None, here), None)
 
     def _path_fault(self, group: Any, path: str, levels: int) -> str | None:
@@ -119,7 +119,7 @@ class Links:
         here = group.file if path.startswith("/") else group
         for name in filter(None, path.split("/")):
             if not isinstance(here, self.h5py.Group):
-                return NOWHERE
+                return DANGLING_LINK
             if fault := self._link_fault(here, name, levels - 1):
                 return fault
             here = here[name]
@@ -129,7 +129,7 @@ class Links:
         """Return why a link is not to be followed; it is not followed to tell."""
         links, link, h5l = group.id.links, name.encode("utf-8", "surrogateescape"), self.h5py.h5l
         if not links.exists(link):
-            return NOWHERE
+            return DANGLING_LINK
         kind = links.get_info(link).type
         if kind == h5l.TYPE_HARD:
             return None

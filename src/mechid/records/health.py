@@ -13,7 +13,7 @@ from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
 ENCODED = ("rotor_angle", "output_angle", "position")
-LEAST, MOST = 1e-20, 1e20
+LEAST_EXTREME, LARGEST_EXTREME = 1e-20, 1e20
 """In SI units: beyond, a channel's largest sample is no measurement, and squares of sums would be no numbers."""
 CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
@@ -40,7 +40,7 @@ def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -
     """
     low, high = extremes(channel.data)
     largest = max(abs(low), abs(high))
-    if largest > MOST or 0.0 < largest < LEAST:
+    if largest > LARGEST_EXTREME or 0.0 < largest < LEAST_EXTREME:
         raise table.error(
             f'"{channel.column}": {channel.quantity} is {largest:.3g} {channel.unit} at most, no measured size; '
             "look at the column, its unit and the number format"
@@ -52,10 +52,10 @@ def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -
         return [str(table.error(message))]
     if channel.role is Role.INPUT or channel.quantity.startswith("voltage") or channel.quantity in ENCODED:
         return []  # a driver's voltage stays at its limits by design, a mechanism where it was driven to
-    return _clipping(table, channel)
+    return _clipping_warnings(table, channel)
 
 
-def _clipping(table: Table, channel: Channel) -> list[str]:
+def _clipping_warnings(table: Table, channel: Channel) -> list[str]:
     runs = clipped_runs(channel.data)
     if len(runs) < CLIPPED_TIMES:
         return []

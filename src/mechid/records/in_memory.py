@@ -71,15 +71,15 @@ def columns_of(samples: object, label: str) -> SampleColumns:
         It is none of these.
     """
     if hasattr(samples, "data_vars"):
-        return _of_dataset(samples, label)
+        return _columns_of_dataset(samples, label)
     if hasattr(samples, "coords") and hasattr(samples, "dims"):
-        return _of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
+        return _columns_of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
     if hasattr(samples, "columns") and hasattr(samples, "index"):
         named = {str(name): _array(samples[name]) for name in samples.columns}  # type: ignore[index]
-        return _described(_time_of_index(samples.index) | named, _attributes_of_columns(samples, tuple(named)))
+        return _unpack_columns(_time_of_index(samples.index) | named, _attributes_of_columns(samples, tuple(named)))
     if hasattr(samples, "index") and hasattr(samples, "name") and not callable(samples.index):
         name = str(samples.name or TORQUE)
-        return _described(_time_of_index(samples.index) | {name: _array(samples)}, {name: _attributes(samples)})
+        return _unpack_columns(_time_of_index(samples.index) | {name: _array(samples)}, {name: _attributes(samples)})
     if isinstance(samples, Mapping):
         return SampleColumns(arrays={str(name): _array(array) for name, array in samples.items()})
     array = _array(samples)
@@ -146,7 +146,7 @@ def _is_time(name: str) -> bool:
     return is_time(Column(name=name))
 
 
-def _of_dataset(samples: Any, label: str) -> SampleColumns:
+def _columns_of_dataset(samples: Any, label: str) -> SampleColumns:
     if len(samples.sizes) != 1:
         raise RecordError(f"{label}: found the dimensions {', '.join(map(str, samples.sizes))}; give one, the time")
     (dimension,) = samples.sizes
@@ -154,7 +154,7 @@ def _of_dataset(samples: Any, label: str) -> SampleColumns:
     attributes = {str(name): _attributes(one) for name, one in samples.data_vars.items()}
     if dimension in samples.coords:
         arrays = {TIME: _coordinate(samples.coords[dimension], label)} | arrays
-    return _described(arrays, attributes)
+    return _unpack_columns(arrays, attributes)
 
 
 def _attributes(samples: Any) -> Attributes:
@@ -170,7 +170,7 @@ def _attributes_of_columns(frame: Any, names: tuple[str, ...]) -> dict[str, Attr
     return {name: dict(stated[name]) for name in names if isinstance(stated.get(name), Mapping)}
 
 
-def _described(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Attributes]) -> SampleColumns:
+def _unpack_columns(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Attributes]) -> SampleColumns:
     """Return columns with their units, unpacked as their attributes say; the scaling that is left is not applied."""
     units, unpacked, others = {}, dict(arrays), {}
     for name, stated in attributes.items():
@@ -193,7 +193,7 @@ def _coordinate(time: Any, label: str) -> NDArray[Any]:
         factor = to_si_factor(plain_unit(str(stated["units"])), "time")
     except RecordError as error:
         raise RecordError(f"{label}: time: {error}") from None
-    return _described({TIME: array}, {TIME: stated}).arrays[TIME] * factor
+    return _unpack_columns({TIME: array}, {TIME: stated}).arrays[TIME] * factor
 
 
 def _time_of_index(index: Any) -> dict[str, NDArray[Any]]:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 from mechid.records.matlab73 import is_matlab73, open_matlab73
-from mechid.records.matlab_classes import object_fault, unpacked
-from mechid.records.mcos import Heap, Tree, referred
+from mechid.records.matlab_classes import object_fault, unpack_object
+from mechid.records.mcos import Heap, Tree, referenced_objects
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
 
@@ -38,7 +38,7 @@ def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) ->
 
     refuse_larger_than_memory(path, label, KIND)
     metadata: dict[str, Fact] = {}
-    with parsing(label, KIND):
+    with wrap_parser_errors(label, KIND):
         content: dict[str, Any] = loadmat(path)
         if any(_has_integers(value) for value in content.values()):
             # MATLAB stores doubles that are whole as integers. SciPy tells their class alone at the price of the
@@ -127,7 +127,7 @@ class _Objects(Heap):
             return [self.tree(one) for one in value.ravel(order="F")]
         if value.dtype.kind == "U":
             return str(value.ravel()[0])
-        if referred(value):
+        if referenced_objects(value):
             return self.one_or_all(value)
         return Item(column=Column(), shape=value.shape, dtype=value.dtype, load=value.__getitem__)
 
@@ -144,7 +144,7 @@ def _items(path: str, value: Any, objects: _Objects | None, metadata: dict[str, 
         found = objects.instances(words) if objects else []
         for number, instance in enumerate(found):
             own = column if len(found) == 1 else Column(name=column.name, path=f"{path}/{number}")
-            yield from unpacked(own, instance, metadata)
+            yield from unpack_object(own, instance, metadata)
         if not found:
             yield Item(column=Column(name=column.name, path=path, fault=object_fault(_text(kind))))
     elif not isinstance(value, np.ndarray):

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
-from mechid.records.foreign import library, parsing
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.hdf5 import COMPLEX, loader
 from mechid.records.hdf5_links import Links, Within
-from mechid.records.matlab_classes import object_fault, unpacked
-from mechid.records.mcos import Heap, Tree, referred
+from mechid.records.matlab_classes import object_fault, unpack_object
+from mechid.records.mcos import Heap, Tree, referenced_objects
 from mechid.records.simulink import logged_signals
 from mechid.records.table import Column, Fact
 
@@ -43,16 +43,16 @@ def is_matlab73(path: Path) -> bool:
 
 def open_matlab73(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
     """Read the head of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`, links as in `Links`."""
-    h5py = library("h5py", "h5py", label)
+    h5py = import_library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
-    with parsing(label, KIND), h5py.File(path, "r") as file:
+    with wrap_parser_errors(label, KIND), h5py.File(path, "r") as file:
         reader = _Objects(Links(h5py, label, external_files), file)
-        items = [*_of_group(reader, file, "", frozenset(), metadata)]
-        items = [*_over(items, [*logged_signals(reader.links, file)])]
+        items = [*_group_items(reader, file, "", frozenset(), metadata)]
+        items = [*_merge_logged_signals(items, [*logged_signals(reader.links, file)])]
     return array_table(label, KIND, items, metadata, is_sliced=True, warnings=reader.links.warnings)
 
 
-def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
+def _merge_logged_signals(items: list[Item], logged: list[Item]) -> Iterator[Item]:
     """Yield what a file holds; where Simulink has logged signals, the objects that name them say nothing more."""
     for item in items:
         fault, key = item.column.fault or "", item.column.key
@@ -67,7 +67,7 @@ class _Objects(Heap):
     def __init__(self, links: Links, file: Any) -> None:
         self.links, self.h5py = links, links.h5py
         found = links.at(file, OBJECTS)
-        cells = [] if found is None else [node for node, _ in self.referred(found, frozenset())]
+        cells = [] if found is None else [node for node, _ in self.resolve_references(found, frozenset())]
         super().__init__(cells, lambda cell: bytes(cell[()].tobytes()))
 
     def tree(self, node: Any, within: Within = frozenset()) -> Tree:
@@ -75,27 +75,27 @@ class _Objects(Heap):
         if node is None or "MATLAB_empty" in node.attrs:
             return None
         if isinstance(node, self.h5py.Group):
-            inside = self.links.inside(node, within)
+            inside = self.links.enter(node, within)
             return {name: self.tree(entry, inside) for name, entry, _ in self.links.entries(node, inside)}
         if node.dtype == self.h5py.ref_dtype:
-            inside = self.links.inside(node, within)
-            return [self.tree(entry, inside) for entry, _ in self.referred(node, inside)]
+            inside = self.links.enter(node, within)
+            return [self.tree(entry, inside) for entry, _ in self.resolve_references(node, inside)]
         if fact(node.attrs.get("MATLAB_class", b"")) == "char":
             return "".join(map(chr, node[()].ravel(order="F")))
-        if node.dtype == np.uint32 and referred(words := node[()]):
+        if node.dtype == np.uint32 and referenced_objects(words := node[()]):
             return self.one_or_all(words)
         dtype = np.dtype(complex) if node.dtype.names in COMPLEX else node.dtype
         return Item(column=Column(), shape=node.shape, dtype=dtype, load=loader(self.h5py, node))
 
-    def referred(self, node: Any, within: Within) -> Iterator[tuple[Any, str | None]]:
+    def resolve_references(self, node: Any, within: Within) -> Iterator[tuple[Any, str | None]]:
         """Yield what the references of a cell, or of a struct array's field, lead to, in MATLAB's order."""
         for reference in node[()].ravel(order="F"):
-            yield self.links.referred(node, reference, within) if reference else (None, None)
+            yield self.links.resolve_reference(node, reference, within) if reference else (None, None)
 
 
-def _of_group(reader: _Objects, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
+def _group_items(reader: _Objects, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
     """Yield what the entries of a group hold."""
-    inside = reader.links.inside(group, within)
+    inside = reader.links.enter(group, within)
     for name, node, fault in reader.links.entries(group, inside):
         if under or not name.startswith(PRIVATE):
             yield from _items(reader, f"{under}{name}", (node, fault), inside, metadata)
@@ -114,10 +114,10 @@ def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: d
     if "MATLAB_sparse" in node.attrs:
         yield Item(column=replace(column, fault="a sparse matrix; save it full"))
     elif isinstance(node, reader.h5py.Group):
-        yield from _of_group(reader, node, f"{key}/", within, metadata)
+        yield from _group_items(reader, node, f"{key}/", within, metadata)
     elif node.dtype == reader.h5py.ref_dtype:
-        inside = reader.links.inside(node, within)
-        for number, inner in enumerate(reader.referred(node, inside)):
+        inside = reader.links.enter(node, within)
+        for number, inner in enumerate(reader.resolve_references(node, inside)):
             if inner != (None, None):
                 yield from _items(reader, f"{key}/{number}", inner, inside, metadata)
     elif kind == "char":
@@ -126,7 +126,7 @@ def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: d
         found = reader.instances(node[()])
         for number, instance in enumerate(found):
             place = column if len(found) == 1 else Column(name=column.name, path=f"{key}/{number}")
-            yield from unpacked(place, instance, metadata)
+            yield from unpack_object(place, instance, metadata)
         if not found:
             yield Item(column=replace(column, fault=object_fault(kind)))
     else:

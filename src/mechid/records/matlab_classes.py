@@ -19,7 +19,7 @@ from mechid.records.arrays import Index, Item, fact
 from mechid.records.mcos import Instance, Tree
 from mechid.records.table import Clock, Column, Fact
 
-MOST_LEVELS = 16
+MAX_LEVELS = 16
 EXPORT = {
     "timeseries": "t = x.Time; y = x.Data",
     "table": "t = x.t; y = x.y",
@@ -38,11 +38,13 @@ def object_fault(kind: str) -> str:
     )
 
 
-def unpacked(column: Column, instance: Instance, metadata: dict[str, Fact]) -> list[Item]:
+def unpack_object(column: Column, instance: Instance, metadata: dict[str, Fact]) -> list[Item]:
     """Return the series that an object holds; those of one number or text become metadata."""
     found: list[Item] = []
     with suppress(KeyError, ValueError, TypeError, AttributeError):  # a class of that name with other properties
-        found = [item for item in READERS.get(instance.kind, _any)(column, instance.properties) if 0 not in item.shape]
+        found = [
+            item for item in READERS.get(instance.kind, _any_class)(column, instance.properties) if 0 not in item.shape
+        ]
     kept = [item for item in found if not _is_fact(item, metadata)]
     return kept if found else [Item(column=replace(column, fault=object_fault(instance.kind)))]
 
@@ -64,7 +66,7 @@ def _table(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
 def _timetable(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
     saved = properties["any"]
     rows = saved["rowTimes"]
-    clock, start = _regular(rows) if isinstance(rows, Mapping) else (None, None)
+    clock, start = _regular_clock(rows) if isinstance(rows, Mapping) else (None, None)
     names = _texts(saved.get("dimNames"))
     time = Column(name="Time", path=f"{column.key}/{names[0] if names else 'Time'}")
     if clock is None:
@@ -97,17 +99,17 @@ def _dataset(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
     names = [_name(element) or f"element_{place}" for place, element in enumerate(elements)]
     for place, (name, element) in enumerate(zip(names, elements, strict=True)):
         where = name if names.count(name) < 2 else f"{name}/{place}"
-        yield from _walked(f"{column.key}/{where}", element, 0, name)
+        yield from _walk_tree(f"{column.key}/{where}", element, 0, name)
 
 
 def _signal(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
-    yield from _walked(column.key, properties["Values"], 0, column.name)
+    yield from _walk_tree(column.key, properties["Values"], 0, column.name)
 
 
 def _output(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
     """Yield what a simulation's output has, without its metadata."""
     for name, part in properties["Data"].items():
-        yield from _walked(f"{column.key}/{name}", part, 0)
+        yield from _walk_tree(f"{column.key}/{name}", part, 0)
 
 
 def _name(element: Tree) -> str:
@@ -128,23 +130,23 @@ def _properties_of(tree: Tree) -> Mapping[str, Tree]:
     return found if isinstance(found, Mapping) else {}
 
 
-def _any(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
-    yield from _walked(column.key, dict(properties), 0)
+def _any_class(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    yield from _walk_tree(column.key, dict(properties), 0)
 
 
-def _walked(path: str, tree: Tree, level: int, name: str = "") -> Iterator[Item]:
+def _walk_tree(path: str, tree: Tree, level: int, name: str = "") -> Iterator[Item]:
     """Yield every array in a tree under its path; objects in it in the way of their classes."""
     column = Column(name=name or path.rpartition("/")[2], path=path)
-    if level > MOST_LEVELS:
+    if level > MAX_LEVELS:
         return
     if isinstance(tree, Instance) and tree.kind in READERS:
         yield from READERS[tree.kind](column, tree.properties)
     elif isinstance(tree, Instance | Mapping):
         for key, part in _properties_of(tree).items():
-            yield from _walked(f"{path}/{key.removesuffix('_')}", part, level + 1)
+            yield from _walk_tree(f"{path}/{key.removesuffix('_')}", part, level + 1)
     elif isinstance(tree, list):
         for place, part in enumerate(tree):
-            yield from _walked(f"{path}/{place}", part, level + 1)
+            yield from _walk_tree(f"{path}/{place}", part, level + 1)
     elif isinstance(tree, Item):
         yield replace(tree, column=column)
 
@@ -190,7 +192,7 @@ def _numbers(item: Item, index: Index) -> NDArray[Any]:
     return values["real"] + 1j * values["imag"] if values.dtype.names else values
 
 
-def _regular(rows: Mapping[str, Tree]) -> tuple[Clock | None, str | None]:
+def _regular_clock(rows: Mapping[str, Tree]) -> tuple[Clock | None, str | None]:
     """Return the clock of a timetable that was given by rate or step, and the date of its first row if there is one."""
     rate, step, origin = rows.get("sampleRate"), rows.get("stepSize"), rows.get("origin")
     if isinstance(step, Instance) and not _truth(rows.get("specifiedAsRate")):

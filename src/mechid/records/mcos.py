@@ -53,7 +53,7 @@ class Objects:
     cells: tuple[Mapping[str, int], ...]
 
 
-def referred(words: Words) -> tuple[int, ...]:
+def referenced_objects(words: Words) -> tuple[int, ...]:
     """Return the numbers of the objects that an array of words refers to, none where it is no reference."""
     if words.size < 4 or words.dtype != np.uint32 or int(words.flat[0]) != REFERENCE:
         return ()
@@ -124,7 +124,9 @@ class Heap:
         """Return the objects that an array of words refers to; none where it is no reference."""
         if self.table is None:
             return []
-        return [found for number in referred(words) if (found := self._instance(self.table, number)) is not None]
+        return [
+            found for number in referenced_objects(words) if (found := self._instance(self.table, number)) is not None
+        ]
 
     def one_or_all(self, words: Words) -> Tree:
         """Return the object that is referred to, or the list of them; None where it is being made."""

@@ -11,7 +11,7 @@ from mechid.signal.stored import WORD, free_bytes
 from mechid.writing import cache_folder
 
 
-def refuse_no_room(fault: Callable[[str], RecordError], samples: int, columns: int) -> None:
+def refuse_insufficient_disk(fault: Callable[[str], RecordError], samples: int, columns: int) -> None:
     """Refuse samples that are to be kept in a temporary file, and for which there is no room on the disk.
 
     `fault` makes the error that says which file they are in.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 from mechid.records.table import Column, Fact
 
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -19,7 +19,7 @@ HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 def open_npy(path: Path, label: str) -> ArrayTable:
     """Read the head of the .npy file at `path`: one array, or one with a field for each channel."""
-    with parsing(label, "an .npy file"):
+    with wrap_parser_errors(label, "an .npy file"):
         array = np.load(path, mmap_mode="r", allow_pickle=False)
     items = [_mapped_item(path, name, array) for name in array.dtype.names or ("",)]
     return array_table(label, "an .npy file", items, {}, is_ordered=True, is_sliced=True)
@@ -29,7 +29,7 @@ def open_npz(path: Path, label: str) -> ArrayTable:
     """Read the heads of the arrays in the .npz file at `path`; those of one number are metadata."""
     items: list[Item] = []
     metadata: dict[str, Fact] = {}
-    with parsing(label, "an .npz file"):
+    with wrap_parser_errors(label, "an .npz file"):
         for name, shape, dtype in _members(path):
             found = fact(_load(path, name)[()]) if not shape and dtype.kind in "fiubU" else None
             if found is not None:

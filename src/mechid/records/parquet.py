@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import library, parsing
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.table import Column, Fact
 
 KIND = "a Parquet file"
@@ -24,16 +24,16 @@ BATCH = 2**18
 
 def open_parquet(path: Path, label: str) -> ArrayTable:
     """Read the head of the Parquet file at `path`; units stand in the names or in a field's metadata."""
-    pq = library("pyarrow.parquet", "pyarrow", label)
-    with parsing(label, KIND), pq.ParquetFile(path) as file:
+    pq = import_library("pyarrow.parquet", "pyarrow", label)
+    with wrap_parser_errors(label, KIND), pq.ParquetFile(path) as file:
         schema, samples = file.schema_arrow, file.metadata.num_rows
         items = [_item(pq, path, field, samples) for field in schema]
-        facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_told(key)}
+        facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_public(key)}
     metadata: dict[str, Fact] = {key: value for key, value in facts.items() if value is not None}
     return array_table(label, KIND, items, metadata, is_ordered=True, is_sliced=True)
 
 
-def _is_told(key: bytes) -> bool:
+def _is_public(key: bytes) -> bool:
     return key not in NOT_FOR_USERS
 
 

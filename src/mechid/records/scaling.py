@@ -35,7 +35,7 @@ NUMBER = re.compile(r"\s*[x×]?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:
 """A number, perhaps with its unit behind it, and no date."""
 NAMES = (*GAINS, *OFFSETS, *POLYNOMIALS, *INSTRUMENT)
 SINCE = re.compile(r"\s+since\s+\d.*", re.DOTALL)
-MOST_LETTERS = 60
+MAX_TEXT_LENGTH = 60
 """Of a text, in a message."""
 UNLIMITED = (-np.inf, np.inf)
 
@@ -70,10 +70,10 @@ class Packing:
         """Whether values differ from the stored numbers."""
         return self.scale != 1.0 or self.offset != 0.0
 
-    def missing(self, stored: NDArray[Any]) -> BoolArray:
+    def is_missing(self, stored: NDArray[Any]) -> BoolArray:
         """Return where stored numbers, (N,), stand for missing samples."""
-        numbers = self._signed(stored)
-        found = ~_inside(numbers, self.numbers) | ~_inside(self._values(numbers), self.values)
+        numbers = self._reinterpret_sign(stored)
+        found = ~_is_within(numbers, self.numbers) | ~_is_within(self._values(numbers), self.values)
         fills = np.array(self.fills)
         if stored.dtype.kind == "f":  # rounded as the numbers are: -999.9 of 32 bits is not that of 64
             with np.errstate(over="ignore"):
@@ -82,15 +82,15 @@ class Packing:
 
     def unpack(self, stored: NDArray[Any]) -> FloatArray:
         """Return the measured values of stored numbers, (N,); NaN where they stand for missing samples."""
-        values = self._values(self._signed(stored))
-        values[self.missing(stored)] = np.nan
+        values = self._values(self._reinterpret_sign(stored))
+        values[self.is_missing(stored)] = np.nan
         return values
 
     def _values(self, numbers: FloatArray) -> FloatArray:
         with np.errstate(over="ignore", invalid="ignore"):  # a scale of 1e308: what is not finite is refused later
             return np.asarray(numbers * self.scale + self.offset)
 
-    def _signed(self, stored: NDArray[Any]) -> FloatArray:
+    def _reinterpret_sign(self, stored: NDArray[Any]) -> FloatArray:
         if self.is_unsigned and stored.dtype.kind == "i":
             stored = stored.view(stored.dtype.str.replace("i", "u"))
         return stored.astype(np.float64)
@@ -100,7 +100,7 @@ def read_packing(attributes: Attributes, dtype: np.dtype[Any]) -> Packing | None
     """Return what the CF attributes of an array say; None where they say nothing that can be applied."""
     if dtype.kind not in "fiu" or not any(name in attributes for name in CF):
         return None
-    scale, offset = _one(attributes.get(SCALE), 1.0), _one(attributes.get(OFFSET), 0.0)
+    scale, offset = _single_factor(attributes.get(SCALE), 1.0), _single_factor(attributes.get(OFFSET), 0.0)
     is_unsigned = dtype.kind == "i" and str(_text(attributes.get(UNSIGNED))).lower() == "true"
     least, most = _limits(attributes)
     are_values = _are_of_values(attributes, dtype, (least, most), scale, offset)
@@ -131,7 +131,7 @@ def unapplied_scaling(attributes: Attributes, *, has_unit: bool, is_whole: bool,
         Whether these stand beside the array and not at it, so that those of the conventions are not applied either.
     """
     found = [
-        f"{name} = {_words(value)}"
+        f"{name} = {_format_value(value)}"
         for name, value in attributes.items()
         if (is_beside or not is_applied(name, value))
         and _is_scaling(name, value)
@@ -201,7 +201,7 @@ def _are_of_values(attributes: Attributes, dtype: np.dtype[Any], limits: Limits,
     return limits[0] > reached[0] or limits[1] < reached[1]
 
 
-def _one(value: Any, neutral: float) -> float:
+def _single_factor(value: Any, neutral: float) -> float:
     """Return a factor; the neutral one where none is stated or it is no single number."""
     numbers = _numbers(value)
     return numbers[0] if len(numbers) == 1 and np.isfinite(numbers[0]) and numbers[0] != 0.0 else neutral
@@ -227,15 +227,15 @@ def _text(value: Any) -> str | None:
     return single.strip("\0 ") if isinstance(single, str) else None
 
 
-def _words(value: Any) -> str:
+def _format_value(value: Any) -> str:
     """Return a value as it stands in a message."""
     text = _text(value)
     return (
-        f'"{" ".join(text.split())[:MOST_LETTERS]}"'
+        f'"{" ".join(text.split())[:MAX_TEXT_LENGTH]}"'
         if text is not None
         else ", ".join(f"{number:.9g}" for number in _numbers(value)) or "..."
     )
 
 
-def _inside(values: FloatArray, limits: Limits) -> BoolArray:
+def _is_within(values: FloatArray, limits: Limits) -> BoolArray:
     return np.asarray((values >= limits[0]) & (values <= limits[1]))

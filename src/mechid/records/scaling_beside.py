@@ -11,7 +11,7 @@ from mechid.records.scaling import CF, NAMES, is_scaling_name, plain_name, unapp
 from mechid.records.table import Column, Metadata
 
 
-def add_scaling_beside(columns: Iterable[Column], metadata: Metadata) -> tuple[Column, ...]:
+def add_adjacent_scaling(columns: Iterable[Column], metadata: Metadata) -> tuple[Column, ...]:
     """Return columns with the scaling that the file's metadata state of them; it is not applied.
 
     Of a column are ``torque_gain`` beside ``torque``, and ``gain`` beside the only channel of a struct or group. At the
@@ -23,11 +23,14 @@ def add_scaling_beside(columns: Iterable[Column], metadata: Metadata) -> tuple[C
         return columns
     channels = [_split(column.key)[0] for column in columns if column.fault is None and not is_time(column)]
     return tuple(
-        _with(column, {name: metadata[key] for key, name in _of(column, stated, channels)}) for column in columns
+        _with_unapplied(column, {name: metadata[key] for key, name in _scaling_entries(column, stated, channels)})
+        for column in columns
     )
 
 
-def _of(column: Column, stated: dict[str, tuple[str, str]], channels: list[str]) -> Iterator[tuple[str, str]]:
+def _scaling_entries(
+    column: Column, stated: dict[str, tuple[str, str]], channels: list[str]
+) -> Iterator[tuple[str, str]]:
     """Yield key and name of each entry that scales a column."""
     folder, own = _split(column.key)[0], column.bare_name.rpartition("/")[2]
     is_only = channels.count(folder) == 1 and not is_time(column) and (bool(folder) or column.whole)
@@ -39,7 +42,7 @@ def _of(column: Column, stated: dict[str, tuple[str, str]], channels: list[str])
             yield key, name
 
 
-def _with(column: Column, beside: Metadata) -> Column:
+def _with_unapplied(column: Column, beside: Metadata) -> Column:
     has_unit = column.stated_unit is not None
     found = unapplied_scaling(beside, has_unit=has_unit, is_whole=column.whole, is_beside=True)
     return replace(column, unapplied=", ".join(filter(None, (column.unapplied, found)))) if found else column

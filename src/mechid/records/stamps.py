@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.records.clock import sample_at, whole_rate
+from mechid.records.clock import round_rate, sample_at
 from mechid.records.settings import STAMPS
 from mechid.records.table import Clock, Table
 from mechid.signal.moments import mean
 from mechid.signal.series import Series, stretch_of
 from mechid.signal.stored import WritableSeries, allocate_series, pieces_of
 
-MEND = "window_s cuts a part out"
+REMEDY = "window_s cuts a part out"
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Placement:
         return out
 
 
-def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) -> Placement:
+def fit_regular_clock(table: Table, time: Series, rate_hz: float | None, first: int = 0) -> Placement:
     """Return the regular clock nearest to jittered stamps, in the sense of least squares.
 
     Parameters
@@ -93,26 +93,26 @@ def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) ->
     RecordError
         A stamp is off by half an interval or more, so that its place cannot be told.
     """
-    comb = _comb(time[: STAMPS.first_stamps], rate_hz)
+    comb = _find_comb(time[: STAMPS.first_stamps], rate_hz)
     used = min(STAMPS.first_stamps, time.size)
     while True:  # each line tells the places of some more stamps
         for _ in range(STAMPS.refits):
-            comb = _line(comb, stretch_of(time, 0, used), held=rate_hz is not None)
+            comb = _fit_line(comb, stretch_of(time, 0, used), held=rate_hz is not None)
         if used == time.size:
             break
         used = min(used + used // 4, time.size)
     rms, row = _jitter(comb, time)
     interval = comb.interval_s
-    off = float(_off(comb, time, slice(row, row + 1))[0])
+    off = float(_deviation(comb, time, slice(row, row + 1))[0])
     if off >= STAMPS.most_jitter * interval or _is_repeated(comb, time, row):
         raise table.error(
             f"the stamp {sample_at(time, row):.9g} s is off the nearest regular clock, {1.0 / interval:.9g} Hz, by "
             f"{off:.3g} s, too far to place its sample; if samples were recorded at irregular times, "
-            f'write time_stamps = "resample"; {MEND}',
+            f'write time_stamps = "resample"; {REMEDY}',
             first + row,
         )
     begins = comb.start_s + interval * float(comb.nearest(time[0:1])[0])
-    found = Placement(Clock(begins, rate_hz or whole_rate(1.0 / interval)), time, comb, rms, off)
+    found = Placement(Clock(begins, rate_hz or round_rate(1.0 / interval)), time, comb, rms, off)
     refuse_mostly_missing(table, time, found.samples)
     return found
 
@@ -122,11 +122,11 @@ def refuse_mostly_missing(table: Table, time: Series, instants: float) -> None:
     if instants > max(STAMPS.most_missing * time.size, STAMPS.always_placed):
         raise table.error(
             f"{time.size} time stamps from {sample_at(time, 0):.9g} s to {sample_at(time, time.size - 1):.9g} s are "
-            f"{instants:.3g} samples on a regular clock; is a stamp wrong? {MEND}"
+            f"{instants:.3g} samples on a regular clock; is a stamp wrong? {REMEDY}"
         )
 
 
-def _off(comb: Comb, time: Series, part: slice) -> FloatArray:
+def _deviation(comb: Comb, time: Series, part: slice) -> FloatArray:
     """Return how far stamps are off their instants, (n,) s."""
     stamps = time[part]
     return np.asarray(np.abs(stamps - (comb.start_s + comb.interval_s * comb.nearest(stamps))), dtype=np.float64)
@@ -136,7 +136,7 @@ def _jitter(comb: Comb, time: Series) -> tuple[float, int]:
     """Return the RMS distance of stamps from their instants, s, and the worst stamp: the first without a place."""
     squares, worst, largest = 0.0, 0, -1.0
     for part in pieces_of(time):
-        off = _off(comb, time, part)
+        off = _deviation(comb, time, part)
         squares += float(np.sum(off**2))
         if off.max() > largest:
             worst, largest = part.start + int(np.argmax(off)), float(off.max())
@@ -154,7 +154,7 @@ def _is_repeated(comb: Comb, time: Series, row: int) -> bool:
     return bool(np.any(np.diff(comb.nearest(time[max(row - 1, 0) : row + 1])) < 1))
 
 
-def resampled_clock(table: Table, time: FloatArray, rate_hz: float | None) -> tuple[Clock, int]:
+def resampling_clock(table: Table, time: FloatArray, rate_hz: float | None) -> tuple[Clock, int]:
     """Return the clock that irregular samples are interpolated onto, and its number of samples.
 
     It begins at the first stamp; its rate, where the campaign states none, is that of the median interval.
@@ -164,13 +164,13 @@ def resampled_clock(table: Table, time: FloatArray, rate_hz: float | None) -> tu
     RecordError
         Nearly all of its samples would be missing.
     """
-    rate = rate_hz or whole_rate(1.0 / float(np.median(np.diff(time))), 1e-3)
+    rate = rate_hz or round_rate(1.0 / float(np.median(np.diff(time))), 1e-3)
     instants = float((time[-1] - time[0]) * rate * (1.0 + 1e-12))
     refuse_mostly_missing(table, time, instants)
     return Clock(float(time[0]), rate), int(instants) + 1
 
 
-def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) -> FloatArray:
+def resample(time: FloatArray, data: FloatArray, clock: Clock, samples: int) -> FloatArray:
     """Return samples at the instants of `clock`, by the cubic spline through those at `time`.
 
     NaN in a gap, where the stamps on both sides are more than 2.5 median intervals apart. Interpolation does
@@ -194,7 +194,7 @@ def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) ->
     return out
 
 
-def _comb(time: FloatArray, rate_hz: float | None) -> Comb:
+def _find_comb(time: FloatArray, rate_hz: float | None) -> Comb:
     """Return the comb that the stamps fit best: the largest |sum exp(2 pi i t / h)|."""
     median = float(np.median(np.diff(time)))
     trials = (
@@ -208,7 +208,7 @@ def _comb(time: FloatArray, rate_hz: float | None) -> Comb:
     return Comb(float(time[0]) + interval * float(np.angle(resultants[best])) / (2.0 * np.pi), interval)
 
 
-def _line(comb: Comb, time: Series, *, held: bool) -> Comb:
+def _fit_line(comb: Comb, time: Series, *, held: bool) -> Comb:
     """Return the least-squares line through the stamps at their places on a comb, its interval `held` or fitted."""
     middle = sum(float(comb.nearest(time[part]).sum()) for part in pieces_of(time)) / time.size
     mean_s, interval = mean(time), comb.interval_s

@@ -25,7 +25,7 @@ from mechid.signal.series import Series
 from mechid.signal.spectrogram import spectrogram
 from mechid.signal.trend import Line as Constant
 
-FULL_ORDERS, MOST_OF_THEM = range(5, 13), 6
+FULL_ORDERS, LEAST_FULL_ORDERS = range(5, 13), 6
 """Of a full step so many of these are lines, of microsteps hardly any."""
 MICROSTEPS = (2, 4, 8, 16, 32, 64, 128, 256)
 
@@ -80,7 +80,7 @@ class RateReading:
     repeats: float
 
 
-def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | None:
+def read_declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | None:
     """Return the record's own reading of a constant rate that is declared; None where its lines are at no part of it.
 
     Parameters
@@ -99,7 +99,7 @@ def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | No
     return RateReading(rate=rate, sigma=sigma, repeats=nearest)
 
 
-def suggested_beside_hum(data: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+def suggest_rate_without_hum(data: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     """Return the rate that samples suggest without mains hum, or with it where that has the lines of full steps.
 
     Parameters
@@ -113,14 +113,14 @@ def suggested_beside_hum(data: Series, found: Prominence, lines: Sequence[Line])
     """
     hum = {round(one.line.frequency_hz / found.bin_hz) for one in mains_lines(found)}
     y = Remainder(data, Constant(mean(data)))
-    own = suggested_rate(y, found, [one for one in lines if round(one.frequency_hz / found.bin_hz) not in hum])
+    own = suggest_rate(y, found, [one for one in lines if round(one.frequency_hz / found.bin_hz) not in hum])
     if own or not hum:
         return own
-    with_hum = suggested_rate(y, found, lines)
+    with_hum = suggest_rate(y, found, lines)
     return with_hum if with_hum and with_hum.stepping == "full" else None
 
 
-def suggested_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+def suggest_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     """Return how a record seems to have been driven, or None where it does not tell.
 
     Parameters
@@ -132,18 +132,18 @@ def suggested_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> Sugge
     lines : sequence of Line
         Of its spectrum.
     """
-    return _constant(found, lines) or _swept(y, found.sample_rate_hz)
+    return _find_constant_rate(found, lines) or _find_sweep(y, found.sample_rate_hz)
 
 
-def _constant(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+def _find_constant_rate(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     repetition = repetition_frequency(lines, found.bin_hz)
     if repetition is None:
         return None
     frequency, sigma, share = repetition
-    amplitude = _at_multiples(found, frequency, max(line.frequency_hz for line in lines))
-    repeats = _repeats(amplitude)
-    strong = repeats if repeats > 1 else _of_strongest(lines, frequency)
-    stepping, microsteps = _stepping(lines, strong * frequency, found.bin_hz)
+    amplitude = _multiple_amplitudes(found, frequency, max(line.frequency_hz for line in lines))
+    repeats = _repetition_steps(amplitude)
+    strong = repeats if repeats > 1 else _multiple_of_strongest(lines, frequency)
+    stepping, microsteps = _stepping_mode(lines, strong * frequency, found.bin_hz)
     others = () if repeats > 1 else tuple(m * frequency for m in (1, 2, 4) if m != strong)
     return SuggestedRate(
         profile=RateProfile.constant(strong * frequency),
@@ -165,13 +165,13 @@ def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, f
     >>> round(repetition_frequency(lines, 0.1)[0], 6)
     23.0
     """
-    steady = _largest_of_which(lines, bin_hz, STEP_RATE.steady, least=(STEP_RATE.explained, 0.0))
-    return steady or _largest_of_which(
+    steady = _find_fundamental(lines, bin_hz, STEP_RATE.steady, least=(STEP_RATE.explained, 0.0))
+    return steady or _find_fundamental(
         lines, bin_hz, STEP_RATE.wandering, least=(STEP_RATE.mostly_explained, STEP_RATE.most_power)
     )
 
 
-def _largest_of_which(
+def _find_fundamental(
     lines: Sequence[Line], bin_hz: float, near: float, least: tuple[float, float]
 ) -> tuple[float, float, float] | None:
     """Return the largest frequency of which a least share of the lines and of their power are multiples."""
@@ -187,8 +187,8 @@ def _largest_of_which(
         for part in range(1, STEP_RATE.parts + 1)
     }
     for trial in sorted((t for t in trials if t >= STEP_RATE.least_bins * bin_hz), reverse=True):
-        best, sigma = _fitted(lines, trial, bin_hz, near)
-        own = _multiples(frequencies, best, bin_hz, near)
+        best, sigma = _fit_fundamental(lines, trial, bin_hz, near)
+        own = _are_multiples(frequencies, best, bin_hz, near)
         shares = weights[:, own].sum(axis=1)
         chance = 2.0 * np.maximum(STEP_RATE.near_bins * bin_hz, near * frequencies[own]) / best
         unlikely = -float(np.sort(np.log10(np.minimum(chance, 1.0)))[1:].sum())  # one line has told the trial
@@ -197,7 +197,9 @@ def _largest_of_which(
     return None
 
 
-def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEP_RATE.steady) -> BoolArray:
+def _are_multiples(
+    frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEP_RATE.steady
+) -> BoolArray:
     """Tell which frequencies are multiples."""
     off = np.abs(frequencies - np.rint(frequencies / fundamental) * fundamental)
     return np.asarray(
@@ -205,7 +207,7 @@ def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near:
     )
 
 
-def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> tuple[float, float]:
+def _fit_fundamental(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> tuple[float, float]:
     """Return a trial fitted to the lines that are its multiples, and its standard error by their scatter, Hz.
 
     From the lowest lines on, so that the multiple of a high one can be told.
@@ -215,7 +217,7 @@ def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> 
     error = bin_hz * np.hypot(STEP_RATE.frequency_error * np.minimum(relative, 1.0), STEP_RATE.least_error)
     best, sigma = trial, math.inf
     for upto in (4.0, 16.0, math.inf):
-        own = _multiples(frequencies, best, bin_hz, near) & (frequencies <= upto * trial)
+        own = _are_multiples(frequencies, best, bin_hz, near) & (frequencies <= upto * trial)
         if own.any():
             multiple = np.rint(frequencies[own] / best)
             information = (multiple / error[own]) ** 2
@@ -226,14 +228,14 @@ def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> 
     return best, sigma
 
 
-def _at_multiples(found: Prominence, frequency: float, top_hz: float) -> FloatArray:
+def _multiple_amplitudes(found: Prominence, frequency: float, top_hz: float) -> FloatArray:
     """Return the amplitude at each multiple of a frequency up to a top, (K,), the largest of three bins."""
     numbers = np.rint(np.arange(1, int(top_hz / frequency * 1.001) + 1) * frequency / found.bin_hz).astype(np.int64)
     numbers = numbers[numbers < found.amplitude.size - 1]
     return np.asarray(np.max([found.amplitude[numbers + k] for k in (-1, 0, 1)], axis=0), dtype=np.float64)
 
 
-def _repeats(amplitude: FloatArray) -> int:
+def _repetition_steps(amplitude: FloatArray) -> int:
     """Return after how many steps a motor repeats itself: its even multiples stand out, and perhaps again of these."""
     repeats = 1
     while repeats < STEP_RATE.repeats and amplitude.size >= 2 * STEP_RATE.fewest:
@@ -244,24 +246,24 @@ def _repeats(amplitude: FloatArray) -> int:
     return repeats
 
 
-def _of_strongest(lines: Sequence[Line], frequency: float) -> int:
+def _multiple_of_strongest(lines: Sequence[Line], frequency: float) -> int:
     """Return 1, 2 or 4: the multiple that the strongest line is, or 1."""
     multiple = round(max(lines, key=lambda line: line.amplitude).frequency_hz / frequency)
     return multiple if multiple in (2, 4) else 1
 
 
-def _stepping(lines: Sequence[Line], rate: float, bin_hz: float) -> tuple[str, int | None]:
+def _stepping_mode(lines: Sequence[Line], rate: float, bin_hz: float) -> tuple[str, int | None]:
     """Return the stepping that lines tell at a rate, and the microsteps."""
     frequencies = np.array([line.frequency_hz for line in lines])
-    orders = set(np.rint(frequencies[_multiples(frequencies, rate, bin_hz)] / rate).astype(int).tolist())
+    orders = set(np.rint(frequencies[_are_multiples(frequencies, rate, bin_hz)] / rate).astype(int).tolist())
     inside = sum(order in orders for order in FULL_ORDERS)
-    if inside >= MOST_OF_THEM:
+    if inside >= LEAST_FULL_ORDERS:
         return "full", 1
     seen = [n for n in MICROSTEPS if n in orders and n > max(FULL_ORDERS[0], 4)]
     return ("micro", seen[0]) if seen and inside <= 2 else ("", None)
 
 
-def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
+def _find_sweep(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
     """Return the straight ridge that stands out most over time, where there is one that is no constant rate."""
     window_s = min(STEP_RATE.window_s, y.size / sample_rate_hz / STEP_RATE.fewest_windows)
     time, frequency, amplitude = spectrogram(y, sample_rate_hz, window_s, STEP_RATE.windows)
@@ -273,7 +275,7 @@ def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
     lapse = time / (y.size / sample_rate_hz)
     top = min(STEP_RATE.fastest_hz, float(frequency[-1]) / 2.0)
     ends = _best_ends(height, lapse, float(frequency[1]), top)
-    along = _along(height, lapse, float(frequency[1]), *(np.array([end]) for end in ends))[0]
+    along = _ridge_heights(height, lapse, float(frequency[1]), *(np.array([end]) for end in ends))[0]
     share = float(np.mean(along > STEP_RATE.stands_out))
     if share < STEP_RATE.mostly or abs(ends[1] - ends[0]) < STEP_RATE.swept * max(ends):
         return None
@@ -291,13 +293,15 @@ def _best_ends(height: FloatArray, lapse: FloatArray, bin_hz: float, top: float)
         starts, stops = (grid.ravel() for grid in np.meshgrid(first, last, indexing="ij"))
         score = np.zeros(starts.size)
         for part in np.array_split(np.arange(starts.size), max(starts.size // 2000, 1)):
-            score[part] = _along(height, lapse, bin_hz, starts[part], stops[part]).mean(axis=1)
+            score[part] = _ridge_heights(height, lapse, bin_hz, starts[part], stops[part]).mean(axis=1)
         best = int(np.argmax(score))
         middle, reach = (float(starts[best]), float(stops[best])), 3.0 * reach / trials
     return middle
 
 
-def _along(height: FloatArray, lapse: FloatArray, bin_hz: float, starts: FloatArray, stops: FloatArray) -> FloatArray:
+def _ridge_heights(
+    height: FloatArray, lapse: FloatArray, bin_hz: float, starts: FloatArray, stops: FloatArray
+) -> FloatArray:
     """Return the heights along straight ridges, (trials, windows), between bins by straight lines."""
     place = (starts[:, None] + (stops - starts)[:, None] * lapse) / bin_hz
     below = np.minimum(place.astype(np.int64), height.shape[0] - 2)

@@ -10,8 +10,8 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.clock import whole_rate
-from mechid.records.foreign import library, parsing
+from mechid.records.clock import round_rate
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.table import Clock, Column, Fact
 from mechid.records.tdms_segments import Part, first_start, parts_fault, read_parts
 
@@ -46,9 +46,9 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
     RecordError
         The file is damaged, or its last segment is not whole.
     """
-    nptdms = library("nptdms", "npTDMS", label)
-    with parsing(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
-        _refuse_cut(file, path, label)
+    nptdms = import_library("nptdms", "npTDMS", label)
+    with wrap_parser_errors(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
+        _refuse_truncated(file, path, label)
         opened.seek(0)
         parts = read_parts(opened, label) if len(file._reader._segments) > 1 else {}
         items = []
@@ -61,7 +61,7 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
     return array_table(label, KIND, items, metadata, is_sliced=True)
 
 
-def _refuse_cut(file: Any, path: Path, label: str) -> None:
+def _refuse_truncated(file: Any, path: Path, label: str) -> None:
     """Refuse a file whose end is missing: npTDMS reads what is there and only logs the rest."""
     segments = file._reader._segments  # there is no public word for where the last segment ends
     end = segments[-1].next_segment_pos if segments else 0
@@ -80,7 +80,7 @@ def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, A
         unit=str(unit) if unit else None,
         clock=_clock(properties),
         start_time=_start_time(properties),
-        fault=_fault((properties, *levels)) or parts_fault(parts),
+        fault=_scaling_fault((properties, *levels)) or parts_fault(parts),
         metadata=attributes,
     )
 
@@ -98,7 +98,7 @@ def _clock(properties: Mapping[str, Any]) -> Clock | None:
     interval = float(properties.get("wf_increment", 0.0))
     if not 0.0 < interval < np.inf or 1.0 / interval == np.inf:
         return None
-    return Clock(float(properties.get("wf_start_offset", 0.0)), whole_rate(1.0 / interval))
+    return Clock(float(properties.get("wf_start_offset", 0.0)), round_rate(1.0 / interval))
 
 
 def _start_time(properties: Mapping[str, Any]) -> str | None:
@@ -106,7 +106,7 @@ def _start_time(properties: Mapping[str, Any]) -> str | None:
     return str(start) if isinstance(start, np.datetime64) and start >= NO_DATE else None
 
 
-def _fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
+def _scaling_fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
     """Return why a channel's scaling cannot be applied: that of the first level that states one, as npTDMS takes it."""
     properties = next((level for level in levels if level.get("NI_Number_Of_Scales")), levels[0])
     if properties.get("NI_Scaling_Status") == "scaled":

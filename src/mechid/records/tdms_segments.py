@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from mechid.errors import RecordError
-from mechid.records.foreign import library
+from mechid.records.foreign import import_library
 from mechid.records.scaling import is_scaling_name
 from mechid.records.settings import STAMPS
 from mechid.units import SI_UNIT, to_si_factor
@@ -26,7 +26,7 @@ ROOT = "/"
 UNIT, INCREMENT, START, OFFSET = "unit_string", "wf_increment", "wf_start_time", "wf_start_offset"
 SCALING = re.compile(r"NI_(Scal|Number_Of_Scales)")
 """Begins the properties that say how npTDMS is to scale raw numbers."""
-SPLIT = "save each part as a file of its own"
+REMEDY = "save each part as a file of its own"
 
 Properties = Mapping[str, Any]
 
@@ -55,8 +55,8 @@ def read_parts(file: BinaryIO, label: str) -> Mapping[str, Sequence[Part]]:
     RecordError
         npTDMS reads segments in a way that cannot be followed.
     """
-    nptdms = library("nptdms.reader", "npTDMS", label)
-    object_path = library("nptdms.common", "npTDMS", label).ObjectPath
+    nptdms = import_library("nptdms.reader", "npTDMS", label)
+    object_path = import_library("nptdms.common", "npTDMS", label).ObjectPath
 
     class Reader(nptdms.TdmsReader):  # type: ignore[name-defined]
         """Reader that looks at the properties after each segment, before the next one replaces them."""
@@ -80,7 +80,9 @@ def read_parts(file: BinaryIO, label: str) -> Mapping[str, Sequence[Part]]:
         def _add(self, path: str, before: int) -> None:
             levels = (ROOT, object_path.from_string(path).group_path(), path)  # each may state a scaling
             stated = (self.object_metadata[level].properties for level in levels if level in self.object_metadata)
-            properties = {key: _plain(value) for level in stated for key, value in level.items() if _counts(key)}
+            properties = {
+                key: _to_numpy(value) for level in stated for key, value in level.items() if _is_relevant(key)
+            }
             parts = self.parts.setdefault(path, [])
             if not parts or parts[-1].properties != properties:
                 parts.append(Part(before, properties))
@@ -106,10 +108,10 @@ def parts_fault(parts: Sequence[Part]) -> str | None:
         for key in sorted(one.keys() | other.keys()):
             if key in (START, OFFSET) or _is_same(key, one.get(key), other.get(key)):
                 continue
-            shown = [_shown(properties.get(key)) for properties in (one, other)]
+            shown = [_format_value(properties.get(key)) for properties in (one, other)]
             return (
                 f"its segments differ: {key} is {shown[0]} before sample {after.first} and {shown[1]} from there on; "
-                f"{SPLIT}"
+                f"{REMEDY}"
             )
         fault = _start_fault(before, after)
         if fault:
@@ -132,7 +134,7 @@ def _start_fault(before: Part, after: Part) -> str | None:
     return (
         f"its segments do not follow each other: from sample {before.first} to sample {after.first} it is "
         f"{expected:.9g} s by {INCREMENT} and {elapsed:.9g} s by {START} and {OFFSET} ({_start_words(*one)}; "
-        f"{_start_words(*other)}); {SPLIT}"
+        f"{_start_words(*other)}); {REMEDY}"
     )
 
 
@@ -141,11 +143,11 @@ def _start(properties: Properties) -> tuple[np.datetime64 | None, float]:
     return start if isinstance(start, np.datetime64) else None, float(properties.get(OFFSET, 0.0))
 
 
-def _counts(key: str) -> bool:
+def _is_relevant(key: str) -> bool:
     return key in (UNIT, INCREMENT, START, OFFSET) or SCALING.match(key) is not None or is_scaling_name(key)
 
 
-def _plain(value: Any) -> Any:
+def _to_numpy(value: Any) -> Any:
     """Return a property's value, a stamp of npTDMS as NumPy's."""
     return value.as_datetime64("us") if hasattr(value, "as_datetime64") else value
 
@@ -167,7 +169,7 @@ def _factors(unit: str) -> dict[str, float]:
     return found
 
 
-def _shown(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if value is None:
         return "not stated"
     text = " ".join(str(value).split())

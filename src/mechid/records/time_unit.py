@@ -94,7 +94,7 @@ def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series
         and they are dates.
     """
     stated = table.columns[time.index].stated_unit
-    as_stated = TimeUnit(time.scale, rounding_s=_rounding(stamps, time.scale))
+    as_stated = TimeUnit(time.scale, rounding_s=_rounding_error(stamps, time.scale))
     if stamps.size < 2 or time.scale != 1.0 or (spec.time is not None and spec.time.unit):
         return as_stated  # by a unit other than seconds, or by the campaign
     start = sample_at(stamps, 0)
@@ -118,10 +118,10 @@ def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series
         f"is its first number, {start:.14g}"
     )
     treatment = {"step": "time_unit", "text": text, "unit_s": calendar.unit_s, "origin": start}
-    return TimeUnit(calendar.unit_s, start, _rounding(stamps, calendar.unit_s), treatment)
+    return TimeUnit(calendar.unit_s, start, _rounding_error(stamps, calendar.unit_s), treatment)
 
 
-def _rounding(stamps: Series, unit_s: float) -> float:
+def _rounding_error(stamps: Series, unit_s: float) -> float:
     """Return how far in s rounding moves stamps of a unit; `read_clock` finds decimal digits of a second itself."""
     if unit_s == 1.0 or not stamps.size:
         return 0.0
