@@ -1,4 +1,4 @@
-"""Names of a record's channels in the names of files."""
+"""Names of files for the channels of a record."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _UNSAFE_CHARACTERS = re.compile(r"[^A-Za-z0-9_-]+")
 
 
 def channel_keys(record: Record) -> list[str]:
-    """Return what the files of each channel are called: the record's name, with the column where it has several."""
+    """Return the base name of each channel's files: the record's name, plus the column if there are several."""
     if len(record.channels) == 1:
         return [record.name]
     columns = [_UNSAFE_CHARACTERS.sub("_", one.column).strip("_") or str(k) for k, one in enumerate(record.channels)]

@@ -1,4 +1,4 @@
-"""Which column of a file is the clock, which are the channels, and what makes them SI."""
+"""Selection of a file's time column and channel columns, and of their factors to SI units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mechid.units import si_unit, split_header, to_si_factor, unit_within
 
 @dataclass(frozen=True, kw_only=True)
 class ChosenColumn:
-    """A column to be read, and what its numbers are multiplied by to be `quantity` in SI."""
+    """Column to be read as a quantity, with the factor `scale` to SI units."""
 
     index: int
     quantity: str
@@ -26,7 +26,7 @@ class ChosenColumn:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The columns to be read; `time` is None where the clock is known without, `clock` where it is not."""
+    """Columns to be read; `time` is None if the clock is known otherwise, `clock` is None if it is not known."""
 
     time: ChosenColumn | None
     channels: tuple[ChosenColumn, ...]
@@ -34,18 +34,18 @@ class Layout:
 
     @property
     def selected_columns(self) -> tuple[ChosenColumn, ...]:
-        """All columns, the time first."""
+        """All selected columns, the time first."""
         return self.channels if self.time is None else (self.time, *self.channels)
 
 
 def choose_columns(table: Table, spec: RecordSpec) -> Layout:
-    """Find the columns that `spec` asks for in the head of `table`.
+    """Find the columns that `spec` declares in the header of `table`.
 
     Raises
     ------
     RecordError
-        A column does not exist, is not unique, is no channel, has the wrong unit or another length than
-        the others, or the clock is missing.
+        A column does not exist, is not unique, cannot be a channel, has the wrong unit, differs in length from the
+        others, or the clock is missing.
     """
     asked = spec.channels or (_default_torque(table, spec),)
     indices = [find_column(table, channel) for channel in asked]
@@ -62,17 +62,18 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
 
 
 def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
-    """Return the second column, after the time, as the torque, or the first where the rate is given.
+    """Return the default torque column: the second one, after the time, or the first one if the rate is given.
 
-    Row numbers before a time column do not count. Where columns have no order it is the one that is called so,
-    or the only one.
+    Row numbers before a time column are skipped. If columns have no order, the torque is the column of that name, or
+    the only one.
     """
     if not table.is_ordered:
         columns = table.columns
         usable = [index for index, column in enumerate(columns) if column.fault is None]
         called = [index for index, column in enumerate(columns) if column.bare_name.lower() == "torque"]
         called = [index for index in called if index in usable] or called
-        chosen = called or usable or [*range(len(columns))]  # of one that has a fault, that is said
+        # A faulty column is selected so that its fault is reported.
+        chosen = called or usable or [*range(len(columns))]
         if len(chosen) == 1:
             return ChannelSpec(quantity="torque", column=chosen[0])
         raise table.error(
@@ -101,12 +102,12 @@ def _describe_row_numbers(table: Table) -> str:
 
 
 def _has_row_numbers_before_time(table: Table) -> bool:
-    """Whether time and torque come after row numbers, as in a data frame that was written with its index."""
+    """Return whether time and torque follow row numbers, as in a data frame written with its index."""
     return len(table.columns) > 2 and is_row_number(table.columns) and is_time(table.columns[1])
 
 
 def _choose_by_position(table: Table, torque: ChannelSpec, index: int) -> ChosenColumn:
-    """Return the column that nobody named as the torque; where another one is called so, warning or error says it."""
+    """Select the torque by position; a warning or the error names another column that has the name of a torque."""
     name = _torque_by_name(table, index)
     if name is None:
         return _choose(table, torque, index)
@@ -120,12 +121,12 @@ def _choose_by_position(table: Table, torque: ChannelSpec, index: int) -> Chosen
 
 
 def other_torque_column(table: Table) -> str | None:
-    """Return the name of the column that is called a torque, where the one that is taken by its place is not.
+    """Return the name of a column named like a torque, if the column selected by position is not; otherwise None.
 
     Raises
     ------
     RecordError
-        Nothing is taken by its place.
+        No column can be selected by position.
     """
     return _torque_by_name(table, find_column(table, _default_torque(table, RecordSpec(name="", path=""))))
 
@@ -138,12 +139,12 @@ def _torque_by_name(table: Table, index: int) -> str | None:
 def find_column(table: Table, channel: ChannelSpec) -> int:
     """Return the index of the channel's column.
 
-    By index; by path; by name, a full one before one without its unit; by the end of a path.
+    The column is searched by index; by path; by name, with its unit before without; by the end of a path.
 
     Raises
     ------
     RecordError
-        There is none, or more than one, or it cannot be a channel.
+        There is no such column, or more than one, or it cannot be a channel.
     """
     columns, wanted = table.columns, channel.column
     if isinstance(wanted, int):
@@ -164,7 +165,8 @@ def find_column(table: Table, channel: ChannelSpec) -> int:
 
 
 def _match_columns(columns: Sequence[Column], wanted: str) -> list[int]:
-    """Return the columns that a text means, by the first rule that finds any."""
+    """Return the columns that match a text by the first rule with any match."""
+    # From the most to the least specific rule: an exact name must not be hidden by the end of another path.
     rules: tuple[Callable[[Column], bool], ...] = (
         lambda column: column.key == wanted,
         lambda column: column.name == wanted,
@@ -176,7 +178,7 @@ def _match_columns(columns: Sequence[Column], wanted: str) -> list[int]:
 
 
 def _disambiguation(columns: Sequence[Column]) -> str:
-    """Return how to tell columns of one name apart."""
+    """Return the remedy for several columns of the same name."""
     keys = [column.key for column in columns]
     if len(set(keys)) < len(keys):
         return "give the index from 0"
@@ -214,14 +216,15 @@ def _refuse_other_length(table: Table, indices: Sequence[int]) -> None:
 
 
 def _common_clock(table: Table, indices: Sequence[int]) -> Clock | None:
-    """Return the clock that the file gives the channels; all have to have the same one."""
+    """Return the clock that the file states for the channels; raise RecordError if they differ."""
     first, *others = (table.columns[index] for index in indices)
     for index, column in zip(indices[1:], others, strict=True):
         if column.clock == first.clock and column.start_time == first.start_time:
             continue
         labels = f"{column_label(table.columns, indices[0])} and {column_label(table.columns, index)}"
         raise table.error(
-            f"{labels} have not the same clock ({_describe_clock(first)}; {_describe_clock(column)}); make two records of it"
+            f"{labels} have not the same clock ({_describe_clock(first)}; {_describe_clock(column)}); make two records "
+            "of it"
         )
     return first.clock
 
@@ -247,16 +250,17 @@ def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
 
 
 def _refuse_without_unit(table: Table, channel: ChannelSpec, index: int) -> None:
-    """Refuse a component of a table whose unit nobody states: nothing else of the record would show a wrong one."""
+    """Raise RecordError for a side component without a stated unit."""
+    # Nothing else in the record would reveal a wrong unit.
     if channel.role is Role.SIDE and channel.unit is None and table.columns[index].stated_unit is None:
         label, unit = column_label(table.columns, index), si_unit(channel.quantity)
         raise table.error(f'{channel.quantity}: {label} states no unit; write unit = "{unit}" or its own in channels')
 
 
 def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> ChosenColumn | None:
-    """Return the time column: called so by the campaign or by its name, else the first of an ordered file.
+    """Return the time column: by declaration, by name, or else the first one of an ordered file.
 
-    None where it is not needed.
+    Returns None if it is not needed.
     """
     if spec.time is not None:
         return _choose(table, spec.time, find_column(table, spec.time))
@@ -282,7 +286,7 @@ def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> Chosen
 
 
 def find_time_column(table: Table, index: int) -> ChosenColumn | None:
-    """Return the one time column that belongs to a column, or None."""
+    """Return the time column that belongs to a column, or None if there is none or several."""
     named = [index] if is_time(table.columns[index]) else _time_candidates(table, [index])
     if len(named) != 1 and not (named and table.is_ordered):
         return None
@@ -290,11 +294,12 @@ def find_time_column(table: Table, index: int) -> ChosenColumn | None:
 
 
 def _time_candidates(table: Table, taken: Sequence[int]) -> list[int]:
-    """Return the columns that may be the time by their names; beside the channels before elsewhere."""
+    """Return the columns that may be the time by their names, those in the channels' folder before others."""
     first = table.columns[taken[0]]
     free = [index for index in range(len(table.columns)) if index not in taken]
     named = [index for index in free if is_time(table.columns[index]) and table.columns[index].fault is None]
     fitting = [index for index in named if table.columns[index].samples == first.samples]
+    # In a grouped file the time is in the channel's own group, or in the group above.
     folders = [first.key.rpartition("/")[0], first.key.rpartition("/")[0].rpartition("/")[0]]
     for folder in folders:
         beside = [index for index in fitting if table.columns[index].key.rpartition("/")[0] == folder]
@@ -304,11 +309,11 @@ def _time_candidates(table: Table, taken: Sequence[int]) -> list[int]:
 
 
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:
-    """Return the factor to SI, from the campaign's unit and the file's, and a warning if they differ.
+    """Return the factor to SI units from the units of campaign and file, and a warning if these differ.
 
-    A unit of the file that measures the same quantity must agree. One that measures something else
-    gives way to the campaign's unit: stated as such or in brackets (volts of a transducer, say) with
-    a warning; at the end of a name it may not be a unit at all, as in ``u_A``.
+    If the file's unit measures the same quantity, both must agree. If it measures another one, such as the volts of a
+    transducer, the campaign's unit is used, with a warning if the file states its unit separately or in brackets. A
+    suffix of the name, as in ``u_A``, may not be a unit at all.
     """
     column, quantity, label = table.columns[index], channel.quantity, column_label(table.columns, index)
     in_file, in_name = column.stated_unit, split_header(column.name)[1]
@@ -324,6 +329,7 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
             f"{label}: states no unit, but {doubt}; write its unit in brackets at the end of its name, or in the "
             f'campaign file (unit = "{si_unit(quantity)}" if that is it)'
         )
+    # Two statements in the file must agree with each other before they are compared with the campaign.
     twice = [_factor_or_none(unit, quantity) for unit in (in_file, in_name) if unit]
     if None not in twice and len(set(twice)) > 1:
         raise table.error(f'{label}: the file states two units, "{in_file}" and "{in_name}"; correct it')

@@ -1,4 +1,4 @@
-"""What the campaign has done to the samples before they count as measured; each step leaves its figures."""
+"""Conditioning of samples as declared by the campaign; each step is documented in the treatments."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from mechid.signal.series import Series
 from mechid.signal.stored import WritableSeries, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
 
 Treatment = Mapping[str, Any]
-"""One thing that was done to the samples: ``step``, ``text``, and its figures."""
+"""Description of a conditioning step: ``step``, ``text``, and its figures."""
 MAX_LISTED_GAPS = 8
 LARGEST_INDEX = 2.0**62
-"""Samples: no file has so many, and an integer holds it."""
+"""Limit of sample indices: no file has as many samples, and it fits into an integer."""
 EDGE_TOLERANCE = 1e-6
-"""Share of a sample interval by which a sample may miss a window's end."""
+"""Tolerance of a window's ends in sample intervals."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Samples on the way to a record.
+    """Samples of a record during conditioning.
 
     Parameters
     ----------
     clock : Clock
-    data : tuple of Room
-        N samples of each channel of the layout, in SI: arrays, or files of long ones.
+    data : tuple of WritableSeries
+        N samples of each channel of the layout, in SI units: arrays, or temporary files for long series.
     treatments : tuple of Treatment
     bridged : mapping of int to ndarray of int
-        By place in `data`, ascending: the samples that stand for missing ones.
+        Indices of bridged samples, ascending, by position in `data`.
     """
 
     clock: Clock
@@ -48,13 +48,14 @@ class Samples:
     bridged: Mapping[int, IntArray] = field(default_factory=dict)
 
     def slice_between(self, start_s: float, stop_s: float) -> slice:
-        """Return the samples from `start_s` to `stop_s` of record time, both included."""
+        """Return the slice of samples from `start_s` to `stop_s` of record time, both included."""
         places = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
+        # Clipped before the conversion, because infinite times do not fit into an integer.
         first, last = (min(max(place, -LARGEST_INDEX), LARGEST_INDEX) for place in places)
         return slice(max(math.ceil(first - EDGE_TOLERANCE), 0), max(math.floor(last + EDGE_TOLERANCE) + 1, 0))
 
     def with_treatment(self, step: str, text: str, data: tuple[WritableSeries, ...], **figures: object) -> Samples:
-        """Return the samples after a treatment, with its record."""
+        """Return a copy with new data and an additional treatment."""
         return replace(self, data=data, treatments=(*self.treatments, {"step": step, "text": text, **figures}))
 
 
@@ -62,13 +63,15 @@ Step = Callable[[Table, Layout, Conditioning, Samples], Samples]
 
 
 def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Take samples that are on a regular clock through all further steps.
+    """Apply all conditioning steps to samples on a regular clock.
 
     Raises
     ------
     RecordError
-        Samples are missing for too long, or a step cannot be done.
+        A gap is too long, or a step cannot be applied.
     """
+    # The order matters: gaps are bridged before sums and filters would spread NaN, and the quiet stretches may lie
+    # outside the window, so it is applied after them.
     steps: tuple[Step, ...] = (
         _cut_to_needed,
         _bridge_gaps,
@@ -83,7 +86,7 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
 
 
 def apply_limits(layout: Layout, how: Conditioning, data: Sequence[WritableSeries]) -> list[Treatment]:
-    """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
+    """Mark samples at or beyond their instrument's limits as missing, in place, and return the treatments."""
     treatments: list[Treatment] = []
     for column, values in zip(layout.channels, data, strict=True):
         if column.quantity not in how.limits:
@@ -98,7 +101,7 @@ def apply_limits(layout: Layout, how: Conditioning, data: Sequence[WritableSerie
 
 
 def _mark_missing(room: WritableSeries, part: slice, low: float, high: float) -> int:
-    """Make the samples of a piece that are on or beyond limits missing, and return how many they are."""
+    """Mark the samples of a piece at or beyond limits as missing, and return their number."""
     values = room[part]
     beyond = (values <= low) | (values >= high)
     values[beyond] = np.nan
@@ -107,7 +110,7 @@ def _mark_missing(room: WritableSeries, part: slice, low: float, high: float) ->
 
 
 def _cut_to_needed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Drop what neither window nor quiet stretches need: its faults do not matter."""
+    """Drop samples outside the window and the quiet stretches, whose faults do not matter."""
     return samples if how.needed_s is None else _cut(table, samples, *how.needed_s)
 
 
@@ -129,29 +132,30 @@ def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Sampl
 
 
 def missing_samples(series: Series) -> IntArray:
-    """Return the samples that are not finite, as numbers, ascending."""
+    """Return the indices of samples that are not finite, ascending."""
     found = [part.start + np.flatnonzero(~np.isfinite(series[part])) for part in pieces_of(series)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
 def missing_runs(missing: IntArray) -> IntArray:
-    """Return first and last-plus-one sample of each run of missing samples, shape (runs, 2)."""
+    """Return the start and stop indices of each run of missing samples, shape (runs, 2)."""
     return np.array(runs_of(missing), dtype=np.int64).reshape(-1, 2)
 
 
 def bridge(room: WritableSeries, missing: IntArray) -> None:
-    """Replace missing samples, (M,) ascending, by the straight line between their neighbours, in place.
+    """Replace missing samples, (M,) ascending, in place by linear interpolation between their neighbours.
 
-    At an end, where there is one neighbour only, its value is held.
+    At the ends of the series the value of the only neighbour is used.
     """
     runs = missing_runs(missing)
+    # Only the samples next to the gaps are read, so that a long series need not be in memory.
     beside = np.unique(np.concatenate((runs[:, 0] - 1, runs[:, 1])))
     beside = beside[(beside >= 0) & (beside < room.size)]
     write_at(room, missing, np.interp(missing, beside, samples_at(room, beside)))
 
 
 def _bridge_gaps(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Bridge missing samples; refuse gaps that are too long, or at an end."""
+    """Bridge missing samples; raise RecordError for gaps that are too long or at an end."""
     for k, (column, values) in enumerate(zip(layout.channels, samples.data, strict=True)):
         missing = missing_samples(values)
         if not missing.size:
@@ -192,7 +196,7 @@ def _bridge_gaps(table: Table, layout: Layout, how: Conditioning, samples: Sampl
 
 
 def _cumulate(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Replace increments, as an encoder's counter read and cleared at each sample gives them, by their running sum."""
+    """Replace increments by their running sum; an encoder's counter that is cleared at each sample gives increments."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         if column.quantity in how.cumulate:
             _sum_up(values)
@@ -205,6 +209,8 @@ def _cumulate(table: Table, layout: Layout, how: Conditioning, samples: Samples)
 
 def _sum_up(room: WritableSeries) -> None:
     """Replace samples by their running sum, in place."""
+    # The sum so far is added to the first sample of the next piece: the order of additions, and so the rounding, is
+    # that of a single cumulative sum.
     so_far = 0.0
     for part in pieces_of(room):
         values = room[part]
@@ -215,7 +221,7 @@ def _sum_up(room: WritableSeries) -> None:
 
 
 def _subtract_quiet_line(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Subtract the line through the quiet stretches; a single stretch gives a constant."""
+    """Subtract the straight line fitted to the quiet stretches, or the mean of a single stretch."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         stretches = how.quiet_s.get(column.quantity, ())
         if not stretches:
@@ -227,6 +233,7 @@ def _subtract_quiet_line(table: Table, layout: Layout, how: Conditioning, sample
             raise table.error(f"{column.quantity}: a stretch of quiet_s lies outside the record")
         drift, offset = np.polyfit(time, quiet, 1) if len(parts) > 1 else (0.0, float(quiet.mean()))
         change_in_place(values, partial(_subtract_line, offset, drift, samples.clock.rate_hz))
+        # Measured after the subtraction: the RMS that remains is noise.
         rms = _quiet_rms(np.concatenate([values[part] for part in parts]), how.decimate)
         at = f"{samples.clock.start_s:.9g} s"
         text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted, {rms:.3g} RMS left"
@@ -246,12 +253,12 @@ def _subtract_quiet_line(table: Table, layout: Layout, how: Conditioning, sample
 
 
 def _subtract_line(offset: float, drift: float, rate_hz: float, values: FloatArray, part: slice) -> FloatArray:
-    """Return samples less a line over the record's time since its first sample."""
+    """Return samples minus a line over the time since the first sample of the record."""
     return values - (offset + drift * np.arange(part.start, part.stop) / rate_hz)
 
 
 def _quiet_rms(quiet: FloatArray, factor: int) -> float:
-    """Return the RMS that quiet samples have in the record, behind its decimation where they are enough for that."""
+    """Return the RMS of quiet samples, after decimation if there are enough samples for the filter."""
     if factor > 1 and quiet.size > anti_alias_filter(factor).size:
         quiet = decimate(quiet, factor)[:]
     return float(np.sqrt(np.mean(quiet**2)))
@@ -266,7 +273,7 @@ def _apply_window(table: Table, layout: Layout, how: Conditioning, samples: Samp
 
 
 def _decimate_channels(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Decimate all channels behind the same filter, so that they keep their times."""
+    """Decimate all channels with the same filter, which keeps them aligned in time."""
     if how.decimate == 1:
         return samples
     taps = anti_alias_filter(how.decimate).size

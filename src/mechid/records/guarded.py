@@ -1,4 +1,4 @@
-"""Files whose readers run in the process that reads: the head comes here, samples when they are wanted."""
+"""Tables of files that are read in the reading process: the header is transferred at once, samples on demand."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from mechid.records.foreign import wrap_parser_errors
 
 Reader = Callable[..., ArrayTable]
 CACHED_TABLES = 2
-"""Files of which the process that reads remembers the head, or all where they are read whole."""
+"""Number of files whose tables the reading process keeps; tables of formats read as a whole include all samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """A file and how it is read.
+    """File with its reader.
 
     Parameters
     ----------
     path : Path
-        Absolute.
+        Absolute path.
     label : str
-        What messages call it.
+        Name of the file in messages.
     reader : callable
-        A function of a module: of path, label, and `external_files` where there are any.
+        Module-level function of path, label, and optionally `external_files`.
     libraries : tuple of str
-        Modules that it needs.
+        Modules that the reader needs.
     external_files : tuple of str
-        Other files that its numbers may come from.
+        Other files from which numbers may be taken.
     state : tuple of int
-        Size in bytes, and when it was changed: after a change it is another file.
+        Size in bytes and modification time; a changed file is a different source in the cache.
     """
 
     path: Path
@@ -51,12 +51,12 @@ class Source:
 def open_guarded(
     path: Path, label: str, reader: Reader, libraries: tuple[str, ...] = (), external_files: tuple[str, ...] = ()
 ) -> ArrayTable:
-    """Return the table of a file that another process reads; the arguments are those of a `Source`.
+    """Return the table of a file that is read in the reading process; the arguments are those of a `Source`.
 
     Raises
     ------
     RecordError
-        What its reader says; or it crashed, came to no end, or took too much memory.
+        The reader raised an error, crashed, exceeded the time limit, or ran out of memory.
     """
     file = path.stat()
     source = Source(
@@ -75,12 +75,13 @@ def open_guarded(
 
 
 def _load_isolated(source: Source, number: int, index: Index) -> NDArray[Any]:
-    """Return the part at an index of what a column is loaded from, read elsewhere."""
+    """Return a part of the array of a column, read in the reading process."""
     return call(_load_part, source, number, index, size=source.state[0], libraries=source.libraries)
 
 
 def _read_head(source: Source) -> ArrayTable:
-    """Return the table without what loads it, which stays where this is called."""
+    """Return the table without its loaders."""
+    # Loaders are closures and open files: they cannot be pickled and remain in the reading process.
     table = _table(source)
     return replace(table, series=tuple((_not_loadable, axis, first) for _, axis, first in table.series))
 

@@ -1,7 +1,8 @@
-"""Where the links of an HDF5 file lead: not to other files unless these are allowed, and not in circles.
+"""Safe traversal of links in an HDF5 file: no cycles, and no access to other files unless allowed.
 
-A link may lead to another file, and a dataset may take its numbers from there: raw storage, or a virtual dataset. Links
-may lead back to the group that they are in, and many to one group: a file of some kB may hold 2^32 paths.
+A link may refer to another file, and a dataset may take its data from one, as external storage or as a virtual dataset.
+Links may refer to a group that contains them, and many links may refer to one group: a file of a few kB can contain
+2^32 paths.
 """
 
 from __future__ import annotations
@@ -12,26 +13,26 @@ from typing import Any
 from mechid.errors import RecordError
 
 MAX_REVISITS = 2**10
-"""So often groups may be reached that have been reached before."""
+"""Maximum number of visits of groups that have been visited before."""
 MAX_LINK_LEVELS = 32
-"""Links to links, and virtual datasets of virtual ones: no instrument nests them so deep."""
+"""Maximum nesting of links and virtual datasets; no instrument nests them as deeply."""
 SAME_FILE = "."
-"""What a virtual dataset calls its own file."""
+"""Name by which a virtual dataset refers to its own file."""
 DANGLING_LINK = "a link to nothing in this file"
 Within = frozenset[tuple[int, int]]
-"""Files and addresses of the groups that an entry is in."""
+"""File numbers and addresses of the groups that contain an entry."""
 
 
 class Links:
-    """The entries of an open HDF5 file as far as they may be followed.
+    """Access to those entries of an open HDF5 file that may be followed.
 
     Parameters
     ----------
     h5py : module
     label : str
-        What messages call the file.
+        Name of the file in messages.
     external_files : collection of str
-        Other files, as they are named in this one, that its numbers may come from.
+        Other files from which numbers may be taken, as named in this file.
     """
 
     def __init__(self, h5py: Any, label: str, external_files: Collection[str] = ()) -> None:
@@ -41,7 +42,7 @@ class Links:
         self._used: dict[str, None] = {}
 
     def entries(self, group: Any, within: Within) -> Iterator[tuple[str, Any, str | None]]:
-        """Yield name and object of each entry of a group; None, and why, where it is not to be followed."""
+        """Yield name and object of each entry of a group, or None and the reason if it must not be followed."""
         for name in group:
             fault = self._link_fault(group, name, MAX_LINK_LEVELS)
             node = None if fault else group.get(name)
@@ -49,12 +50,12 @@ class Links:
             yield name, None if fault else node, fault
 
     def at(self, group: Any, path: str) -> Any:
-        """Return the object at a path, None where there is none.
+        """Return the object at a path, or None if there is none.
 
         Raises
         ------
         RecordError
-            It is not to be looked at.
+            The object must not be accessed.
         """
         fault = self._path_fault(group, path, MAX_LINK_LEVELS)
         if fault and fault != DANGLING_LINK:
@@ -62,18 +63,18 @@ class Links:
         return None if fault else group.get(path)
 
     def resolve_reference(self, node: Any, reference: Any, within: Within) -> tuple[Any, str | None]:
-        """Return the object that a reference leads to; None, and why, where it is not to be followed."""
+        """Return the object of a reference, or None and the reason if it must not be followed."""
         found = node.file[reference]
         fault = self.find_fault(found, within)
         return (None, fault) if fault else (found, None)
 
     def enter(self, group: Any, within: Within) -> Within:
-        """Return what the entries of a group, or of a cell, are within.
+        """Return the containing groups for the entries of a group or cell, including itself.
 
         Raises
         ------
         RecordError
-            Links lead to the same groups again and again.
+            Links lead to the same groups too often.
         """
         place = self._place(group)
         self._again += place in self._seen
@@ -86,12 +87,12 @@ class Links:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is odd: numbers of other files, which the digest of this one says nothing of."""
+        """Warning about numbers of other files, which the digest of this file does not cover."""
         used = ", ".join(self._used)
         return (f"{self.label}: takes numbers from {used}, which its digest does not cover",) if used else ()
 
     def find_fault(self, node: Any, within: Within = frozenset()) -> str | None:
-        """Return why an object is not to be looked at, None where it may be."""
+        """Return the reason why an object must not be accessed, or None."""
         if node is None:
             return DANGLING_LINK
         if self._place(node) in within:
@@ -103,7 +104,7 @@ class Links:
         return info.fileno, info.addr
 
     def _numbers_fault(self, dataset: Any, levels: int) -> str | None:
-        """Return why the numbers of a dataset are not to be read: they are another file's."""
+        """Return the reason why the data of a dataset must not be read, or None."""
         others = [name for name, *_ in dataset.external or ()]
         sources = dataset.virtual_sources() if dataset.is_virtual else []
         others += [source.file_name for source in sources if source.file_name != SAME_FILE]
@@ -113,7 +114,7 @@ class Links:
         return next(filter(None, here), None)
 
     def _path_fault(self, group: Any, path: str, levels: int) -> str | None:
-        """Return why what a path leads to is not to be read."""
+        """Return the reason why the object at a path must not be read, or None."""
         if levels < 0:
             return "links to links without an end"
         here = group.file if path.startswith("/") else group
@@ -126,7 +127,8 @@ class Links:
         return self._numbers_fault(here, levels - 1) if isinstance(here, self.h5py.Dataset) else None
 
     def _link_fault(self, group: Any, name: str, levels: int) -> str | None:
-        """Return why a link is not to be followed; it is not followed to tell."""
+        """Return the reason why a link must not be followed, or None."""
+        # Only the link itself is examined: following it would already open another file.
         links, link, h5l = group.id.links, name.encode("utf-8", "surrogateescape"), self.h5py.h5l
         if not links.exists(link):
             return DANGLING_LINK
@@ -141,7 +143,7 @@ class Links:
         return "a link of an unknown kind"
 
     def _not_allowed(self, names: Collection[str]) -> str:
-        """Return what allows files that are not allowed yet, empty where there are none."""
+        """Return the remedy for files that are not allowed, or an empty text if all are."""
         foreign = [name for name in dict.fromkeys(names) if name not in self.external_files]
         self._used |= dict.fromkeys(name for name in names if name in self.external_files)
         listed = ", ".join(f'"{name}"' for name in foreign)

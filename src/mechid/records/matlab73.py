@@ -1,4 +1,4 @@
-"""The reader of MATLAB's files of version 7.3: HDF5 in which MATLAB's structs, cells and texts are coded."""
+"""Reader of MATLAB files of version 7.3: HDF5 files that encode MATLAB's structs, cells and texts."""
 
 from __future__ import annotations
 
@@ -22,27 +22,28 @@ KIND = "a MATLAB 7.3 file"
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 USER_BLOCK = 512
 PRIVATE = "#"
-"""What MATLAB keeps for itself begins so."""
+"""First character of the names of MATLAB's internal entries."""
 NUMBERS = ("double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 
 OF_STREAMS = ("/Values/CompressedTime", "/SignalAttributes/")
-"""In the paths of arrays that describe the streams of logged signals."""
+"""Parts of the paths of arrays that describe streams of logged signals."""
 OBJECTS = "#subsystem#/MCOS"
-"""Where the cells of all objects are."""
+"""Path of the cells of all objects."""
 
 Entry = tuple[Any, str | None]
-"""An HDF5 object; None, and why, where it is not to be looked at."""
+"""HDF5 object, or None and the reason if it must not be accessed."""
 
 
 def is_matlab73(path: Path) -> bool:
-    """Whether a .mat file is HDF5: MATLAB puts a text of 512 bytes in front, other programs do not."""
+    """Return whether a .mat file is an HDF5 file."""
+    # MATLAB writes a text of 512 bytes before the signature; other programs do not.
     with path.open("rb") as file:
         head = file.read(USER_BLOCK + len(HDF5_SIGNATURE))
     return head.startswith(HDF5_SIGNATURE) or head[USER_BLOCK:] == HDF5_SIGNATURE
 
 
 def open_matlab73(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
-    """Read the head of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`, links as in `Links`."""
+    """Read the header of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`, links as in `Links`."""
     h5py = import_library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
     with wrap_parser_errors(label, KIND), h5py.File(path, "r") as file:
@@ -53,7 +54,7 @@ def open_matlab73(path: Path, label: str, external_files: Collection[str] = ()) 
 
 
 def _merge_logged_signals(items: list[Item], logged: list[Item]) -> Iterator[Item]:
-    """Yield what a file holds; where Simulink has logged signals, the objects that name them say nothing more."""
+    """Yield the items of a file and the signals logged by Simulink, without the objects that only refer to these."""
     for item in items:
         fault, key = item.column.fault or "", item.column.key
         if not logged or not ("MATLAB class" in fault or any(part in key for part in OF_STREAMS)):
@@ -62,7 +63,7 @@ def _merge_logged_signals(items: list[Item], logged: list[Item]) -> Iterator[Ite
 
 
 class _Objects(Heap):
-    """The objects of an open file."""
+    """Objects of an open file."""
 
     def __init__(self, links: Links, file: Any) -> None:
         self.links, self.h5py = links, links.h5py
@@ -71,7 +72,7 @@ class _Objects(Heap):
         super().__init__(cells, lambda cell: bytes(cell[()].tobytes()))
 
     def tree(self, node: Any, within: Within = frozenset()) -> Tree:
-        """Return what a node holds."""
+        """Return the content of a node."""
         if node is None or "MATLAB_empty" in node.attrs:
             return None
         if isinstance(node, self.h5py.Group):
@@ -88,13 +89,13 @@ class _Objects(Heap):
         return Item(column=Column(), shape=node.shape, dtype=dtype, load=loader(self.h5py, node))
 
     def resolve_references(self, node: Any, within: Within) -> Iterator[tuple[Any, str | None]]:
-        """Yield what the references of a cell, or of a struct array's field, lead to, in MATLAB's order."""
+        """Yield the objects of the references of a cell, or of a struct array's field, in MATLAB's order."""
         for reference in node[()].ravel(order="F"):
             yield self.links.resolve_reference(node, reference, within) if reference else (None, None)
 
 
 def _group_items(reader: _Objects, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
-    """Yield what the entries of a group hold."""
+    """Yield the arrays of the entries of a group."""
     inside = reader.links.enter(group, within)
     for name, node, fault in reader.links.entries(group, inside):
         if under or not name.startswith(PRIVATE):
@@ -102,7 +103,7 @@ def _group_items(reader: _Objects, group: Any, under: str, within: Within, metad
 
 
 def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
-    """Yield what an entry holds, structs and cells taken apart; texts and single numbers become metadata."""
+    """Yield the arrays of an entry, including those in structs and cells; texts and single numbers become metadata."""
     node, fault = entry
     column = Column(name=key.rpartition("/")[2], path=key, fault=fault)
     if fault:

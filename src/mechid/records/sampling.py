@@ -1,4 +1,4 @@
-"""From the columns of a file to samples in SI on one regular clock, conditioned as the campaign says."""
+"""Conversion of a file's columns to conditioned samples in SI units on one regular clock."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from mechid.signal.stored import (
 )
 
 COPIES = 2
-"""Times that a column is in memory while it is read."""
+"""Number of copies of a column in memory while it is read."""
 GAP_REMEDY = "; max_gap_s = ... allows to bridge missing samples, window_s to leave them out"
 MIN_SPLINE_SAMPLES = 4
-"""Samples through which there is one cubic spline."""
+"""Minimum number of samples of a cubic spline."""
 
 
 def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
@@ -44,14 +44,15 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     Raises
     ------
     RecordError
-        The clock is no regular one, samples are missing, or a conditioning cannot be done.
+        The clock is not regular, samples are missing, or a conditioning step cannot be applied.
     """
     how = spec.conditioning
     rows, unit = _rows(table, layout, spec)
     arrays = read_columns(table, [column.index for column in layout.selected_columns], rows)
     if layout.time and unit is None:
         unit = time_unit(table, layout.time, spec, arrays[0])
-    if rows == ALL and unit and how.needed_s:  # a text file, which is read whole
+    # A text file, which is read as a whole.
+    if rows == ALL and unit and how.needed_s:
         rows = _rows_within(arrays[0], unit, how.needed_s)
         arrays = [stretch_in_place(values, rows.start, rows.stop) for values in arrays]
     first = rows.start or 0
@@ -61,6 +62,7 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
         _scale_to_si(table, column, values, first, finite=how.max_gap_s is None)
         for column, values in zip(layout.channels, channels, strict=True)
     ]
+    # Limits are in SI units and apply to the scaled samples.
     treatments = apply_limits(layout, how, data)
     if unit:
         if unit.treatment:
@@ -73,7 +75,7 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
 
 
 def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[WritableSeries]:
-    """Read rows of columns, N samples each in the file's own unit, block by block: long ones into temporary files."""
+    """Read rows of columns in the file's units block by block; long series are stored in temporary files."""
     _refuse_too_large(table, wanted, rows)
     gathered = [SampleBuffer() for _ in wanted]
     for block in table.blocks(wanted, rows):
@@ -84,17 +86,18 @@ def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a column is sampled.
+    """Sampling of a column.
 
     Parameters
     ----------
     clock : Clock or None
-        The regular clock, where there is one and it is known.
+        Regular clock, if there is one and it is known.
     samples : int or None
+        Number of samples.
     irregular_hz : float or None
-        One over the median interval of stamps that are no regular clock.
+        Reciprocal of the median interval of irregular stamps.
     fault : str or None
-        Why there is no regular clock, or why the column cannot be read.
+        Reason why there is no regular clock, or why the column cannot be read.
     """
 
     clock: Clock | None = None
@@ -104,12 +107,12 @@ class Sampling:
 
 
 def samplings(table: Table) -> list[Sampling]:
-    """Return how each column of a file is sampled: by its own clock, else by the time column beside it.
+    """Return the sampling of each column of a file, from its own clock or else from its time column.
 
     Raises
     ------
     RecordError
-        Samples of a column have to be counted and it cannot be read.
+        The samples of a column must be counted, but it cannot be read.
     """
     by_time: dict[int, Sampling] = {}
     found = []
@@ -118,6 +121,7 @@ def samplings(table: Table) -> list[Sampling]:
         if time is None:
             found.append(_sampling_without_stamps(table, index))
             continue
+        # Many columns may share a time column, whose stamps are examined once.
         if time.index not in by_time:
             by_time[time.index] = _sampling_from_stamps(table, time)
         found.append(by_time[time.index])
@@ -125,7 +129,8 @@ def samplings(table: Table) -> list[Sampling]:
 
 
 def _sampling_without_stamps(table: Table, index: int) -> Sampling:
-    """Return the sampling of a column without stamps; its first sample shows that it can be read."""
+    """Return the sampling of a column without time stamps."""
+    # Reading the first sample shows whether the column can be read, without the cost of reading all of it.
     column = table.columns[index]
     if column.fault:
         return Sampling(column.clock, column.samples)
@@ -161,7 +166,7 @@ def _refuse_empty(table: Table, data: Series) -> None:
 
 
 def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
-    """Refuse what has to be in memory or on the disk at once and cannot, before the machine stands still."""
+    """Raise an error if samples need more memory or disk space than there is."""
     samples = len(range(table.columns[wanted[0]].samples or 0)[rows])
     if table.is_sliced:
         if is_long(samples):
@@ -177,7 +182,7 @@ def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
 
 
 def _rows(table: Table, layout: Layout, spec: RecordSpec) -> tuple[slice, TimeUnit | None]:
-    """Return the rows that a window needs, where the file can be read in part, and the time's unit if it was met."""
+    """Return the rows needed for the window, and the unit of the time column if it was determined for this."""
     needed, samples = spec.conditioning.needed_s, table.columns[layout.channels[0].index].samples
     if needed is None or samples is None:
         return ALL, None
@@ -193,7 +198,7 @@ def _rows(table: Table, layout: Layout, spec: RecordSpec) -> tuple[slice, TimeUn
 
 
 def _rows_within(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slice:
-    """Return the rows from the first to the last stamp that is needed."""
+    """Return the rows from the first to the last stamp within a time range."""
     ends: list[int] = []
     for part in pieces_of(time):
         seconds = unit.seconds(time[part])
@@ -205,7 +210,7 @@ def _rows_within(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) ->
 def _scale_to_si(
     table: Table, column: ChosenColumn, data: WritableSeries, first: int, *, finite: bool
 ) -> WritableSeries:
-    """Return the column's samples in SI, changed in place."""
+    """Convert a column's samples to SI units in place and return them."""
     if finite:
         if_missing = "" if column.quantity == "time" else GAP_REMEDY
         refuse_not_finite(table, data, column_label(table.columns, column.index), first, if_missing)
@@ -217,7 +222,7 @@ def _scale_to_si(
 def _convert_to_seconds(
     table: Table, column: ChosenColumn, stamps: WritableSeries, unit: TimeUnit, first: int = 0
 ) -> None:
-    """Convert a time column in place."""
+    """Convert a time column to seconds in place."""
     refuse_not_finite(table, stamps, column_label(table.columns, column.index), first)
     if unit.scale != 1.0 or unit.origin:
         change_in_place(stamps, lambda values, part: unit.seconds(values))
@@ -232,7 +237,7 @@ def _place_on_clock(
     data: list[WritableSeries],
     first: int,
 ) -> Samples:
-    """Put the samples on a regular clock."""
+    """Assign the samples to a regular clock."""
     rate_hz, stamps = spec.sample_rate_hz, spec.conditioning.time_stamps
     if layout.time is None or unit is None:
         return Samples(_known_clock(table, layout, rate_hz, first), tuple(data))
@@ -289,7 +294,7 @@ def _place_on_nearest_clock(
 
 
 def _known_clock(table: Table, layout: Layout, rate_hz: float | None, first: int) -> Clock:
-    """Return the clock that file or campaign state, at the first sample read."""
+    """Return the clock stated by file or campaign, starting at the first sample read."""
     clock = layout.clock or (Clock(0.0, rate_hz) if rate_hz else None)
     if clock is None:
         raise table.error("no time column; give sample_rate_hz")

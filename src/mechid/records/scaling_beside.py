@@ -1,4 +1,4 @@
-"""Scaling that a file states beside an array: in the fields of its struct, in the attributes of its group."""
+"""Scaling stated next to an array, in the fields of its struct or in the attributes of its group."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from mechid.records.table import Column, Metadata
 
 
 def add_adjacent_scaling(columns: Iterable[Column], metadata: Metadata) -> tuple[Column, ...]:
-    """Return columns with the scaling that the file's metadata state of them; it is not applied.
+    """Return columns with the unapplied scaling that the file's metadata state for them.
 
-    Of a column are ``torque_gain`` beside ``torque``, and ``gain`` beside the only channel of a struct or group. At the
-    top of a file that is a variable like any other: there it counts beside integers alone.
+    ``torque_gain`` next to ``torque`` belongs to that column, and ``gain`` belongs to the only channel of a struct or
+    group. At the top level of a file, where ``gain`` may be any variable, it counts for integers only.
     """
     columns = tuple(columns)
     stated = {key: _split(key) for key in metadata if key.endswith(CF) or plain_name(key).endswith(NAMES)}
@@ -31,7 +31,7 @@ def add_adjacent_scaling(columns: Iterable[Column], metadata: Metadata) -> tuple
 def _scaling_entries(
     column: Column, stated: dict[str, tuple[str, str]], channels: list[str]
 ) -> Iterator[tuple[str, str]]:
-    """Yield key and name of each entry that scales a column."""
+    """Yield key and attribute name of each entry that scales a column."""
     folder, own = _split(column.key)[0], column.bare_name.rpartition("/")[2]
     is_only = channels.count(folder) == 1 and not is_time(column) and (bool(folder) or column.whole)
     for key, (place, name) in stated.items():

@@ -1,11 +1,11 @@
-"""Signals that Simulink has logged into a .mat file of version 7.3: a Dataset's elements and their streams of samples.
+"""Signals logged by Simulink into a .mat file of version 7.3: elements of a Dataset and their streams of samples.
 
-Simulink keeps the samples apart from the objects, in numbered streams under ``#sigstream#``: ``#data#`` (bytes, or
-numbers), ``#length#`` samples of ``#sampleSize#`` bytes. An element of a Dataset is a struct under ``#refs#`` with its
-``Name`` and ``Values``, a time series or for a bus a struct of them. Of a time series ``DataR2`` and ``TimeR2`` are
-numbers of streams, empty where there is none; ``CompressedTime`` is start, step and count of an even time;
-``SignalAttributes/ClassName`` is the type of a sample. Read from files of others as several programs of others read
-theirs; MathWorks publishes nothing.
+Simulink stores samples separately from objects, in numbered streams under ``#sigstream#``: ``#data#`` (bytes or
+numbers) with ``#length#`` samples of ``#sampleSize#`` bytes. An element of a Dataset is a struct under ``#refs#`` with
+``Name`` and ``Values``, which is a time series, or a struct of them for a bus. ``DataR2`` and ``TimeR2`` of a time
+series are stream numbers, empty if there is no stream; ``CompressedTime`` contains start, step and count of a uniform
+time; ``SignalAttributes/ClassName`` is the type of a sample. MathWorks does not publish the layout; it was derived from
+third-party files.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from mechid.units import to_si_factor
 
 STREAMS, REFERENCES = "#sigstream#", "#refs#"
 DATA, TIME, VARIABLE_SIZE = "DataR2", "TimeR2", "VarDimsR2"
-"""Entries of a time series that are the number of a stream."""
+"""Entries of a time series that contain stream numbers."""
 MAX_BUS_LEVELS = 8
-"""Buses in buses."""
+"""Maximum nesting of buses."""
 DEFAULT_CLASS = "double"
-"""Class of samples of 8 bytes where nothing tells it: what Simulink computes in unless told otherwise."""
+"""Class of samples of 8 bytes if the file does not state it; it is Simulink's default."""
 TYPES: Mapping[str, np.dtype[Any]] = {
     "double": np.dtype("<f8"),
     "single": np.dtype("<f4"),
@@ -39,17 +39,17 @@ TYPES: Mapping[str, np.dtype[Any]] = {
     **dict.fromkeys(("logical", "boolean"), np.dtype("u1")),
     **{f"{name}{8 * size}": np.dtype(f"<{name[0]}{size}") for name in ("int", "uint") for size in (1, 2, 4, 8)},
 }
-"""Type of a sample by the name that MATLAB has for its class."""
+"""Sample type by MATLAB class name."""
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """A time series: an element of a Dataset, or a signal of a bus.
+    """Time series: an element of a Dataset, or a signal of a bus.
 
     Attributes
     ----------
     path : str
-        Names of the element and of the buses.
+        Names of element and buses.
     node : h5py.Group
     """
 
@@ -58,7 +58,7 @@ class Leaf:
 
 
 def logged_signals(links: Links, file: Any) -> Iterator[Item]:
-    """Yield the signals of the Datasets in an open file, and the streams that none of them names."""
+    """Yield the signals of the Datasets in an open file, and the streams that no signal refers to."""
     if links.at(file, STREAMS) is None:
         return
     leaves = list(_leaves(links, file))
@@ -77,7 +77,7 @@ def logged_signals(links: Links, file: Any) -> Iterator[Item]:
 
 
 def _leaves(links: Links, file: Any) -> Iterator[Leaf]:
-    """Yield the time series of all elements once; of elements of one name, their paths have the key of their struct."""
+    """Yield the time series of all elements once; paths of elements with equal names include the key of the struct."""
     references = links.at(file, REFERENCES)
     entries = [] if references is None else links.entries(references, frozenset())
     elements = [(key, node) for key, node, _ in entries if isinstance(node, links.h5py.Group)]
@@ -87,7 +87,7 @@ def _leaves(links: Links, file: Any) -> Iterator[Leaf]:
         if name is None or not isinstance(values, links.h5py.Group):
             continue
         for leaf in _series_in(links, values, _text(name) or _read_text(links, node, "PropagatedName") or key, 0):
-            # A run that was saved as output and as variable has two elements for one stream.
+            # A run that was saved both as output and as variable has two elements for one stream.
             found.setdefault((leaf.path, _stream_of(links, leaf.node, DATA)), []).append((key, leaf))
     alone = Counter(path for path, _ in found)
     for (path, _), [(key, leaf), *_] in found.items():
@@ -95,7 +95,7 @@ def _leaves(links: Links, file: Any) -> Iterator[Leaf]:
 
 
 def _series_in(links: Links, node: Any, path: str, level: int) -> Iterator[Leaf]:
-    """Yield the time series in the values of an element."""
+    """Yield the time series among the values of an element."""
     if DATA in node:
         yield Leaf(path, node)
     elif level < MAX_BUS_LEVELS:
@@ -105,10 +105,11 @@ def _series_in(links: Links, node: Any, path: str, level: int) -> Iterator[Leaf]
 
 
 def _signal(links: Links, leaf: Leaf) -> Iterator[Item]:
-    """Yield the data of a time series under its name, with its clock or its time."""
+    """Yield the data of a time series, with its clock or its time."""
     node, file = leaf.node, leaf.node.file
     data, time = (_stream_of(links, node, entry) for entry in (DATA, TIME))
-    if data is None:  # a signal of which nothing was logged
+    # Nothing was logged for this signal.
+    if data is None:
         return
     has_time = time is not None or _non_empty_dataset(links, node, "Time") is not None
     name, unit = leaf.path.rpartition("/")[2], _read_text(links, node, "DataUnits/Value") or None
@@ -126,7 +127,7 @@ def _signal(links: Links, leaf: Leaf) -> Iterator[Item]:
 
 
 def _with_clock(links: Links, node: Any, item: Item) -> Item:
-    """Return a signal with the even time that stands in ``CompressedTime``."""
+    """Return a signal with the uniform time of ``CompressedTime``."""
     held = _non_empty_dataset(links, node, "CompressedTime")
     numbers = [] if held is None else np.asarray(held[()], dtype=float).ravel().tolist()
     if len(numbers) != 3 or numbers[1] <= 0.0 or item.column.fault:
@@ -141,12 +142,13 @@ def _with_clock(links: Links, node: Any, item: Item) -> Item:
 
 
 def _class_of(links: Links, node: Any) -> str | None:
-    """Return the class of a signal's samples, with what else keeps it from being a channel; None where untold."""
+    """Return the class of a signal's samples, or a description if it cannot be a channel; None if not stated."""
     attributes = links.at(node, "SignalAttributes")
     if attributes is None:
         return None
     told = [_read_text(links, attributes, name) for name in ("ClassName", "ResolvedClassName")]
-    kind = next((name for name in told if name in TYPES), told[0])  # an enumeration resolves to integers
+    # An enumeration resolves to integers.
+    kind = next((name for name in told if name in TYPES), told[0])
     complexity = _non_empty_dataset(links, attributes, "Complexity")
     if complexity is not None and _read_integer(complexity):
         return f"complex {kind}"
@@ -154,11 +156,12 @@ def _class_of(links: Links, node: Any) -> str | None:
 
 
 def _stream(links: Links, file: Any, number: int, column: Column, kind: str | None) -> Item:
-    """Return the samples of a stream, several side by side where its samples are vectors."""
+    """Return the item of a stream; vector samples give several parallel series."""
     stream = links.at(file, f"{STREAMS}/{number}")
     if stream is None:
         return _faulty_item(column, f"its stream {number} is not in the file")
     data, length, size = links.at(stream, "#data#"), _read_integer(links.at(stream, "#length#")), 1
+    # Some streams are stored as numbers; all others are bytes, to be interpreted by their class.
     if data.dtype.kind == "f":
         return Item(column=column, shape=(length,), load=_loader(links.h5py, data, length, 1, data.dtype))
     size = _read_integer(links.at(stream, "#sampleSize#"))
@@ -166,7 +169,7 @@ def _stream(links: Links, file: Any, number: int, column: Column, kind: str | No
         kind = DEFAULT_CLASS
     if kind is None:
         return _faulty_item(
-            column, f"{length} samples of {size} bytes each, whose class the file does not tell; log it as double"
+            column, f"{length} samples of {size} bytes each, whose class the file does not state; log it as double"
         )
     if kind not in TYPES:
         return _faulty_item(column, f'its samples are of the class "{kind}"; log it as double')
@@ -183,7 +186,7 @@ def _faulty_item(column: Column, fault: str) -> Item:
 
 
 def _loader(h5py: Any, data: Any, length: int, size: int, dtype: np.dtype[Any]) -> Any:
-    """Return what loads a part of a stream of `length` samples, of `size` places in the file each."""
+    """Return a function that loads a part of a stream of `length` samples with `size` array elements each."""
     path, name = data.file.filename, data.name
 
     def load(index: Index) -> NDArray[Any]:
@@ -203,7 +206,8 @@ def _loader(h5py: Any, data: Any, length: int, size: int, dtype: np.dtype[Any]) 
 
 
 def _non_empty_dataset(links: Links, node: Any, path: str) -> Any:
-    """Return the dataset at a path, None where there is none or it is empty: MATLAB then stores its dimensions."""
+    """Return the dataset at a path, or None if there is none or it is empty."""
+    # For an empty array MATLAB stores its dimensions as data, and marks them by an attribute.
     found = links.at(node, path)
     is_filled = isinstance(found, links.h5py.Dataset) and "MATLAB_empty" not in found.attrs and found.size
     return found if is_filled else None
@@ -219,7 +223,7 @@ def _read_integer(node: Any) -> int:
 
 
 def _read_text(links: Links, node: Any, path: str) -> str:
-    """Return the text at a path, empty where there is none."""
+    """Return the text at a path, empty if there is none."""
     found = _non_empty_dataset(links, node, path)
     return _text(found) if found is not None and found.dtype.kind == "u" else ""
 

@@ -1,4 +1,4 @@
-"""Reader of National Instruments' TDMS files, by npTDMS: metadata first, a channel when it is wanted."""
+"""Reader of National Instruments' TDMS files by npTDMS: metadata first, channels on demand."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ SCALES_KNOWN = (
     "Subtract",
     "AdvancedAPI",
 )
-"""Scalings that npTDMS applies; with another one it would return raw counts without a word."""
+"""Scalings that npTDMS applies; for any other one it would silently return raw counts."""
 NO_DATE = np.datetime64("1904-01-02")
-"""TDMS counts from 1904; a start before this is none."""
+"""Earliest valid start time; TDMS counts from 1904, so an earlier value means that there is none."""
 WAVEFORM = "wf_"
 
 
 def open_tdms(path: Path, label: str) -> ArrayTable:
-    """Read the head of the TDMS file at `path`; a channel's path is ``group/channel``.
+    """Read the header of the TDMS file at `path`; a channel's path is ``group/channel``.
 
-    The clock is that of the waveform's properties, the unit ``unit_string``; all other properties are
-    metadata. Scalings are applied. A channel whose segments differ in unit, rate or scaling, or lie apart in time,
-    has a fault that names both values.
+    The clock is taken from the waveform properties, the unit from ``unit_string``; all other properties are metadata.
+    Scalings are applied. A channel whose segments differ in unit, rate or scaling, or are not contiguous in time, has a
+    fault that names both values.
 
     Raises
     ------
     RecordError
-        The file is damaged, or its last segment is not whole.
+        The file is damaged, or its last segment is incomplete.
     """
     nptdms = import_library("nptdms", "npTDMS", label)
     with wrap_parser_errors(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
@@ -62,15 +62,16 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
 
 
 def _refuse_truncated(file: Any, path: Path, label: str) -> None:
-    """Refuse a file whose end is missing: npTDMS reads what is there and only logs the rest."""
-    segments = file._reader._segments  # there is no public word for where the last segment ends
+    """Raise an error for a truncated file, which npTDMS would read with no more than a log message."""
+    # There is no public attribute for the end of the last segment.
+    segments = file._reader._segments
     end = segments[-1].next_segment_pos if segments else 0
     if file.file_status.incomplete_final_segment or end != path.stat().st_size:
         raise RecordError(f"{label}: its last segment is not whole: the recording was cut off; write or copy it anew")
 
 
 def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, Any]], parts: Sequence[Part]) -> Item:
-    """Return a channel; `levels` are the properties of its group and of the file."""
+    """Return the item of a channel; `levels` are the properties of its group and of the file."""
     properties, group, name = first_start(parts, channel.properties), channel.group_name, channel.name
     attributes = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
     unit = attributes.pop("unit_string", None)
@@ -94,7 +95,7 @@ def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, A
 
 
 def _clock(properties: Mapping[str, Any]) -> Clock | None:
-    """Return the clock of a waveform; None where the channel is none."""
+    """Return the clock of a waveform, or None if the channel is not a waveform."""
     interval = float(properties.get("wf_increment", 0.0))
     if not 0.0 < interval < np.inf or 1.0 / interval == np.inf:
         return None
@@ -107,7 +108,8 @@ def _start_time(properties: Mapping[str, Any]) -> str | None:
 
 
 def _scaling_fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
-    """Return why a channel's scaling cannot be applied: that of the first level that states one, as npTDMS takes it."""
+    """Return the reason why a channel's scaling cannot be applied, or None."""
+    # npTDMS applies the scaling of the first level that states one: channel, group or file.
     properties = next((level for level in levels if level.get("NI_Number_Of_Scales")), levels[0])
     if properties.get("NI_Scaling_Status") == "scaled":
         return None

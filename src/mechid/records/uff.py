@@ -1,4 +1,4 @@
-"""The reader of universal files, data sets 58 (ASCII) and 58b (binary), by pyuff."""
+"""Reader of universal files, data sets 58 (ASCII) and 58b (binary), by pyuff."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ METADATA_KEYS = ("id1", "id2", "id3", "id4", "id5", *ENDS, "ordinate_axis_lab")
 
 
 def open_uff(path: Path, label: str) -> ArrayTable:
-    """Read the heads of the data sets 58 in the universal file at `path`.
+    """Read the headers of the data sets 58 in the universal file at `path`.
 
-    A data set's path is ``number/name``, counted from 0 over all data sets; the name is that of the
-    response, else of the ordinate. An uneven abscissa is a column of its own, ``number/abscissa``.
+    A data set's path is ``number/name``, with numbers from 0 over all data sets; the name is that of the response, or
+    else of the ordinate. An uneven abscissa is a separate column, ``number/abscissa``.
 
     Raises
     ------
     RecordError
-        The file is damaged or cut off, or holds no data set 58.
+        The file is damaged or truncated, or contains no data set 58.
     """
     pyuff = import_library("pyuff", "pyuff", label)
     refuse_larger_than_memory(path, label, KIND)
@@ -67,7 +67,7 @@ def open_uff(path: Path, label: str) -> ArrayTable:
 
 
 def _refuse_truncated(path: Path, label: str) -> None:
-    """Refuse a file without its last mark: pyuff would leave out the last data set without a word."""
+    """Raise an error for a file without its end mark; pyuff would silently omit the last data set."""
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 256, 0))
         tail = file.read().rstrip()
@@ -113,7 +113,7 @@ def _name(head: dict[str, Any]) -> str:
 
 
 def _unit(entry: str, *, alien: bool) -> str | None:
-    """Return a unit's label; where there is none but data set 164 says that units are not SI, that."""
+    """Return the label of a unit; without one, a note if data set 164 states that units are not SI, or None."""
     if entry.strip() not in EMPTY_TEXTS:
         return entry.strip()
     return "that of data set 164" if alien else None
@@ -132,7 +132,7 @@ def _find_fault(head: dict[str, Any]) -> str | None:
 
 
 def _with_clock(column: Column, head: dict[str, Any]) -> Column:
-    """Return the column with the clock of its even abscissa, or with the reason why it has none."""
+    """Return the column with the clock of its even abscissa, or with a fault."""
     try:
         factor = to_si_factor(_unit(head["abscissa_axis_units_lab"], alien=False) or "s", "time")
     except RecordError as error:

@@ -37,7 +37,8 @@ def _runs_at(y: Series, limit: float) -> list[tuple[int, int]]:
     for part in pieces_of(y):
         for start, stop in _runs_within(y[part], limit):
             first = part.start + start
-            if found and found[-1][1] == first:  # the run continues from the previous piece
+            # The run continues from the previous piece.
+            if found and found[-1][1] == first:
                 first = found.pop()[0]
             found.append((first, part.start + stop))
     return [(start, stop) for start, stop in found if stop - start >= CLIPPED_RUN]

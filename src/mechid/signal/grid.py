@@ -232,6 +232,7 @@ def _envelope(one: HumSeries, hz: float) -> ComplexArray:
     for part in blocks(min((windows + 1) * each, one.series.size)):
         k = np.arange(part.start, part.stop)
         turned = np.asarray(one.series[part]) * np.exp(-2j * np.pi * ((hz / one.sample_rate_hz * k) % 1.0))
-        for window in (k // each, k // each + 1):  # with half overlap each sample belongs to two windows
+        # With half overlap each sample belongs to two windows.
+        for window in (k // each, k // each + 1):
             np.add.at(found, window, weights[k - (window - 1) * each] * turned)
     return np.asarray(found[1 : windows + 1])

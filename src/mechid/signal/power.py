@@ -28,7 +28,8 @@ def power_density(y: FloatArray, sample_rate: float) -> tuple[FloatArray, FloatA
     density : (N // 2 + 1,) unit of `y` squared per Hz
     """
     power = np.abs(np.fft.rfft(y)) ** 2 / (y.size * sample_rate)
-    power[1 : -1 if y.size % 2 == 0 else None] *= 2.0  # all bins except mean and Nyquist have a mirror image
+    # All bins except mean and Nyquist have a mirror image.
+    power[1 : -1 if y.size % 2 == 0 else None] *= 2.0
     frequency = np.arange(power.size) * (sample_rate / y.size)
     return frequency.astype(np.float64), np.asarray(power, dtype=np.float64)
 

@@ -51,7 +51,8 @@ def spectrogram(
         inside, samples = slice(max(first, 0), min(first + length, y.size)), np.zeros(length)
         samples[inside.start - first : inside.stop - first] = y[inside]
         amplitude[:, column] = np.abs(np.fft.rfft(samples * window))
-    amplitude[1 : (length + 1) // 2] *= 2.0  # mean and Nyquist bin have no mirror image
+    # Mean and Nyquist bin have no mirror image.
+    amplitude[1 : (length + 1) // 2] *= 2.0
     amplitude /= window.sum()
     frequency = np.arange(amplitude.shape[0]) * (sample_rate / length)
     return centres / sample_rate, frequency.astype(np.float64), amplitude

@@ -51,7 +51,8 @@ def amplitude_spectrum(y: FloatArray, sample_rate: float, window: str = "boxcar"
         raise UsageError(f'unknown window "{window}"{known}')
     weights = WINDOWS[window](y.size)
     amplitude = np.abs(np.fft.rfft(y * weights)) * (2.0 / weights.sum())
-    single = [0, -1] if y.size % 2 == 0 else [0]  # mean and Nyquist bin have no mirror image
+    # Mean and Nyquist bin have no mirror image.
+    single = [0, -1] if y.size % 2 == 0 else [0]
     amplitude[single] /= 2.0
     frequency = np.arange(amplitude.size) * (sample_rate / y.size)
     return frequency.astype(np.float64), amplitude.astype(np.float64)
@@ -84,7 +85,8 @@ def peak_spectrum(y: Series, sample_rate: float, most: int) -> tuple[FloatArray,
     starts = peak_groups(bins, most)
     peaks = np.zeros(starts.size)
     for numbers, values in transform_blocks(y, size):
-        single = np.where(2 * numbers == size, 1.0, 2.0) / size  # the Nyquist bin has no mirror image
+        # The Nyquist bin has no mirror image.
+        single = np.where(2 * numbers == size, 1.0, 2.0) / size
         some = numbers > 0
         group = np.searchsorted(starts, numbers[some], side="right") - 1
         # One NaN sample makes all bins NaN, which the caller sees; NumPy's warning would add nothing.

@@ -41,5 +41,6 @@ def windowed_density(rows: FloatArray, sample_rate: float) -> FloatArray:
     window = hann(n)
     bins = np.fft.rfft((rows - rows.mean(axis=-1, keepdims=True)) * window)
     density = (bins.real**2 + bins.imag**2) / (sample_rate * np.sum(window**2))
-    density[..., 1 : (n + 1) // 2] *= 2.0  # mean and Nyquist bin have no mirror image
+    # Mean and Nyquist bin have no mirror image.
+    density[..., 1 : (n + 1) // 2] *= 2.0
     return np.asarray(density, dtype=np.float64)

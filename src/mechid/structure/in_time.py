@@ -40,7 +40,8 @@ def _by_modes(modes: Modes, torque: FloatArray, sample_rate_hz: float) -> Iterat
     totals = [flexibility * torque for flexibility in static]
     for k, (w, zeta) in enumerate(zip(modes.omega, modes.damping, strict=True)):
         weights = modes.line_of_sight[:, k] * modes.interface[k]
-        if not weights.any():  # modes of other axes need no integration
+        # Modes of other axes need no integration.
+        if not weights.any():
             continue
         oscillator = ([1.0], [1.0, 2.0 * zeta * w, w**2])
         # A first-order hold is exact for a torque that is linear between samples, at any sample rate.

@@ -45,6 +45,7 @@ class LinearSystem:
         out = np.full((frequency_hz.size, self.C.shape[0]), np.nan, dtype=np.complex128)
         for row, f in enumerate(frequency_hz):
             matrix = 2j * np.pi * f * np.eye(self.A.shape[0]) - self.A
+            # Solved one by one: a singular matrix at a pole must not lose the other frequencies.
             try:
                 out[row] = (self.C @ np.linalg.solve(matrix, self.B) + self.D)[:, 0]
             except np.linalg.LinAlgError:

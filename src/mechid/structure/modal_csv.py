@@ -105,6 +105,7 @@ def _convert_column(header: str, data: FloatArray, label: str, moving: Collectio
     if hertz is not None:
         return FREQUENCY, hertz
     if damping := key_of_column(name, unit, label):
+        # With a stated unit large values are unambiguous.
         asked_above = math.inf if damping[1] else ASKED_ABOVE
         place = f'{label}: column "{header}"'
         return DAMPING, damping_ratio(data, damping[0], place, asked_above=asked_above, remedy=NAME_COLUMN)

@@ -113,6 +113,7 @@ class Modes:
         """Return the modes up to a frequency in Hz; higher modes contribute their static flexibility only."""
         keep = self.frequency_hz <= frequency_hz
         shapes = np.vstack([self.interface, self.line_of_sight])
+        # Far below their frequencies modes respond like springs, by their static flexibility.
         left_out = shapes[:, ~keep] @ (self.interface[~keep] / self.omega[~keep] ** 2)
         static = left_out if self.static is None else self.static + left_out
         return Modes(

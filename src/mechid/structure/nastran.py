@@ -90,6 +90,7 @@ def solve_modes(stiffness: FloatArray, mass: FloatArray, label: str) -> tuple[Fl
         if matrix.shape != stiffness.shape or np.abs(matrix - matrix.T).max() > ASYMMETRY * np.abs(matrix).max():
             raise InputFileError(f"{label}: {name} {matrix.shape} is not symmetric, or differs in size from the other")
     try:
+        # The remaining asymmetry is rounding, but eigh would use one triangle only.
         values, shapes = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
     except LinAlgError as error:
         raise InputFileError(f"{label}: mxx is not positive definite; give every degree of freedom a mass") from error
@@ -170,12 +171,14 @@ def refuse_other_files(path: Path) -> None:
 
 def _pyyeti(label: str) -> Any:
     try:
-        with np.printoptions():  # importing pyYeti changes NumPy's global print options
+        # Importing pyYeti changes NumPy's global print options.
+        with np.printoptions():
             from pyyeti import nastran
             from pyyeti.nastran import bulk, op2, op4
     except ImportError as error:
         raise InputFileError(f'{label}: reading it needs pyYeti; pip install "mechid[structures]"') from error
-    del bulk, op2, op4  # they are attributes of nastran once imported
+    # They are attributes of nastran once imported.
+    del bulk, op2, op4
     return nastran
 
 
