@@ -1,6 +1,6 @@
-"""Locks of result folders: one run at a time holds a folder, and the leftovers of killed runs are removed.
+"""Result folders held by one run at a time: a lock file says by whom, and what a killed run left is swept away.
 
-Internal to mechid except for the names listed in docs/python.md.
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from mechid.holding.folder import hold_folder

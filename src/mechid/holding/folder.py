@@ -1,97 +1,109 @@
-"""Exclusive lock of a result folder, held by one run at a time."""
+"""A folder held by one run at a time."""
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
+from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout
+
 from mechid.errors import UnwritableError, UsageError
-from mechid.holding.holder import Holder, Life, read_holder, this_process
+from mechid.holding.holder import Holder, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
 from mechid.reading.whole import read_text
-from mechid.writing import creating_folder, is_unwritable_error, unwritable_error
+from mechid.writing import creating_folder, is_unwritable_error, unwritable_error, write_atomically
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
-"""Folders held by the enclosing calls in this context, each with the token of its lock."""
+"""Folders that are held around what runs now, each with the token of its hold."""
 _LOCKS: dict[Path, Holder] = {}
-"""Lock files of this process, of all threads."""
-MAX_NAMED_FILES = 8
-"""Number of saved files that a message lists when a run can no longer write."""
+"""Lock files of this process, whichever thread holds their folders."""
+GUARD_NAME = ".mechid.guard.lock"
+"""Of the file that the system locks. The record is another one: Windows lets nobody read a file that is locked."""
+MARKER_NAME = ".mechid.marker.lock"
+"""Of the file whose being there is the lock, on file systems that lock no files."""
+LOCK_FILES = ".mechid.*lock"
+"""All three, as a shell takes it."""
+NO_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP})
+PATIENCE_S = 2.0
+"""For the record of a run that has locked a folder an instant ago, or is about to let go of it."""
+MOST_NAMED = 8
+"""Of the files that a run has saved until it could write no more."""
 
 
 @contextmanager
 def hold_folder(folder: Path | str, *, within: str = "") -> Iterator[str]:
-    """Lock a folder against other runs, and remove partial files left by a killed run.
+    """Hold a folder, made with its parents, against other runs; what a killed one left half-written is removed.
 
-    The folder and its parents are created if necessary. A lock file in the folder identifies the holder. The lock of a
-    process that has ended, or whose process number has been reused, is taken over. The lock is reentrant. Folders
-    created here are removed again if nothing was written in them.
+    The system's lock of a file goes with its process, so that a run that was killed is in nobody's way. A second file
+    says who holds the folder; where it names another machine it counts too, since some network file systems lock for
+    one machine alone. Who holds the folder already holds it on. A folder that was made for it, and in which nothing
+    was written, is removed again.
 
     Parameters
     ----------
     folder : Path
     within : str
-        Token of the enclosing lock for which the work is done, such as that of a fleet. A lock that a process on
-        another machine holds for the same token is taken over: a dispatcher that assigns work again has abandoned the
-        first assignment.
+        Token of the hold for which this work is done: what another process held for the same one, and is on another
+        machine, is taken over, since who gives work out a second time has given up the first.
 
     Yields
     ------
     str
-        Token of the lock.
+        The token of the hold.
 
     Raises
     ------
     UsageError
-        Another run holds the folder; the message identifies it.
+        Another run holds it, who is said.
     UnwritableError
-        The folder cannot be written to, or no longer; the message then lists the files saved so far.
+        It cannot be written to, or not any more; then with what has been saved in it.
     """
     place = Path(folder).absolute()
     around = dict(_HELD.get())
     if place in around:
         yield around[place]
         return
-    with _remove_unused(place), creating_folder(folder):
-        own = _LOCKS[place / LOCK_NAME] = _acquire_lock(place / LOCK_NAME, Path(folder), within)
+    with _made_if_used(place), creating_folder(folder):
+        guard, own = _take(place / LOCK_NAME, Path(folder), within)
+        _LOCKS[place / LOCK_NAME] = own
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
             sweep(place)
-            with _add_saved_files(place, Path(folder)):
+            with _said(place, Path(folder)):
                 yield own.token
         finally:
             _HELD.reset(reset)
-            _release_lock(place / LOCK_NAME, own)
+            _let_go(place / LOCK_NAME, own)
+            guard.release()  # after its file has gone: who waits for it then finds that it is nobody's
             _LOCKS.pop(place / LOCK_NAME, None)
 
 
 def release_all() -> None:
-    """Release all folders of this process and remove its partial files; call it just before the process ends."""
+    """Let go of all folders that this process holds, without what it has half-written there: it is about to end."""
     for lock, own in list(_LOCKS.items()):
         sweep(lock.parent, with_own=True)
-        _release_lock(lock, own)
+        _let_go(lock, own)
 
 
 @contextmanager
-def _remove_unused(folder: Path) -> Iterator[None]:
-    """Remove on exit the folder and those parents that did not exist on entry, if they are empty."""
+def _made_if_used(folder: Path) -> Iterator[None]:
+    """Remove a folder, and its parents, again that were not there and in which nothing was left."""
     missing = [path for path in (folder, *folder.parents) if not os.path.lexists(path)]
     try:
         yield
     finally:
         for made in missing:
-            # rmdir fails on a folder that is not empty, which keeps everything that was written.
             with suppress(OSError):
                 made.rmdir()
 
 
 @contextmanager
-def _add_saved_files(place: Path, folder: Path) -> Iterator[None]:
-    """Extend the error of a folder that can no longer be written to by the files saved since it was locked."""
-    # Times are compared with that of the lock file, since the clock of a network drive may differ from the machine's.
+def _said(place: Path, folder: Path) -> Iterator[None]:
+    """Say of a folder that cannot be written to any more what has been saved in it since its lock file was."""
     began_ns = (place / LOCK_NAME).stat().st_mtime_ns
     try:
         yield
@@ -100,98 +112,79 @@ def _add_saved_files(place: Path, folder: Path) -> Iterator[None]:
             if not is_unwritable_error(place, error):
                 raise
             error = unwritable_error(folder, error)
-        raise UnwritableError(f"{error}; {_describe_saved_files(place, began_ns)}") from error
+        raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
 
 
-def _acquire_lock(lock: Path, folder: Path, within: str) -> Holder:
-    """Write the lock file and return its content."""
+def _take(lock: Path, folder: Path, within: str) -> tuple[BaseFileLock, Holder]:
+    """Lock a folder, and write who this process is; return both."""
     own = this_process(within)
-    with _exclusive_access(lock.parent):
-        while not _write_lock(lock, own):
-            found = _read_lock(lock)
-            if found is not None and _is_at_work(found, within):
-                raise UsageError(_refusal(folder, found, lock))
-            lock.unlink(missing_ok=True)
-    return own
-
-
-def _is_at_work(found: Holder, within: str) -> bool:
-    life = found.life
-    return life is Life.HERE or (life is Life.ELSEWHERE and (not within or found.within != within))
-
-
-def _refusal(folder: Path, found: Holder, lock: Path) -> str:
-    remedy = "wait until it ends, or choose another folder"
-    if found.life is Life.ELSEWHERE:
-        remedy += f"; if that run no longer exists (this machine cannot check), remove {folder / lock.name}"
-    return f"{folder}: in use by another run: {found.words}; {remedy}"
-
-
-def _write_lock(lock: Path, own: Holder) -> bool:
-    """Write a complete lock file unless one exists, and return whether it was written."""
-    beside = lock.with_name(f"{lock.name}.{own.token}.{own.pid}.part")
+    if _is_given_up(_holder(lock), within):
+        for name in (GUARD_NAME, MARKER_NAME):  # new files have locks of their own
+            lock.with_name(name).unlink(missing_ok=True)
     try:
-        beside.write_text(own.text(), encoding="utf-8")
-        try:
-            # A hard link appears atomically with its content and never replaces an existing file.
-            lock.hardlink_to(beside)
-        except FileExistsError:
-            return False
-        except OSError:  # the file system has no hard links
-            return _create_exclusively(lock, own.text())
-    finally:
-        beside.unlink(missing_ok=True)
-    return True
-
-
-def _create_exclusively(lock: Path, text: str) -> bool:
+        guard = _acquire_guard(lock)
+    except Timeout:
+        raise UsageError(_refusal(folder, _holder(lock))) from None
     try:
-        with lock.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        return False
-    return True
+        found = _holder(lock)
+        if found is not None and found.is_elsewhere and not _is_given_up(found, within):
+            raise UsageError(_refusal(folder, found))
+        write_atomically(lock, own.text())
+    except BaseException:
+        lock.with_name(GUARD_NAME).unlink(missing_ok=True)
+        guard.release()
+        raise
+    return guard, own
 
 
-def _read_lock(lock: Path) -> Holder | None:
+def _is_given_up(found: Holder | None, within: str) -> bool:
+    """Whether the work is given out again, since the machine that had it no longer answers."""
+    return found is not None and found.is_elsewhere and bool(within) and found.within == within
+
+
+def _acquire_guard(lock: Path) -> BaseFileLock:
+    """Lock the file beside a record; Timeout where another run has it locked."""
+
+    def is_known() -> bool:
+        return _holder(lock) is not None
+
+    guard: BaseFileLock = FileLock(lock.with_name(GUARD_NAME), thread_local=False, fallback_to_soft=False)
+    try:
+        guard.acquire(timeout=PATIENCE_S, cancel_check=is_known)
+    except OSError as error:
+        if error.errno not in NO_LOCKS:
+            raise
+        guard = SoftFileLock(lock.with_name(MARKER_NAME), thread_local=False)
+        guard.acquire(timeout=PATIENCE_S, cancel_check=is_known)
+    return guard
+
+
+def _refusal(folder: Path, found: Holder | None) -> str:
+    who = f": {found.words}" if found else ""
+    remedy = "wait until it has ended, or give another folder"
+    if found and found.is_elsewhere:
+        remedy += f"; should it be gone, which cannot be seen from here, remove {folder / LOCK_FILES}"
+    return f"{folder}: another run holds it{who}; {remedy}"
+
+
+def _holder(lock: Path) -> Holder | None:
     try:
         return read_holder(read_text(lock))
     except (FileNotFoundError, UnicodeDecodeError):
         return None
 
 
-def _release_lock(lock: Path, own: Holder) -> None:
-    """Remove the lock file if it still belongs to this lock."""
+def _let_go(lock: Path, own: Holder) -> None:
+    """Remove the record and the locked file where they are still this hold's."""
     with suppress(OSError):
-        found = _read_lock(lock)
+        found = _holder(lock)
         if found is not None and found.token == own.token:
             lock.unlink()
+            lock.with_name(GUARD_NAME).unlink()
 
 
-@contextmanager
-def _exclusive_access(folder: Path) -> Iterator[None]:
-    """Serialise access of processes to the lock file of a folder, if the system supports it.
-
-    Otherwise two runs that find the same stale lock file at the same instant may both take it over.
-    """
-    try:
-        import fcntl
-
-        handle = os.open(folder, os.O_RDONLY)
-    except (ImportError, OSError):
-        yield
-        return
-    try:
-        # Some network file systems do not support locks on folders; the hard link still protects against most races.
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
-
-
-def _describe_saved_files(folder: Path, instant_ns: int) -> str:
-    """Return a phrase that lists the files written in a folder and its direct subfolders since an instant."""
+def _saved_since(folder: Path, instant_ns: int) -> str:
+    """Return in words which files have been written in a folder, and right below it, since an instant of its clock."""
     fresh: list[Path] = []
     with suppress(OSError):
         fresh = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if _is_fresh(path, folder, instant_ns)]
@@ -202,11 +195,11 @@ def _describe_saved_files(folder: Path, instant_ns: int) -> str:
     names += sorted(f"{count} of {place.name}/" for place, count in counts.items())
     if not names:
         return "nothing was saved"
-    more = [f"{len(names) - MAX_NAMED_FILES} more"] if len(names) > MAX_NAMED_FILES else []
-    return f"saved before: {', '.join([*names[:MAX_NAMED_FILES], *more])}"
+    more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else []
+    return f"saved before: {', '.join([*names[:MOST_NAMED], *more])}"
 
 
 def _is_fresh(path: Path, folder: Path, instant_ns: int) -> bool:
-    """Return whether a path is a visible file that has been written since an instant."""
+    """Whether a path is a file, not a hidden one, that has been written since."""
     is_hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
     return not is_hidden and path.is_file() and path.stat().st_mtime_ns >= instant_ns

@@ -1,4 +1,4 @@
-"""Removal of partial files and folders that a killed run left in a result folder before renaming them."""
+"""Half-written leftovers of a killed run in a result folder: files and folders that were to be renamed."""
 
 from __future__ import annotations
 
@@ -9,21 +9,19 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from mechid.holding.holder import process_start
-
 LOCK_NAME = ".mechid.lock"
-"""Name of the lock file, which identifies the holder of a folder."""
-PARTIAL_NAME = re.compile(r"\..+\.(?P<pid>\d+)\.part")
-"""Name of a partial file or folder, as given by `mechid.writing`."""
+"""Of the file that says who holds a folder."""
+PART = re.compile(r"\..+\.(?P<pid>\d+)\.part")
+"""Name of a file, or a folder, beside its place, as `mechid.writing` gives it."""
 
 
 def sweep(folder: Path, *, with_own: bool = False) -> list[Path]:
-    """Remove partial files and folders from a folder and its direct subfolders, and return their paths.
+    """Remove what was left half-written in a folder and in the folders right in it, and return what it was.
 
-    Partial files of a running process are kept, and so are files that cannot be removed. With `with_own`, those of
-    this process are removed too; use it only when the process is about to end.
+    What a process of this number is at work on stays; what cannot be removed, too. `with_own` removes also what this
+    process is at work on, which is about to end.
     """
-    found = [path for place in (folder, *_unheld_subfolders(folder)) for path in _leftovers(place, with_own=with_own)]
+    found = [path for place in (folder, *_folders(folder)) for path in _left(place, with_own=with_own)]
     for path in found:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
@@ -33,18 +31,29 @@ def sweep(folder: Path, *, with_own: bool = False) -> list[Path]:
     return found
 
 
-def _unheld_subfolders(folder: Path) -> Iterator[Path]:
-    """Yield the subfolders of a folder that have no lock of their own."""
-    # Links are skipped because their targets may belong to others.
+def _folders(folder: Path) -> Iterator[Path]:
+    """Yield the folders in a folder, without links, which lead to what is others', and those held by themselves."""
     with suppress(OSError):
         for path in folder.iterdir():
             if path.is_dir() and not path.is_symlink() and not (path / LOCK_NAME).exists():
                 yield path
 
 
-def _leftovers(folder: Path, *, with_own: bool) -> Iterator[Path]:
+def _left(folder: Path, *, with_own: bool) -> Iterator[Path]:
     with suppress(OSError):
         for path in folder.iterdir():
-            part = PARTIAL_NAME.fullmatch(path.name)
-            if part and (not process_start(pid := int(part["pid"])) or (with_own and pid == os.getpid())):
+            part = PART.fullmatch(path.name)
+            if part and (not _is_running(pid := int(part["pid"])) or (with_own and pid == os.getpid())):
                 yield path
+
+
+def _is_running(pid: int) -> bool:
+    """Whether a process of this number is there; one that has ended, and whose end nobody has asked for, is not."""
+    import psutil  # loaded only where something was left
+
+    try:
+        return bool(psutil.Process(pid).status() != psutil.STATUS_ZOMBIE)
+    except (psutil.NoSuchProcess, OverflowError):
+        return False
+    except psutil.AccessDenied:  # another user's
+        return True

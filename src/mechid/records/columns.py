@@ -222,10 +222,8 @@ def _common_clock(table: Table, indices: Sequence[int]) -> Clock | None:
         if column.clock == first.clock and column.start_time == first.start_time:
             continue
         labels = f"{column_label(table.columns, indices[0])} and {column_label(table.columns, index)}"
-        raise table.error(
-            f"{labels} have not the same clock ({_describe_clock(first)}; {_describe_clock(column)}); make two records "
-            "of it"
-        )
+        clocks = f"{_describe_clock(first)}; {_describe_clock(column)}"
+        raise table.error(f"{labels} have not the same clock ({clocks}); make two records of it")
     return first.clock
 
 
@@ -250,18 +248,14 @@ def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
 
 
 def _refuse_without_unit(table: Table, channel: ChannelSpec, index: int) -> None:
-    """Raise RecordError for a side component without a stated unit."""
-    # Nothing else in the record would reveal a wrong unit.
+    """Raise RecordError for a side component without a unit: nothing else in the record would reveal a wrong one."""
     if channel.role is Role.SIDE and channel.unit is None and table.columns[index].stated_unit is None:
         label, unit = column_label(table.columns, index), si_unit(channel.quantity)
         raise table.error(f'{channel.quantity}: {label} states no unit; write unit = "{unit}" or its own in channels')
 
 
 def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> ChosenColumn | None:
-    """Return the time column: by declaration, by name, or else the first one of an ordered file.
-
-    Returns None if it is not needed.
-    """
+    """Return the time column: declared, named, or the first one of an ordered file; None if it is not needed."""
     if spec.time is not None:
         return _choose(table, spec.time, find_column(table, spec.time))
     if spec.sample_rate_hz is not None and not spec.channels and table.is_ordered:
@@ -311,9 +305,8 @@ def _time_candidates(table: Table, taken: Sequence[int]) -> list[int]:
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:
     """Return the factor to SI units from the units of campaign and file, and a warning if these differ.
 
-    If the file's unit measures the same quantity, both must agree. If it measures another one, such as the volts of a
-    transducer, the campaign's unit is used, with a warning if the file states its unit separately or in brackets. A
-    suffix of the name, as in ``u_A``, may not be a unit at all.
+    If the file's unit measures the same quantity, both must agree. Otherwise, as with the volts of a transducer, the
+    campaign's unit is used, with a warning unless the file's is a suffix of the name, as in ``u_A``.
     """
     column, quantity, label = table.columns[index], channel.quantity, column_label(table.columns, index)
     in_file, in_name = column.stated_unit, split_header(column.name)[1]

@@ -68,7 +68,7 @@ def assess_following(
     --------
     >>> t = np.arange(0.0, 1.0, 1e-3)
     >>> y = np.sin(100.0 * t)
-    >>> following(y, 0.4 * y, 1000.0).is_complete, following(y, np.where(t < 0.6, 0.0, y), 1000.0).lost
+    >>> assess_following(y, 0.4 * y, 1000.0).is_complete, assess_following(y, np.where(t < 0.6, 0.0, y), 1000.0).lost
     (True, 600)
     """
     starts = _window_starts(residual.size, max(round(SERIES.follow_window_s * sample_rate_hz), 4))

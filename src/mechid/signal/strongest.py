@@ -41,7 +41,7 @@ def find_strongest(y: FloatArray, sample_rate: float) -> StrongestParts:
     Examples
     --------
     >>> t = np.arange(2000) / 1000.0
-    >>> strongest(np.sin(2 * np.pi * 46.0 * t) + 2.0 * np.sin(2 * np.pi * 92.0 * t), 1000.0).frequencies_hz
+    >>> find_strongest(np.sin(2 * np.pi * 46.0 * t) + 2.0 * np.sin(2 * np.pi * 92.0 * t), 1000.0).frequencies_hz
     (92.0, 46.0)
     """
     power = float(np.var(y))
