@@ -100,7 +100,7 @@ def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
     if drive == "current":
         table = changed(table, LAYOUTS["current drive"])
     m = mechanism_of(table)
-    m = replace(m, plant=m.plant.measuring(("torque", "current_phase_a", "rotor_angle")))
+    m = replace(m, plant=m.plant.with_outputs(("torque", "current_phase_a", "rotor_angle")))
     command, peak = constant(46.0, start_angle_deg=30.0), "stepper.peak_current"
     own = "stepper.coil_resistance" if drive == "voltage" else peak
     size = 5.7 / 9.9 if drive == "voltage" else 0.5

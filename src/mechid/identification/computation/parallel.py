@@ -17,8 +17,8 @@ from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from mechid.simulation.interruption import interrupted_by
-from mechid.simulation.work import count, counted
+from mechid.simulation.interruption import interrupt_by
+from mechid.simulation.work import count, count_work
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -94,7 +94,7 @@ def mapped(
 
 def with_work(function: Callable[[Task], Result], task: Task) -> tuple[Result, int]:
     """Return what a function gives of a task, and the work that it took."""
-    with counted() as own:
+    with count_work() as own:
         result = function(task)
     return result, own.done
 
@@ -134,7 +134,7 @@ def in_threads(
             abandoned.set()  # here, not where the caller waits: under load it wakes after the others' next tasks
             raise
 
-    with interrupted_by(check):
+    with interrupt_by(check):
         contexts = [copy_context() for _ in tasks]  # each is entered by one thread at a time
     with ThreadPoolExecutor(min(workers, len(tasks))) as threads:
         try:

@@ -45,7 +45,7 @@ def proposal_of(model: Model) -> Proposal:
     """Return what a model proposes."""
     values, errors = _found(model)
     superset = superset_of(model.base, only=model.terms, further=model.further) if model.terms else None
-    mechanism = superset.freeing(model.terms) if superset else model.base
+    mechanism = superset.with_free_terms(model.terms) if superset else model.base
     renamed = _renamed(model, superset.term_of if superset else {})
     here = {renamed.get(name, name): value for name, value in values.items()}
     mechanism = mechanism.with_values({n: v for n, v in here.items() if n in mechanism.parameters})

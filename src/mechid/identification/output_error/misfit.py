@@ -20,7 +20,7 @@ from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.kernel.batch.source import SETS
 from mechid.signal.stored import Room, room_for
-from mechid.simulation.batch import Batch, OfBatch
+from mechid.simulation.batch import Batch, BatchMember
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
@@ -150,7 +150,7 @@ class Misfit:
         *,
         jacobian: bool = False,
         block: int | None = None,
-        run: Run | OfBatch | None = None,
+        run: Run | BatchMember | None = None,
     ) -> None:
         self.coordinates, self.target, self.window = model.coordinates, target, window
         self.width = self.coordinates.size if jacobian else 0
@@ -179,7 +179,7 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
         group = pairs[first : first + SETS]
         begun = model.plain_runs(group[0][0], [q for _, q in group], window[1])
         alike = len(begun) >= PROBLEM.fewest_in_batch and all(r.outcome is SimulationOutcome.COMPLETE for r in begun)
-        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if alike else begun
+        runs: Sequence[Run | BatchMember] = Batch(begun).each(window[0]) if alike else begun
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
@@ -251,5 +251,5 @@ class Piece:
             return NO_SAMPLES
         if k not in self._at_jumps:
             rises = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
-            self._at_jumps[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
+            self._at_jumps[k] = samples_at(jumps.shift_by(self.block.start), rises, self.first, self.samples)
         return self._at_jumps[k]

@@ -20,9 +20,9 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.identification.output_error.jump_samples import Colour
 from mechid.identification.output_error.misfit import Misfit, Model, Piece, Window, side_by_side
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.kernel.compiled import aligned, compiled_module
+from mechid.kernel.compiled import aligned_zeros, compiled_module
 from mechid.signal.trend import waves_at
-from mechid.simulation.work import count, counted, uncounted
+from mechid.simulation.work import count, count_work, suspend_counting
 
 
 @lru_cache(maxsize=1)
@@ -126,7 +126,7 @@ class WeightedRows:
         colours = [Colour.of(c.prefilter) for c in channels]
         memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
         apart = self.misfit.run.block + BETWEEN
-        buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
+        buffers = [aligned_zeros(width * apart).reshape(width, apart) for width in self.widths]
         for piece in self.misfit:
             n = piece.samples
             for k, (channel, rows) in enumerate(zip(channels, buffers, strict=True)):
@@ -256,7 +256,7 @@ class TriangleCache:
         if last is not None and last[0] == key:
             count(last[2])
             return last[1]
-        with uncounted(), counted() as own:
+        with suspend_counting(), count_work() as own:
             found = triangle(model, target, q, window)
         count(own.done)
         self._by_record[target.name] = key, found, own.done

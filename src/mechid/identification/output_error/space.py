@@ -82,7 +82,7 @@ class SearchSpace:
     @cached_property
     def _below(self) -> dict[str, str]:
         """Parameter to the one below which it never lies."""
-        return self.mechanism.plant.related("above")
+        return self.mechanism.plant.related_parameters("above")
 
     @cached_property
     def _above(self) -> dict[str, str]:

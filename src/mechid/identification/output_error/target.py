@@ -204,7 +204,7 @@ class Target:
 
     def beginning(self, samples: int) -> Target:
         """Return the first samples of all channels."""
-        base = self.base.first(samples)
+        base = self.base.truncate(samples)
         return replace(self.each(lambda channel: channel.first(base.samples)), base=base)
 
 

@@ -142,7 +142,7 @@ def _with_poles(
     except InputFileError:  # a block of the user's own, whose file lies beside the mechanism's
         pass
     else:
-        measured = same_periods.plant.measuring([*mechanism.plant.outputs])
+        measured = same_periods.plant.with_outputs([*mechanism.plant.outputs])
         same_periods = replace(same_periods, plant=measured)
         yield (POLES,), same_periods, _search(problem, same_periods, windows)
     yield tuple(changed), same_orders, nearer

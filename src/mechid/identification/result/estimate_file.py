@@ -175,7 +175,7 @@ def read_estimated_mechanism(provenance: object, path: Path) -> Mechanism:
         raise InputFileError(f"{file}: is not the file that identify left beside {path.name}: {NEXT}")
     mechanism = load_mechanism(file)
     measured = [q for q in provenance.get(QUANTITIES, ()) if q in mechanism.plant.offered]
-    mechanism = replace(mechanism, plant=mechanism.plant.measuring(measured or [*mechanism.plant.outputs]))
+    mechanism = replace(mechanism, plant=mechanism.plant.with_outputs(measured or [*mechanism.plant.outputs]))
     if mechanism.plant.digest != provenance.get(PLANT):
         raise InputFileError(
             f"{path.name}: provenance.{PLANT}: the equations of {name} are not those that were identified, as "

@@ -24,7 +24,7 @@ from mechid.identification.stages.first_look import FirstLook
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, settle
 from mechid.identification.stages.watch import Watch
-from mechid.simulation.work import WorkSpentError, counted, uncounted
+from mechid.simulation.work import WorkSpentError, count_work, suspend_counting
 
 BUDGET_SPENT = (
     "all records: the search for what is missing has ended at its budget, as many times the work of a search whose "
@@ -111,7 +111,7 @@ class Climb:
         """Return the climb with a further growth; where it follows all records, with what of it they need."""
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
         if reached.growth.complete:
-            with uncounted():  # what has arrived is not lost for want of a last fit
+            with suspend_counting():  # what has arrived is not lost for want of a last fit
                 settled = settle(self.watch, self.state, reached, self.seed)
             if settled is not None:
                 return replace(self, state=settled[0], growth=settled[1], reached=best)
@@ -147,7 +147,7 @@ def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
     A rung whose budget is spent is not tried; at work, it ends there.
     """
     written, short = climb.state.problem, False
-    with counted() as work:
+    with count_work() as work:
         for number, rung in enumerate(rungs, 1):
             if climb.complete:
                 break

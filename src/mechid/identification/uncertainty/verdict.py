@@ -67,7 +67,7 @@ def judge(
 def _at_least(problem: Problem, name: str, excess: float) -> str:
     """Say that a parameter is at its least where that is another one, as static friction at Coulomb friction."""
     plant = problem.space.mechanism.plant
-    below = plant.related("above").get(name)
+    below = plant.related_parameters("above").get(name)
     if below is None or excess > VERDICTS.least_excess:
         return ""
     return f"{plant.declarations[name].meaning} is at its least, which is {plant.declarations[below].meaning}"
