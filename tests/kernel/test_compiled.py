@@ -126,8 +126,8 @@ def test_what_is_kept_is_whole_until_it_is_changed(tmp_path):
 
 
 def test_a_process_that_is_killed_while_it_makes_a_kernel_stops_nobody(tmp_path):
-    script = "import sys, time; from pathlib import Path; from mechid.kernel.cache_files import one_process\n"
-    script += "with one_process(Path(sys.argv[1])): print('in', flush=True); time.sleep(600)"
+    script = "import sys, time; from pathlib import Path; from mechid.kernel.cache_files import lock_kernel\n"
+    script += "with lock_kernel(Path(sys.argv[1])): print('in', flush=True); time.sleep(600)"
     path = tmp_path / "kernel_1.py"
     with subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE, text=True) as other:
         assert other.stdout.readline() == "in\n"

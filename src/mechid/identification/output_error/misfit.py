@@ -137,7 +137,7 @@ class Misfit:
         Whether its derivatives are wanted.
     block : int or None
         Samples simulated in one go; None leaves that to the simulator.
-    run : Run or OfBatch or None
+    run : Run or BatchMember or None
         The simulation, where it has begun already.
     """
 
