@@ -31,7 +31,7 @@ def test_a_mechanism_that_diverges_is_nan_from_there_on_and_says_so(sensitive):
     assert run.torque.shape == (10001,)
     assert 0 < lost[0] < 10000
     np.testing.assert_array_equal(lost, np.arange(lost[0], 10001))
-    before = run_kernel(m, command, time_base.first(int(lost[0])), sensitive=chosen)
+    before = run_kernel(m, command, time_base.truncate(int(lost[0])), sensitive=chosen)
     assert before.outcome is SimulationOutcome.COMPLETE
     np.testing.assert_array_equal(before.torque, run.torque[: lost[0]])
     if sensitive:

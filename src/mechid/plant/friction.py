@@ -95,7 +95,6 @@ def set_valued(
         `sliding` at zero speed, else the body would be caught at the instant of its release.
     inputs : tuple of Symbol
         Further symbols of the expressions, wired by name (suffix ``_in``).
-    reference : str
     """
     free, sigma, omega, T_fr = site.symbol("free"), site.sigma, site.omega, site.symbol("T_fr")
     drive = Symbol(f"{site.drive}_in")
@@ -123,7 +122,6 @@ def set_valued(
             (-drive - holds[1], "backward"),
         ),
         otherwise="stuck",
-        # Without friction the body is free and no direction counts.
         ideal={free: 1.0, sigma: 0.0},
     )
     return Block(
@@ -210,7 +208,6 @@ def load_dependent(site: Site) -> Block:
     T_frs, T_frd, T_visc, mu, side = map(site.symbol, ("T_frs", "T_frd", "T_visc", "mu_fr", "side"))
     load = Symbol(f"{site.load}_in")
     share = _size("load_share", mu.name, "1", "friction torque over transmitted torque", source=ARMSTRONG)
-    # `side` is the sign of the load, so that the product is its magnitude, without a kink between switches.
     added = mu * side * load
     return set_valued(
         site,
@@ -286,7 +283,6 @@ def lugre(site: Site) -> Block:
         rates={z: slip},
         initial={z: z_0},
         starts=(own_start("bristle", z_0, displacement, "deflection of the bristles at the start", f"{T_frs}/{s_0}"),),
-        # Bristles never hold the body.
         outputs={T_fr.name: T_fr, site.symbol("free").name: 1},
         switch=switch,
         reference=LUGRE,

@@ -49,8 +49,7 @@ class Term:
 class Superset:
     """A mechanism extended by all terms that its blocks allow.
 
-    One plant serves every selection of free terms: the others stay at their null values, and nothing is
-    recompiled.
+    One plant serves every selection of free terms: the others stay at null values, without recompilation.
 
     Attributes
     ----------
@@ -220,10 +219,7 @@ def _is_there(mechanism: Mechanism, layout: Layout, extension: Extension) -> boo
 
 
 def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law]:
-    """Yield the alternative laws and tables of a mechanism.
-
-    With `grown_only`, only those that growth tries (`Rival.grown`).
-    """
+    """Yield the alternative laws and tables of a mechanism; with `grown_only`, those that growth tries."""
     layout = mechanism.plant.layout
     if layout is None:
         return
@@ -299,7 +295,6 @@ def _lay_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) 
     }
     for name, master in plant.related_parameters("tied_to").items():
         if name in new and name not in values:
-            # As when the file leaves the key out.
             new[name] = replace(new[name], value=mechanism.value(master), status=Status.TIED, tied_to=master)
     parameters = {name: mechanism.parameters.get(name) or new[name] for name in plant.declarations}
     before = mechanism.plant.layout.laws if mechanism.plant.layout else {}

@@ -133,10 +133,9 @@ class Simulator:
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`.
 
-        `events` is the number of switches to log; None logs the output jumps of each block instead.
-        `timing` converts record time to command time and says in which of the two the mechanism moves.
-        `directions`, (n_p, m), requests derivatives along m combinations of the parameters instead of `sensitive`;
-        `samples` limits the run to the first samples; `block` sets the number of samples per block.
+        `events` switches are logged; None logs output jumps block by block instead. `timing` converts record time to
+        command time and says in which of the two the mechanism moves. `directions`, (n_p, m), replaces `sensitive` by m
+        combinations of the parameters; `samples` limits the run to the first ones; `block` is the samples per block.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
@@ -172,7 +171,6 @@ class Run:
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
         self.jumping = () if events is not None else simulator.plant.jump_switches
-        # Jumps are logged per block, so the log needs room for one block only.
         most = events or (max(self.block // JUMPS_EVERY, 1) if self.jumping else 0)
         self.buffers: Buffers = allocate(
             simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
@@ -185,7 +183,6 @@ class Run:
         """Return the grid of the kernel's `run`: instants and steps in command time, s."""
         grid = np.empty(4)
         grid[[module.GRID_START, module.GRID_INTERVAL]] = self.start_s, self.interval_s
-        # Errors made just after a start or a break-away grow, so steps are shorter there.
         grid[[module.GRID_STEP, module.GRID_CLOSE]] = step_s, step_s / CLOSE_STEPS
         return grid
 
@@ -226,7 +223,6 @@ class Run:
         self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = resting
         while done < total:
             check_interruption()
-            # Blocks end at multiples of their size, so that runs of one block size align.
             count = min(self.block - done % self.block, total - done)
             count_run(count * self.substeps, len(self.p), self.moved)
             still = min(max(resting - done, 0), count)
