@@ -9,7 +9,7 @@ import pytest
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import in_threads, mapped
 from mechid.identification.identify import make_problem
-from mechid.simulation.work import WorkSpentError, count, count_work, suspend_counting, work_of_run
+from mechid.simulation.work import WorkSpentError, count, suspend_counting, work_counter, work_of_run
 from synthetic import bench, truth
 
 
@@ -19,9 +19,9 @@ def problem():
 
 
 def test_work_counts_in_all_counts_around_it():
-    with count_work() as outer:
+    with work_counter() as outer:
         count(2)
-        with count_work() as inner:
+        with work_counter() as inner:
             count(3)
         with suspend_counting():
             count(100)
@@ -30,7 +30,7 @@ def test_work_counts_in_all_counts_around_it():
 
 
 def test_a_limit_ends_the_work_and_whatever_is_begun_after_it():
-    with count_work(limit=10) as work:
+    with work_counter(limit=10) as work:
         count(10)
         for _ in range(2):
             with pytest.raises(WorkSpentError):
@@ -40,12 +40,12 @@ def test_a_limit_ends_the_work_and_whatever_is_begun_after_it():
         work.limit = math.inf
         count(1)
     assert work.done == 13
-    with count_work(limit=1), pytest.raises(WorkSpentError), count_work():
+    with work_counter(limit=1), pytest.raises(WorkSpentError), work_counter():
         count(2)
 
 
 def test_threads_count_where_they_were_begun():
-    with count_work() as work:
+    with work_counter() as work:
         in_threads(count, range(1, 5), 2)
         other = Thread(target=count, args=(100,))
         other.start()
@@ -56,14 +56,14 @@ def test_threads_count_where_they_were_begun():
 def test_runs_count_their_samples(problem):
     """Truth: samples, parameters and derivatives by hand; the triangle that is kept counts again."""
     samples, parameters = problem.targets[0].samples, len(problem.space.mechanism.plant.parameters)
-    with count_work() as plain:
+    with work_counter() as plain:
         problem.norms(problem.start, problem.whole())
     assert plain.done == samples * parameters
     q = problem.start * (1.0 + 1e-9)
-    with count_work() as first:
+    with work_counter() as first:
         problem.joint(q, problem.whole())
     assert first.done == work_of_run(samples, parameters, problem.coordinates.lanes)
-    with count_work() as again:
+    with work_counter() as again:
         problem.joint(q, problem.whole())
     assert again.done == first.done
 
@@ -74,7 +74,7 @@ def test_what_a_journal_holds_counts_as_it_did(tmp_path):
     def run(resume):
         journal = Journal.opened(tmp_path / "journal.jsonl", {"a": "b"}, resume=resume)
         done = []
-        with count_work() as work:
+        with work_counter() as work:
             journal.step("one", [1], lambda: count(3))
             done.append(work.done)
             journal.mapped("many", lambda task: count(int(task)), [1, 2, 4], 1)
@@ -98,7 +98,7 @@ def test_work_elsewhere_counts_here():
     from mechid.identification.computation.parallel import mapped_by
 
     ended = []
-    with count_work() as work, mapped_by(Elsewhere()):
+    with work_counter() as work, mapped_by(Elsewhere()):
         assert mapped(count, [1, 2], 1, ended.extend) == [None, None]
     assert work.done == 3
     assert ended == [(0, None, 0.0), (1, None, 0.0)]

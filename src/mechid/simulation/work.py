@@ -63,12 +63,12 @@ _counted: ContextVar[Work | None] = ContextVar("work", default=None)
 
 
 @contextmanager
-def count_work(limit: float = math.inf) -> Iterator[Work]:
+def work_counter(limit: float = math.inf) -> Iterator[Work]:
     """Count the work done inside, and end it by `WorkSpentError` if it exceeds a limit.
 
     Examples
     --------
-    >>> with count_work() as work:
+    >>> with work_counter() as work:
     ...     count(3)
     >>> work.done
     3

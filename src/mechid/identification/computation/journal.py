@@ -24,7 +24,7 @@ import numpy as np
 from mechid.errors import UsageError
 from mechid.identification.computation.parallel import Done, mapped, with_work
 from mechid.identification.computation.worker import source_digest
-from mechid.simulation.work import count, count_work
+from mechid.simulation.work import count, work_counter
 from mechid.writing import attach_path, creating_folder
 
 STARTED, STEP = "started", "step"
@@ -201,7 +201,7 @@ class Journal:
         if found := self._recalled(key, rng):
             return found[0]
         began = time.perf_counter()
-        with count_work() as own:
+        with work_counter() as own:
             result = pack(work())
         left = pack(rng.bit_generator.state) if rng else None
         self._append([_step(kind, key, time.perf_counter() - began, own.done, result, left)])

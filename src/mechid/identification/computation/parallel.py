@@ -18,7 +18,7 @@ from typing import Any, Protocol, TypeVar
 from threadpoolctl import threadpool_limits
 
 from mechid.simulation.interruption import interrupt_by
-from mechid.simulation.work import count, count_work
+from mechid.simulation.work import count, work_counter
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -94,7 +94,7 @@ def mapped(
 
 def with_work(function: Callable[[Task], Result], task: Task) -> tuple[Result, int]:
     """Return what a function gives of a task, and the work that it took."""
-    with count_work() as own:
+    with work_counter() as own:
         result = function(task)
     return result, own.done
 

@@ -22,7 +22,7 @@ from mechid.identification.output_error.misfit import Misfit, Model, Piece, Wind
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.kernel.compiled import aligned_zeros, compiled_module
 from mechid.signal.trend import waves_at
-from mechid.simulation.work import count, count_work, suspend_counting
+from mechid.simulation.work import count, suspend_counting, work_counter
 
 
 @lru_cache(maxsize=1)
@@ -256,7 +256,7 @@ class TriangleCache:
         if last is not None and last[0] == key:
             count(last[2])
             return last[1]
-        with suspend_counting(), count_work() as own:
+        with suspend_counting(), work_counter() as own:
             found = triangle(model, target, q, window)
         count(own.done)
         self._by_record[target.name] = key, found, own.done

@@ -24,7 +24,7 @@ from mechid.identification.stages.first_look import FirstLook
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, settle
 from mechid.identification.stages.watch import Watch
-from mechid.simulation.work import WorkSpentError, count_work, suspend_counting
+from mechid.simulation.work import WorkSpentError, suspend_counting, work_counter
 
 BUDGET_SPENT = (
     "all records: the search for what is missing has ended at its budget, as many times the work of a search whose "
@@ -147,7 +147,7 @@ def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
     A rung whose budget is spent is not tried; at work, it ends there.
     """
     written, short = climb.state.problem, False
-    with count_work() as work:
+    with work_counter() as work:
         for number, rung in enumerate(rungs, 1):
             if climb.complete:
                 break
