@@ -142,7 +142,7 @@ class Misfit:
         Whether to compute derivatives.
     block : int or None
         Samples simulated at once; None leaves the choice to the simulator.
-    run : Run or OfBatch or None
+    run : Run or BatchMember or None
         The simulation, if it has already been started.
     """
 
