@@ -12,10 +12,10 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from emission.bench import DIRECTIONS, make_bench, write_bench
-from emission.truth import KINDS, make_requirement
 
 import mechid
+from emission.bench import DIRECTIONS, make_bench, write_bench
+from emission.truth import KINDS, make_requirement
 from mechid.emissions.spectra import window_length
 
 SURE, COUNTED = 100.0, 10.0
@@ -41,7 +41,7 @@ def judge_bench(seed, folder, **options):
 
 
 def line_errors(bench, found, bin_hz):
-    """Return the relative errors of the amplitudes of lines that stand clearly above the noise and apart from others."""
+    """Return the relative errors of the amplitudes of lines that stand clearly above the noise, with their errors."""
     errors = []
     for k, run in enumerate(bench.runs):
         for d, direction in enumerate(DIRECTIONS):
@@ -81,8 +81,8 @@ def report(verdicts, errors):
         print(f"{kind:14}{shares}  {counts}")
     off, sigma = errors.T
     print(
-        f"line amplitudes: {off.size} lines above {COUNTED:g} sigma, mean error {100 * off.mean():+.2f} %, within 1.96 sigma "
-        f"{100 * np.mean(np.abs(off) <= 1.96 * sigma):.1f} %"
+        f"line amplitudes: {off.size} lines above {COUNTED:g} sigma, mean error {100 * off.mean():+.2f} %, "
+        f"within 1.96 sigma {100 * np.mean(np.abs(off) <= 1.96 * sigma):.1f} %"
     )
     sure = np.abs(off[sigma * SURE <= 1.0])
     print(

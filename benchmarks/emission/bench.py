@@ -100,7 +100,8 @@ def write_bench(bench, folder):
         for k, q in enumerate(quantities)
     )
     shared = f"sample_rate_hz = {bench.sample_rate_hz}\nchannels = [{channels}]\n"
-    text = 'mechanism = "mechanism.toml"\nsynthetic = true\n\n[bench]\ndrive_axis = "z"\nmounting_point_m = [0.0, 0.0, 0.0]\n'
+    text = 'mechanism = "mechanism.toml"\nsynthetic = true\n\n'
+    text += '[bench]\ndrive_axis = "z"\nmounting_point_m = [0.0, 0.0, 0.0]\n'
     for k, run in enumerate(bench.runs):
         np.save(folder / f"run_{k}.npy", run.measured.T)
         text += f'\n[[record]]\nname = "run_{k}"\nfile = "run_{k}.npy"\n{shared}'

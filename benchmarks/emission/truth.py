@@ -20,8 +20,8 @@ def make_requirement(rng, name, direction, kind, bench, length):
     limits = limits * ratio / 10.0 ** (over_db / decibels)
     mask = ", ".join(f"[{f!r}, {limit!r}]" for f, limit in zip(points.tolist(), limits.tolist(), strict=True))
     unit = ("N" if index < 3 else "N*m") if kind != "psd" else ("N^2/Hz" if index < 3 else "N^2*m^2/Hz")
-    text = f'[[requirement]]\nname = "{name}"\ndirection = "{direction}"\nkind = "{kind}"\nunit = "{unit}"\nmask = [{mask}]\n'
-    return text, over_db
+    text = f'[[requirement]]\nname = "{name}"\ndirection = "{direction}"\nkind = "{kind}"\n'
+    return f'{text}unit = "{unit}"\nmask = [{mask}]\n', over_db
 
 
 def limit_at(frequency, mask):

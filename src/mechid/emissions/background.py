@@ -20,6 +20,7 @@ from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra
 from mechid.errors import RecordError
 from mechid.records import Mounting, Record, RecordSpec, about_mounting_point, read_record
+from mechid.signal.settings import HUM
 
 KEY = "background"
 KEYS = ("name", "file", "state", "channels", "sample_rate_hz", "time")
@@ -112,6 +113,11 @@ class Background:
         own = lines.frequency_hz[np.isnan(mains_of(lines.frequency_hz, spectra))]
         reach = EMISSION.near_bins * spectra.bin_hz
         wanted = abs(rate) * np.arange(1, EMISSION.moving_orders + 1)
+        # an order at a multiple of a grid shows nothing, even where the grid itself is too weak to be recognised
+        for grid in HUM.mains_hz:
+            wanted = wanted[
+                np.abs(wanted - grid * np.round(wanted / grid)) > 2.0 * spectra.bin_hz + HUM.wander * wanted
+            ]
         found = [f for f in wanted if np.any(np.abs(own - f) <= reach)]
         # so many lines would be near any frequencies
         by_chance = min(own.size * 2.0 * reach / (0.5 * spectra.sample_rate_hz), 1.0) * wanted.size

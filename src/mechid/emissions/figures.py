@@ -108,10 +108,11 @@ def _spectrum(
             frequency, limit, color=LIMIT, linestyle=("-", "--", ":")[k % 3], drawstyle=style, label=requirement["name"]
         )
     unit = own[0].unit.replace("*", " ")
+    squared = {"N": "N²", "N m": "N² m²"}[unit]
     label = (
         f"{own[0].direction}: amplitude (peak), {unit}"
         if kind == AMPLITUDE
-        else f"{own[0].direction}: density, ({unit})²/Hz"
+        else f"{own[0].direction}: density, {squared}/Hz"
     )
     axes.set(xlabel=FREQUENCY, ylabel=label, xscale="log", yscale="log")
     axes.set_xlim(own[0].frequency_hz[1], found.usable_hz[1])
@@ -128,11 +129,13 @@ def _waterfall(own: Sequence[EmissionSpectrum], figure: Any) -> None:
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
     high = float(rows[:, 1:].max()) or 1.0
+    # the median is near the noise of the bench, below which a waterfall shows nothing
+    low = max(float(np.median(rows)), high / 10.0**SHOWN_DECADES)
     image = axes.pcolormesh(
         frequency,
         [abs(one.rate) for one in rated],
-        np.maximum(rows, high / 10.0**SHOWN_DECADES),
-        norm=LogNorm(high / 10.0**SHOWN_DECADES, high),
+        np.maximum(rows, low),
+        norm=LogNorm(low, high),
         cmap="cividis",
         rasterized=True,
         shading="nearest",

@@ -15,12 +15,12 @@ from mechid.analysis.residual_file import residual_content
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
-from mechid.identification.result.estimate_file import json_text, signed
+from mechid.identification.result.estimate_file import json_text, sign_provenance
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.grade import grade_words
 from mechid.reading.whole import read_result
 from mechid.reports.lacking import added_comment, added_notes
-from mechid.writing import write_together, write_whole
+from mechid.writing import write_atomically, write_together
 
 REPORT_NAME = "report.json"
 MECHANISM_NAME = "mechanism.toml"
@@ -66,7 +66,7 @@ def write_results(
     """
     fit = replace(fit, synthetic=data["synthetic"])
     text = estimated_text(fit)
-    fit = signed(fit, mechanism_name, text)
+    fit = sign_provenance(fit, mechanism_name, text)
     texts = {
         mechanism_name: text,
         REPORT_NAME: json_text({**data, "provenance": fit.provenance}),
@@ -84,13 +84,13 @@ def write_components(fit: Fit, validation: Mapping[str, RecordValidation], folde
     if content is None:
         path.unlink(missing_ok=True)
         return []
-    write_whole(path, json_text(content))
+    write_atomically(path, json_text(content))
     return [path]
 
 
 def write_residual(fit: Fit, validation: Mapping[str, RecordValidation], folder: Path) -> Path:
     """Write residual.json beside the estimate of a fit that was read back, and return its path."""
-    write_whole(folder / RESIDUAL_NAME, json_text(residual_content(fit, validation)))
+    write_atomically(folder / RESIDUAL_NAME, json_text(residual_content(fit, validation)))
     return folder / RESIDUAL_NAME
 
 
