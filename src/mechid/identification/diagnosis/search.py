@@ -187,7 +187,7 @@ def _equivalent_effects(model: Model, less: Model, name: str) -> Iterator[str]:
     landscape = less.landscape()
     if name not in landscape.effects:
         return
-    for other in landscape.like(name):
+    for other in landscape.equivalent_effects(name):
         if other not in model.effects and not _holds_more(model, other, name):
             swapped = exchange_effect(model, name, other)
             if not is_needed(swapped, model):
@@ -199,4 +199,4 @@ def _holds_more(model: Model, effect: str, other: str) -> bool:
     known = {one.name: one for one in model.setting.disturbances}
     if effect not in known or other not in known:
         return False
-    return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof
+    return known[effect].overlaps(known[other]) and known[effect].dof > known[other].dof

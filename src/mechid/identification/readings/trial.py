@@ -18,7 +18,7 @@ from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.effects.effect import add_terms
-from mechid.identification.output_error.declaration import DECLARED, Reading, target_as_read
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_target
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.output_error.target import Target
@@ -80,7 +80,7 @@ def compare_readings(
         Whether the best start is refined with all optional terms of the mechanism's blocks free, so that a missing term
         is not mistaken for a wrong declaration.
     """
-    read = [[target_as_read(t, one[t.name]) for t in problem.targets if t.name in one] for one in readings]
+    read = [[reinterpret_target(t, one[t.name]) for t in problem.targets if t.name in one] for one in readings]
     # One window a record for all readings, since their costs are compared.
     windows: dict[str, Window] = {}
     for target in (t for targets in read for t in targets):
