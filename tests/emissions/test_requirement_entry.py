@@ -30,7 +30,7 @@ def test_limits_become_si():
 def test_a_density_may_be_given_by_its_root():
     (one,) = read(requirement(kind="psd", unit="mN/Hz^0.5", mask=((10.0, 2.0), (100.0, 2.0))))
     assert one.mask.limits == pytest.approx([4e-6, 4e-6])
-    (one,) = read(requirement(direction="mz", kind="psd", unit="(N*m)^2/Hz", mask=((10.0, 2.0), (100.0, 2.0))))
+    (one,) = read(requirement(direction="mz", kind="psd", unit="N^2*m^2/Hz", mask=((10.0, 2.0), (100.0, 2.0))))
     assert one.mask.limits == pytest.approx([2.0, 2.0])
 
 
@@ -77,7 +77,7 @@ def test_a_mask_may_be_a_sheet(tmp_path):
         (requirement(mask=((10.0, 1.0),)), r"mask: found .*; write two points or more"),
         (requirement().replace('unit = "N"\n', ""), r'requirement\[0\].unit: missing; write the unit .* unit = "mN"'),
         (requirement(unit="N*m"), r'unit: found "N\*m"; write a unit of N, as "mN"'),
-        (requirement(direction="fw"), r'direction: found "fw"; did you mean "f'),
+        (requirement(direction="fw"), r'direction: found "fw"; write one of "fx", "fy"'),
         (requirement(kind="peak"), r'kind: found "peak"; did you mean "band_peak"'),
         (requirement(more="confidence = 95"), "confidence: found 95; write a share"),
         (requirement(more="rates = [[60.0, 20.0]]"), r"rates\[0\]: found \[60, 20\]; write the lower rate first"),

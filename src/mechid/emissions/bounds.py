@@ -42,7 +42,7 @@ def line_bounds(ratio: FloatArray, windows: int, alpha: float) -> tuple[FloatArr
     --------
     >>> lower, upper = line_bounds(np.array([1.0, 100.0]), 8, 0.025)
     >>> lower.round(1).tolist(), upper.round(1).tolist()
-    ([0.0, 90.6], [1.0, 109.0])
+    ([0.0, 89.5], [1.1, 109.1])
     """
     root = np.sqrt(2.0 * windows * np.maximum(ratio, 0.0))
     found = []
