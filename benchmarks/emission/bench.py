@@ -1,7 +1,7 @@
 """A synthetic six-component bench: exported loads, background, mains. It shares nothing with mechid's kernel.
 
-Background levels are those published for a real bench over 0 to 500 Hz (46th Aerospace Mechanisms Symposium, 2022, pp.
-39-48), coloured: white and a part that falls with the frequency.
+Background levels are as published for a real bench over 0 to 500 Hz, coloured: white and a part that falls with the
+frequency.
 """
 
 from dataclasses import dataclass
