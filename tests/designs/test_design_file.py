@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.designs.design_file import DesignOptions, beside, read_design_file
+from mechid.designs.design_file import DesignOptions, options_for, read_design_file
 from mechid.errors import InputFileError
 
 WHOLE = """
@@ -56,14 +56,14 @@ def test_every_key_is_read(tmp_path):
 
 def test_without_a_file_and_with_an_empty_one_it_is_the_usual(tmp_path):
     """Truth: the defaults."""
-    assert beside(tmp_path / "campaign.toml") == DesignOptions()
+    assert options_for(tmp_path / "campaign.toml") == DesignOptions()
     empty = read_design_file(written(tmp_path, ""))
     assert (empty.candidates, empty.limits, empty.criterion) == (
         DesignOptions().candidates,
         DesignOptions().limits,
         "D",
     )
-    assert beside(tmp_path / "campaign.toml").criterion == "D"
+    assert options_for(tmp_path / "campaign.toml").criterion == "D"
 
 
 @pytest.mark.parametrize(

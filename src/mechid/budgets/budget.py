@@ -54,8 +54,7 @@ class Budget(Shown):
     """Result of a budget file; `by_duty` combines all modes, weighted by their share of the time.
 
     `two_way_by_duty` holds the two-way levels of the nominal unit over time for all modes together, rad, by
-    requirement.
-    `side` holds the other force and moment components measured on the bench, if any.
+    requirement. `side` holds the other force and moment components measured on the bench, if any.
     """
 
     file: BudgetFile

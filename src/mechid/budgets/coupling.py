@@ -1,8 +1,8 @@
 """Coupling of the structure's motion back to the torque: the one-way criterion and the two-way model.
 
 In the one-way model the torque on a held base passes through the transfer function. This suffices where the
-driving-point receptance R times the mechanism's dynamic stiffness K is small: the torque on a moving base is
-T = T_held + K beta with beta = R T, which requires |R K| << 1. K follows from the plant's equations with a driven base.
+driving-point receptance R times the mechanism's dynamic stiffness K is small: the torque on a moving base is T = T_held
++ K beta with beta = R T, which requires |R K| << 1. K follows from the plant's equations with a driven base.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ ECSS-E-ST-60-10C, 3.2, defines them in time, on an error e(t) and a window of T 
 
 Each index is written once, as the `form` of its row, in terms of an error at an instant and of its means. Evaluated on
 a sampled series, the form is the index itself (`Index.in_time`); evaluated on a line, it is the gain of the line's
-phasor (`Index.gains`). For a stationary error the variance of each is the integral of its spectrum by a
-weight, with s = sin(pi f T)/(pi f T) [Lucke1992]_, which ESSB-HB-E-003, 8.2, takes over:
+phasor (`Index.gains`). For a stationary error the variance of each is the integral of its spectrum by a weight, with s
+= sin(pi f T)/(pi f T) [Lucke1992]_, which ESSB-HB-E-003, 8.2, takes over:
 
     APE 1,   MPE s^2,   RPE 1 - s^2,   PDE and PRE 4 sin^2(pi f S) s^2
 

@@ -1,11 +1,10 @@
 """Spectral lines of a flying torque without aliasing, from filtered samples with the filter's response divided out.
 
 Friction makes the torque jump. Its lines therefore fall off only as 1/f, and plain sampling folds them back: at 10 kHz
-a
-line at 460 Hz is off by several percent. The torque instead passes a Butterworth filter of order 8 before sampling. The
-filter is integrated in closed form, across steps and switches, like the other linear parts of the plant. At ten samples
-per period of the cut-off, a component that folds back to a line has been attenuated to 1/9^8. The lines are then
-divided by the filter's response.
+a line at 460 Hz is off by several percent. The torque instead passes a Butterworth filter of order 8 before sampling.
+The filter is integrated in closed form, across steps and switches, like the other linear parts of the plant. At ten
+samples per period of the cut-off, a component that folds back to a line has been attenuated to 1/9^8. The lines are
+then divided by the filter's response.
 
 The error left by sampling and integration is measured: the same motion is computed with twice as many samples and
 steps. If the lines differ by more than `MOTION.promised` of the largest, both are doubled again.

@@ -234,7 +234,7 @@ def _line_values(orders: tuple[int, ...], fundamental_hz: float, index: Index, a
 
 
 _cached_line_values = lru_cache(maxsize=32)(_line_values)
-"""Cached for the members of an ensemble, which differ only in phasors; used with few instants: an entry takes some MB."""
+"""Cached for the members of an ensemble, which differ only in phasors; for few instants: an entry takes some MB."""
 
 
 @lru_cache(maxsize=16)

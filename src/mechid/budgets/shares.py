@@ -47,7 +47,7 @@ def band_from_draws(
 ) -> Band:
     """Return the band of a function with kinks, such as a quantile, where a gradient at one point is not sufficient.
 
-    The parameters' deviations are band_from_draws from their covariance by a scrambled Sobol sequence. The
+    The parameters' deviations are drawn from their covariance by a scrambled Sobol sequence. The
     gradient of the shares comes from a linear regression through the draws; the remaining variance is `CURVATURE`.
 
     Parameters

@@ -1,6 +1,6 @@
 """Line-of-sight response to the other force and moment components at one rate.
 
-Lines with a phase relative to the drive torque are add_to coherently. Lines without are add_to by magnitude, in phase
+Lines with a phase relative to the drive torque are added coherently. Lines without are added by magnitude, in phase
 with the rest, as a bound of each line along each line of sight. At orders without a modelled line there is no phase to
 add to; these lines form a separate source.
 """

@@ -76,7 +76,7 @@ class SideSource:
         return tuple(component for component in self.components if component not in self.absent)
 
     def transfer(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Return the line of sight per flying_components component, (n, m, s) rad/N or rad/(N m); 0 where unknown.
+        """Return the line of sight per flying component, (n, m, s) rad/N or rad/(N m); 0 where unknown.
 
         A budget has the torque turn about the structure's axis. For the opposite sense all signs are reversed.
         """
@@ -100,7 +100,7 @@ class SideSource:
         return min(rates), max(rates)
 
     def at(self, command: Command, rate: float) -> SideHere:
-        """Return the flying_components components at a rate."""
+        """Return the flying components at a rate."""
         records, alike = self._records_for(command)
         cells = pool_by_rate([at for record in records for at in record.rates])
         here = interpolate_at_rate(cells, self.components, abs(rate)).of(self.flying_components)

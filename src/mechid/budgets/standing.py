@@ -21,7 +21,7 @@ from mechid.budgets.shares import Band, band_from_draws
 from mechid.budgets.summation import Contribution, total
 
 DISCREPANCY = "model discrepancy"
-RESIDUAL = "lines that the model has_residual"
+RESIDUAL = "lines that the model lacks"
 SIDE = "forces and moments beside the torque"
 SAMPLING = "draws of the ensemble"
 Parts = Sequence[tuple[float, LineOfSight]]

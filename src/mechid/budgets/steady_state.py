@@ -141,9 +141,8 @@ def steady_state(
     """Return the lines of a mode at one rate, on a held base or coupled with structural modes.
 
     The motion is simulated until it approaches a periodic one, which shooting then determines, so that slow transients
-    are
-    removed. A motion that does not repeat, such as any on a clock with a tick, is analysed over whole periods of the
-    equations; the part that lies on none of their lines is the non-repeating part.
+    are removed. A motion that does not repeat, such as any on a clock with a tick, is analysed over whole periods of
+    the equations; the part that lies on none of their lines is the non-repeating part.
 
     Parameters
     ----------
