@@ -11,7 +11,7 @@ from mechid.analysis.hypothesis import short_names
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables, text, texts
 from mechid.campaign.toml_file import read_toml
-from mechid.command.entry import is_table, quoted
+from mechid.command.entry import is_table, quote_words
 from mechid.errors import InputFileError, UsageError
 from mechid.fleets.members import Covariate, Member, Members
 from mechid.fleets.significance import RATE
@@ -149,7 +149,7 @@ def _state_pairs(table: Mapping[str, Any], place: Place, members: Sequence[Membe
             raise here.item(k).error(f"found {len(pair)} states; {PAIR_REMEDY}")
         for state in pair:
             if state not in states:
-                known = quoted(states) or 'none has one: write state = "..." in each [[campaign]]'
+                known = quote_words(states) or 'none has one: write state = "..." in each [[campaign]]'
                 raise here.item(k).error(f'no campaign has state = "{state}"; the states are {known}')
             _refuse_two_of_a_state(members, state, here.item(k))
         pairs.append((pair[0], pair[1]))

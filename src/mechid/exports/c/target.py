@@ -18,7 +18,7 @@ from mechid.exports.handover import Handover, Trial
 from mechid.exports.option_texts import NO, yes_or_no
 from mechid.exports.stand import handed_on, read_stand
 from mechid.exports.trials import Found, checked, references, sample_rate_hz, substeps
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 MOST_POINTS = 256
 """Of a rate profile, as mechanism.h has it."""
@@ -71,7 +71,7 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
     taken = replace(handover, mechanism=handed_on(handover.mechanism, asked.values, stand=asked.stand))
     source = Source(taken, 1.0 / sample_rate_hz(taken), substeps(taken), asked.sensitivities)
     for name, text in source.files.items():
-        write_whole(folder / name, text)
+        write_atomically(folder / name, text)
     words = [f"Functions of the C library in its loop: {', '.join(source.library)}."] if source.library else []
     try:
         found = _checked(source, folder)
