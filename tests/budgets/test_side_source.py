@@ -227,7 +227,7 @@ def test_directions_that_the_structure_lacks_are_named():
     assert source.absent == {"force_x": "ty", "force_z": "tz", "moment_x": "ry"}
     assert response(source, 10.0).side.here.components == ("force_y", "moment_y")
     nothing = source_of(replace(STRUCTURE, directions={}))
-    assert nothing.flying == ()
+    assert nothing.flying_components == ()
 
 
 def test_a_torque_that_turns_the_other_way():

@@ -130,7 +130,6 @@ def make_budget(
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
     side = _side_source(file, estimate)
     maker = _Maker(file, estimate, ensemble, workers, listener or _ignore, side)
-    # The workers already use every core: threads inside the linear algebra would compete with them.
     with one_core_algebra(), working_on(executor):
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
@@ -176,7 +175,6 @@ class _Maker:
         states = tuple(tuple(self._respond(mode, state) for state in here) for here in found)
         responses = tuple(_largest_response(here) for here in states)
         levels = {r.name: level_curve(r, states, self.estimate, file.errors, file.seed) for r in file.requirements}
-        # Chosen by the lines alone: the RMS over the rate that the figures show.
         worst = int(np.argmax([response.rms().max() for response in responses]))
         self.listener(f'mode "{mode.name}": two-way')
         joined = self._joinable()
@@ -205,8 +203,7 @@ class _Maker:
         self, mechanism: Mechanism, mode: OperatingMode, found: Sequence[Sequence[SteadyState]]
     ) -> tuple[Response, ...]:
         """Return the two-way responses: from rest and, where there are several steady states, from each of these."""
-        # The motion that a coupled model settles into may depend on its start, so it is started from each one-way
-        # motion.
+        # The coupled motion may depend on its start, so it is started from each one-way motion.
         held = self.estimate.mechanism.plant.states
         tasks = [
             (here[0].rate, [_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1])
@@ -271,10 +268,7 @@ class _Maker:
         )
 
     def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
-        """Return two-way levels of the nominal unit for all modes together, rad, by requirement.
-
-        A requirement without a two-way response in one of the modes is left out.
-        """
+        """Return complete two-way levels of the nominal unit for all modes together, rad, by requirement."""
         out: dict[str, float] = {}
         for r in () if _lacks_duty(modes) else self.file.requirements:
             parts = [(made.mode.duty or 0.0, worst) for made in modes if (worst := made.two_way_worst_for(r))]
@@ -349,7 +343,6 @@ def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
 def named_modes(structure: Structure, estimate: Estimate) -> list[tuple[str, float]]:
     """Return the modes that orders may cross: those of the mechanism with its rotor held and those of the structure."""
     named = [(r.name, r.frequency_hz) for r in resonances(estimate.mechanism)]
-    # Measured responses have no modes that a crossing could be named after.
     if isinstance(structure.model, Modes):
         modes = structure.model
         named += [(f"structure {k}", float(f)) for k, f in enumerate(modes.frequency_hz) if not modes.rigid[k]]

@@ -144,7 +144,6 @@ def make_design(
     if not is_stepper(campaign.mechanism):
         raise UsageError(f"{campaign.mechanism_path}: a design is made of step commands; this assembly has none")
     count, seed = options.mechanisms, options.seed
-    # The workers already use every core: threads inside the linear algebra would compete with them.
     with one_core_algebra(), working_on(executor):
         here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
         return _DesignBuilder(campaign, options, here, rivals, workers, say).design()
@@ -169,7 +168,6 @@ class _DesignBuilder:
         self.mechanisms = [here.space.at(q) for q in here.points]
 
     def design(self) -> Design:
-        """Return the design."""
         criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
         pool = self._pool()
         self.say(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: which of them can be driven")
@@ -184,7 +182,6 @@ class _DesignBuilder:
         self.say("reliability of each record's information")
         departing = self._departing_shares(pool, information)
         near_threshold = [_objection(share, self.options.limits.departing) for share in departing]
-        # The first objection is the harder one: a record that loses steps needs no second reason.
         objections = [o or h for o, h in zip(objections, near_threshold, strict=True)]
         expected_information = information * (1.0 - departing)[:, None, None]
         apart = self._separation(pool, screened, objections)
@@ -250,7 +247,6 @@ class _DesignBuilder:
         mechanisms = [
             m.problem.space.at(m.problem.coordinates.of_mechanism(m.q)) for g in self.rivals for m in g.models
         ]
-        # An alternative that loses steps differs trivially from one that does not; the record shows nothing else.
         lost = screened.lost[0] | screen(mechanisms, pool, self.workers).lost.any(axis=0)
         kept = float(sum(seconds[self._index(name)] for name in limits.keep))
         return separation(

@@ -67,7 +67,7 @@ class GroupSeparation:
     @property
     def expected_chi_square(self) -> float:
         """Least expected chi-square of any pair; by a fit if records are proposed."""
-        return min((p.refit for p in self.promises), default=self.reach)
+        return min((p.by_refit for p in self.promises), default=self.reach)
 
     @property
     def is_clear(self) -> bool:
