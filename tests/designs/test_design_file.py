@@ -73,7 +73,7 @@ def test_without_a_file_and_with_an_empty_one_it_is_the_usual(tmp_path):
         ("[limits]\nrisk = 2.0", "design.toml: limits.risk: found 2; write a share from 0 to 1"),
         ("[limits]\nbetween_s = -1.0", "design.toml: limits.between_s: found -1; write 0 or above in s"),
         ("[candidates]\nrates = [0.0]", "design.toml: candidates.rates[0]: found 0; write a number above 0"),
-        ("[candidates]\nrates = 3.0", "design.toml: candidates.rates: found 3.0; write numbers, as [23.0, 46.0]"),
+        ("[candidates]\nrates = 3.0", "design.toml: candidates.rates: found 3.0; write numbers, such as [23.0, 46.0]"),
         ('[candidates]\nsteppings = ["fulll"]', 'candidates.steppings[0]: found "fulll"; did you mean "full"'),
         ("[prior]\nmechanisms = 0", "design.toml: prior.mechanisms: found 0; write a whole number from 1 to 1024"),
         ("[recording]\nnoise_Nm = 0.0", "design.toml: recording.noise_Nm: found 0; write a number above 0"),

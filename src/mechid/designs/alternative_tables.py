@@ -43,7 +43,7 @@ def _words(data: Data, group: Data) -> str:
         best = min(group["now"], key=lambda name: group["now"][name])
         others = ", ".join(f"{name} by {chi_text(x)}" for name, x in group["now"].items() if name != best)
         return (
-            f"the records that there are tell already: {best}, refitted from the optima of the others, explains them "
+            f"the records that there are tell already: fitted from the optima of the others, {best} explains them "
             f"best, and the chi-square of the others is larger: {others}. No record is proposed for it."
         )
     if not group["records"]:
