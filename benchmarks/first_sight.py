@@ -25,13 +25,13 @@ from mechid.campaign import Campaign, CampaignRecord, load_campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.output_error.declaration import Reading, record_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.detectors import find_all
 from mechid.identification.readings.finding import DeclaredRecords, Finding
-from mechid.identification.readings.misreading import find_misreadings, with_rates_compared
+from mechid.identification.readings.misreading import confirm_rates, find_misreadings
 from mechid.identification.readings.rules import RULES
 from mechid.plant.mechanism import Mechanism
 from recovery.campaigns import campaign as recovery_campaign
@@ -74,7 +74,7 @@ def misreadings_of(campaign: Campaign) -> tuple[Finding, ...]:
     """Return what the spectra of a campaign contradict, as `identify` uses it, on one core."""
     records = records_of(campaign)
     with one_core_algebra():
-        return with_rates_compared(records, tuple(find_misreadings(records)))
+        return confirm_rates(records, tuple(find_misreadings(records)))
 
 
 def as_declared(arguments: argparse.Namespace) -> None:
@@ -193,7 +193,7 @@ def _near(reading: Reading, rate: float) -> bool:
 
 
 def _taken(campaign: Campaign, taken: dict[str, Reading]) -> Campaign:
-    return _with(campaign, {name: record_as_read(campaign.record(name), one) for name, one in taken.items()})
+    return _with(campaign, {name: reinterpret_record(campaign.record(name), one) for name, one in taken.items()})
 
 
 def _commanded(campaign: Campaign, name: str, **changes: Any) -> Campaign:

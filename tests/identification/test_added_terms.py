@@ -62,11 +62,11 @@ def concluded(truth_of_record, added_to, start):
     added = added_to(campaign.mechanism)
     problem = added.problem(make_problem(campaign, 1))
     begun = problem.coordinates.point({**{n: TRUTH[n] for n in FREE}, **start})
-    solution = solve(problem, begun, problem.whole())
+    solution = solve(problem, begun, problem.whole_windows())
     state = SearchState(
         problem,
         solution.q,
-        problem.whole(),
+        problem.whole_windows(),
         outcome=FitOutcome.CONVERGED,
         solution=solution,
         searched=True,
@@ -154,7 +154,9 @@ def test_the_fit_is_graded_b_because_the_file_lacks_the_term(made):
     assert alone > 3.0
     assert fitted == pytest.approx(1.0, abs=0.1)
     assert f"added: {WORDS} ({TERM}). " in reason.text
-    assert f"leaves {alone:.3g} times the noise of record {RECORD}; with it {fitted:.3g} times." in reason.text
+    assert (
+        f"the residual of record {RECORD} is {alone:.3g} times its noise; with it, {fitted:.3g} times." in reason.text
+    )
     assert TERM in reason.next_command
     assert "mechid diagnose" in reason.next_command
 
@@ -282,9 +284,9 @@ def test_a_law_explains_what_a_fit_without_it_leaves(with_both):
     fit = with_both.fit
     superset = superset_of(with_both.campaign.mechanism, only=[TERM])
     alone = replace(add_terms(superset, [TERM]), widths={}).problem(make_problem(with_both.campaign, 1))
-    q = solve(alone, alone.coordinates.point(fit.values), alone.whole()).q
+    q = solve(alone, alone.coordinates.point(fit.values), alone.whole_windows()).q
     (target,) = alone.targets
-    left = alone.total_norm(q, alone.whole()) * target.leading.sigma
+    left = alone.total_norm(q, alone.whole_windows()) * target.leading.sigma
     full = fit.records[RECORD].residual_rms
     expected = (left / full) ** 2 - fit.records[RECORD].samples
     (entry,) = [one for one in fit.missing if one.name == FILTER]
@@ -345,9 +347,9 @@ def test_a_fit_without_added_terms_has_nothing_as_written():
     """Truth: a record of the mechanism of the file."""
     campaign = bench(displaced(truth(), dict.fromkeys(FREE, 1.001)), truth(), RECORD, seed=11, seconds=0.3)
     problem = make_problem(campaign, 1)
-    solution = solve(problem, problem.start, problem.whole())
+    solution = solve(problem, problem.start, problem.whole_windows())
     state = SearchState(
-        problem, solution.q, problem.whole(), outcome=FitOutcome.CONVERGED, solution=solution, searched=True
+        problem, solution.q, problem.whole_windows(), outcome=FitOutcome.CONVERGED, solution=solution, searched=True
     )
     fit = conclude(campaign, state, seed=1, seconds=1.0)
     assert fit.grade is Grade.A

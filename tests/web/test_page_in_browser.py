@@ -479,7 +479,7 @@ def test_terms_that_a_fit_elsewhere_added_get_sliders(browser, following, lackin
     """Truth: the mechanism that the records are of. The fit's estimate is made up, its journal is a real one."""
     (address, path), (_, estimate) = following, lacking
     monkeypatch.setattr("mechid.web.session.read_estimated", lambda path, campaign: estimate)
-    journal = Journal.opened(path, {})
+    journal = Journal.open(path, {})
     opened(browser, address)
     assert not browser.execute_script("return mechid.knobs.has(arguments[0])", DETENT[0])
     until(browser, "return Boolean(mechid.state().run)")

@@ -69,7 +69,7 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
     records = {}
     for name, record in validation.items():
         channel = record.channels.get(TORQUE)
-        if channel is not None and channel.emission and not fit.records[name].taken.left_out:
+        if channel is not None and channel.emission and not fit.records[name].reading.left_out:
             records[name] = {
                 "stepping": record.command["stepping"],
                 "microsteps": record.command["microsteps"],

@@ -84,7 +84,7 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
     ArithmeticError
         A record cannot be simulated at that point.
     """
-    parts = [*problem.triangles(q, problem.whole()), *problem.prior_triangles(q)]
+    parts = [*problem.triangles(q, problem.whole_windows()), *problem.prior_triangles(q)]
     if before is not None:
         # A square root of the information acts as further rows of the Jacobian; rounding may leave eigenvalues below
         # zero.

@@ -19,7 +19,7 @@ from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, remove_trend, trend
 from mechid.fleets.unit_run import How, UnitRun, ignore, run_unit, task_of
 from mechid.holding import held
-from mechid.identification.computation.parallel import Done, is_lent, mapped
+from mechid.identification.computation.parallel import Done, is_external, map_tasks
 from mechid.identification.computation.progress import Tell
 from mechid.identification.result.fit_file import read_numbers
 from mechid.shown import Shown
@@ -120,9 +120,9 @@ def make_fleet(
                 say(f"{tasks[number].label}: {run.words}")
 
         # A callback cannot be sent to another process.
-        identified = run_unit if is_lent() else partial(run_unit, say=say)
+        identified = run_unit if is_external() else partial(run_unit, say=say)
         # One campaign at a time: each identification uses all workers itself.
-        return replace(fleet_of(asked, mapped(identified, tasks, 1, report)), folder=out)
+        return replace(fleet_of(asked, map_tasks(identified, tasks, 1, report)), folder=out)
 
 
 def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:

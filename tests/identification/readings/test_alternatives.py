@@ -6,8 +6,8 @@ import pytest
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import MOST_MICROSTEPS
 from mechid.identification.identify import make_problem
-from mechid.identification.output_error.declaration import Reading, command_as_read
-from mechid.identification.readings.alternatives import judge, other_steppings, saturation_words, turns_deg
+from mechid.identification.output_error.declaration import Reading, reinterpret_command
+from mechid.identification.readings.alternatives import describe_saturation, distinct_turns_deg, judge, other_steppings
 from odd_records import SECONDS, bending, made
 from synthetic import (
     COMMANDS,
@@ -33,7 +33,7 @@ from synthetic import (
 def test_steps_may_be_twice_or_half_as_many(stepping, microsteps, tried):
     """Truth: by hand, at the declared rate and with the declared pulses; each is a command that can be."""
     command = Command(stepping=stepping, microsteps=microsteps, rate=RateProfile.constant(46.0))
-    read = [command_as_read(command, taken) for taken in other_steppings(command)]
+    read = [reinterpret_command(command, taken) for taken in other_steppings(command)]
     assert [(c.stepping, c.microsteps, c.rate.rates[0]) for c in read] == tried
 
 
@@ -42,9 +42,9 @@ def test_a_record_of_another_mechanism_does_not_bend():
     other = torque_of(truth({"load.inertia": 0.03}), COMMANDS["full_46"], round(SECONDS * RATE_HZ) + 1)
     problem = make_problem(made(start=truth()), 1)
     target = measuring(problem.targets[0], other)
-    assert saturation_words(problem, problem.start, target) == ""
+    assert describe_saturation(problem, problem.start, target) == ""
     bent = measuring(problem.targets[0], bending(problem.targets[0].leading.measured[:]))
-    assert "saturates" in saturation_words(problem, problem.start, bent)
+    assert "saturates" in describe_saturation(problem, problem.start, bent)
 
 
 SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (1.5, 90.0)]))
@@ -59,24 +59,24 @@ def test_a_gain_is_looked_for_beyond_the_first_moments():
     declared, found, *_ = judge(problem, problem.start, target, target.samples)
     assert not declared.follows
     assert found.follows
-    assert found.taken.scale == pytest.approx(1.0 / 0.9, rel=1e-3)
+    assert found.reading.scale == pytest.approx(1.0 / 0.9, rel=1e-3)
     assert found.samples == target.samples
 
 
 def test_turns_that_no_torque_shows_are_not_tried():
     """Truth: orders 4 and 2 come again after half an electrical turn, 4 alone after a quarter, 1 after a whole one."""
     full, micro = COMMANDS["full_46"], COMMANDS["micro_46"]
-    assert turns_deg(full, (4.0, 2.0)) == (0.0, 45.0, -45.0, 90.0)
-    assert turns_deg(full, (4.0,)) == (0.0, 45.0)
-    assert turns_deg(full, (4.0, 1.0)) == (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
-    assert len(turns_deg(micro, (4.0, 2.0))) == 32
-    assert turns_deg(micro, ()) == (0.0,)
+    assert distinct_turns_deg(full, (4.0, 2.0)) == (0.0, 45.0, -45.0, 90.0)
+    assert distinct_turns_deg(full, (4.0,)) == (0.0, 45.0)
+    assert distinct_turns_deg(full, (4.0, 1.0)) == (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+    assert len(distinct_turns_deg(micro, (4.0, 2.0))) == 32
+    assert distinct_turns_deg(micro, ()) == (0.0,)
 
 
 def test_a_command_taken_backward_runs_backward():
     """Truth: the command's own edges, of which the other direction has the mirror image."""
     command = COMMANDS["full_46"]
-    there, back = command.excitation(0.1), command_as_read(command, Reading(direction=-1)).excitation(0.1)
+    there, back = command.excitation(0.1), reinterpret_command(command, Reading(direction=-1)).excitation(0.1)
     np.testing.assert_array_equal(there.times, back.times)
     np.testing.assert_allclose(there.values[0], [1, 1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)
     np.testing.assert_allclose(back.values[0], [-1, -1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)

@@ -25,7 +25,7 @@ def at_truth(names, *records, seconds, changes=None):
     targets = [target_of(record(n, measured(made_by, COMMANDS[n], rng, seconds=seconds), COMMANDS[n])) for n in records]
     space = SearchSpace(displaced(made_by, dict.fromkeys(names, 1.0)))
     problem = Problem(space, tuple(with_leading(t, sigma=NOISE_NM) for t in targets), substeps=2)
-    q, windows = problem.start, problem.whole()
+    q, windows = problem.start, problem.whole_windows()
     return problem, q, windows, covariance(problem.joint(q, windows))
 
 
@@ -75,10 +75,10 @@ def test_the_switch_that_grazes_most_is_named(spread):
     (found,) = grazing_switches(problem, q, windows, factor**2 * narrow)
     log = switches(problem, problem.targets[0], q)
     worst = int(np.argmax(_shares(log, narrow)))
-    assert (found.record, found.count, found.of) == ("full_46", 1, log.time.size)
+    assert (found.record, found.count, found.switches) == ("full_46", 1, log.time.size)
     assert found.instant_s == pytest.approx(log.time[worst], abs=1e-12)
     assert found.spread_s / found.gap_s == pytest.approx(0.101, rel=1e-6)
-    assert f"record full_46 at {log.time[worst]:.6g} s: the instant of a stick/slip is known to" in str(found)
+    assert f"record full_46 at {log.time[worst]:.6g} s: the instant of a stick/slip is known only to" in str(found)
 
 
 def _share(problem, q, covariance):
@@ -142,7 +142,7 @@ def beside_the_optimum():
     of = campaign(start, *records)
     problem = make_problem(of, 1)
     problem = replace(problem, targets=tuple(with_leading(t, sigma=NOISE_NM) for t in problem.targets), substeps=2)
-    windows = problem.whole()
+    windows = problem.whole_windows()
     best = solve(problem, problem.start, windows)
     q = best.q + 2.5 * np.sqrt(np.diag(covariance(best.triangle))) * [1.0, 0.0]
     state = SearchState(problem, q, windows, outcome=FitOutcome.CONVERGED, searched=True)

@@ -19,7 +19,7 @@ from mechid.identification.output_error.target import target_of
 from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.identification.result.record_fit import channel_noises
 from mechid.identification.search.gates import Growth
-from mechid.identification.uncertainty.noise_levels import lower_levels, moving_deviation, raise_levels, with_levels_of
+from mechid.identification.uncertainty.noise_levels import copy_levels, lower_levels, moving_deviation, raise_levels
 from mechid.identification.uncertainty.settings import NOISE
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, bench, campaign, displaced, measured, truth
 from synthetic import record as record_of
@@ -78,7 +78,7 @@ def test_no_declared_level_is_beyond_arithmetic(sigma, quantisation, gain):
     assert 0.0 < channel.sigma <= LARGEST
     assert math.isfinite(channel.sigma**2)
     assert math.isfinite(1.0 / channel.sigma**2)
-    assert 0.0 <= channel.rounded <= 1.0
+    assert 0.0 <= channel.rounding_share <= 1.0
 
 
 def stalled(problem):
@@ -201,7 +201,7 @@ def louder_problem(**changes):
     """The mechanism that made a record, whose noise is said to be twice what was added."""
     torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(5), seconds=0.2)
     target = target_of(record_of("full_46", torque, COMMANDS["full_46"]))
-    louder = target.each(lambda c: replace(c, sigma=TWICE * NOISE_NM, **changes))
+    louder = target.map_channels(lambda c: replace(c, sigma=TWICE * NOISE_NM, **changes))
     return Problem(SearchSpace(truth()), (louder,), substeps=4)
 
 
@@ -240,4 +240,4 @@ def test_no_level_falls_below_the_resolution():
 def test_levels_go_over_to_a_problem_of_the_same_records():
     made = louder_problem()
     quieter = lower_levels(made, made.start, {"full_46": LONG})
-    assert level_of(with_levels_of(made, quieter)) == level_of(quieter)
+    assert level_of(copy_levels(made, quieter)) == level_of(quieter)
