@@ -330,7 +330,6 @@ def _refine_rates(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> 
     met = crossings(LEVEL.campbell_orders, named_modes(file.structure, estimate), ends)
     near = np.array([c.rate * (1.0 + side) for c in met for side in LEVEL.rates_at_crossing])
     inside = near[(near >= ends[0]) & (near <= ends[1])]
-    # Rounding removes rates that differ only by the arithmetic of the crossings.
     return replace(mode, rates=np.unique(np.round(np.concatenate([mode.rates, inside]), 9)))
 
 
