@@ -78,7 +78,7 @@ class PeriodMap:
     Parameters
     ----------
     mechanism : Mechanism
-        In flight; `plant.flight.below` adds the torque below a cut-off to its outputs.
+        In flight; `plant.flight.with_line_filter` adds the torque below a cut-off to its outputs.
     mode : OperatingMode
     rate : float
         Full steps/s.

@@ -84,7 +84,7 @@ def drive(mechanism: Mechanism, command: Command, seconds: float, *, torque: boo
 
 @lru_cache(maxsize=16)
 def _plant_measuring(plant: Plant, measured: tuple[str, ...]) -> Plant:
-    return plant.measuring(measured)
+    return plant.with_outputs(measured)
 
 
 def stop_after(command: Command, seconds: float) -> Command:
@@ -176,7 +176,7 @@ def margins(mechanism: Mechanism, command: Command, seconds: float) -> Margins:
 
     if not holds(mechanism):
         return Margins(True)
-    has = mechanism.plant.having
+    has = mechanism.plant.names_with_role
     supply = torque = inertia = None
     if has(Role.SUPPLY):
         supply = _largest(lambda x: holds(scale_supply(mechanism, 1.0 - x)), 0.99)
@@ -200,12 +200,14 @@ def scale_load(mechanism: Mechanism, factor: float) -> Mechanism:
 
 
 def _scale_role(mechanism: Mechanism, role: Role, factor: float) -> Mechanism:
-    return mechanism.with_values({name: factor * mechanism.value(name) for name in mechanism.plant.having(role)})
+    return mechanism.with_values(
+        {name: factor * mechanism.value(name) for name in mechanism.plant.names_with_role(role)}
+    )
 
 
 def add_friction(mechanism: Mechanism, torque: float) -> Mechanism:
     """Add dry friction at the rotor, N m: a load torque that opposes motion."""
-    names = mechanism.plant.having(Role.DRY_FRICTION)
+    names = mechanism.plant.names_with_role(Role.DRY_FRICTION)
     return mechanism.with_values({name: mechanism.value(name) + torque for name in names})
 
 

@@ -40,7 +40,8 @@ def add_missing_entries(fit: Fit, campaign: Campaign, state: SearchState) -> Fit
     state : SearchState
         State at the end of the search.
     """
-    if state.added is None or not state.added.names:  # a table alone, for gains of records, is no effect
+    # A table alone, for gains of records, is no effect.
+    if state.added is None or not state.added.names:
         return fit
     terms = missing_terms(fit, campaign.mechanism, state)
     return replace(
@@ -133,7 +134,8 @@ def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> f
     free = tuple(p.name for p in without_law.free if p.name in moved)
     plain = AddedTerms(without_law.with_free(free)).problem(weighted)
     q = plain.coordinates.clip(plain.coordinates.point(weighted.coordinates.values(state.q)))
-    if state.outcome is not FitOutcome.INTERRUPTED:  # a user who interrupts does not wait for another fit
+    # A user who interrupts does not wait for another fit.
+    if state.outcome is not FitOutcome.INTERRUPTED:
         q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     return max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
 

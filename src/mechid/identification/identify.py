@@ -134,7 +134,8 @@ def identify(
         state = state.with_warnings(*rejection_warnings(state.problem))
         try:
             fit = conclude(campaign, state, seed, watch.seconds, _continue_from_draws(watch))
-        except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
+        # An interrupted conclusion keeps the values found, without the test by draws.
+        except KeyboardInterrupt:
             fit = conclude(campaign, state.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
     return replace(fit, campaign=given)
 
@@ -205,7 +206,8 @@ def _follow_plan(
         state = watch.note(state.with_problem(redetermine_hum(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    is_held = is_on_file_bound(state.problem, state.q)  # then a bound explains a residual beyond noise
+    # A bound explains a residual beyond noise: it is no sign of a missing effect.
+    is_held = is_on_file_bound(state.problem, state.q)
     asks = (state.found and not before.found) or (needs_more_effects(watch, state) and not is_held)
     if growth.complete and not before.added and asks:
         found = tuple(one.disturbance.name for one in state.found)
@@ -214,7 +216,8 @@ def _follow_plan(
             more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
             wider = fit_with_disturbances(watch, wider, campaign, more)
-            if needs_more_effects(watch, wider):  # an effect that leaves more than white noise may be an imitation
+            # An effect that leaves more than white noise may be an imitation.
+            if needs_more_effects(watch, wider):
                 watch.note(state)
             else:
                 state, names = wider, more

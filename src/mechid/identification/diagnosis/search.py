@@ -86,6 +86,7 @@ def search_effects(before: Model, start: Model, say: Tell = lambda words: None) 
     if not start.effects:
         before = start
     elif math.isfinite(before.cost):
+        # Gains are measured against the mechanism as written at its own optimum.
         before = before.fit(before)
     steps = [step(start, added=name) for name in start.effects]
     model, added = add_effects(start, tried, say)
@@ -100,6 +101,7 @@ def search_effects(before: Model, start: Model, say: Tell = lambda words: None) 
         if better is not model:
             model, steps = better, law_steps
     less, needed = _gain_of_each(before, model)
+    # Without one effect the others explain other shares, so each pass judges them anew.
     while small := negligible_effect(model, needed):
         tried[small] = "explains less than a hundredth of another effect's share, over the followed part of the records"
         model = model.without(small)

@@ -41,7 +41,8 @@ def search_by_growth(before: Model, say: Tell) -> Model | None:
     if begun is None:
         return None
     model, growth = _grow_model(begun, before, RULES.first_escapes)
-    laws = cache(partial(_alternative_laws, before, say))  # the starts are slow and do not depend on the round
+    # The starts are slow and do not depend on the round.
+    laws = cache(partial(_alternative_laws, before, say))
     for _ in range(RULES.rounds):
         percent = 100.0 * growth.followed_share(model.problem)
         say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing added'}")
@@ -131,7 +132,8 @@ def _attempts(
         yield more, before, RULES.first_escapes
     if more.over_noise <= RULES.followed:
         yield from ((other, before, RULES.first_escapes) for other in exchanged_models(more, say))
-    if model.laws:  # a second missing law is rarer than a wrong branch
+    # A second missing law is rarer than a wrong branch.
+    if model.laws:
         yield more, before, RULES.patient_escapes
     with_law, _ = add_law(here, more, tried, say)
     if with_law is not more:

@@ -94,7 +94,8 @@ def other_counts(records: DeclaredRecords) -> list[OtherCount]:
             if all(abs(value / of_file[name] - 1.0) < RULES.same_count for name, value in values.items()):
                 return []
             found.append(OtherCount(values, of_file, trial.cost))
-            if POLES in names:  # no gear ratio compensates for steps of another size
+            # No gear ratio compensates for steps of another size.
+            if POLES in names:
                 break
     return sorted(found, key=lambda one: one.cost)
 
@@ -144,7 +145,7 @@ def _vary_poles(
     except InputFileError:  # a user's own block is found only beside the mechanism file, not from a table in memory
         pass
     else:
-        measured = same_periods.plant.measuring([*mechanism.plant.outputs])
+        measured = same_periods.plant.with_outputs([*mechanism.plant.outputs])
         same_periods = replace(same_periods, plant=measured)
         yield (POLES,), same_periods, _search(problem, same_periods, windows)
     yield tuple(changed), same_orders, nearer

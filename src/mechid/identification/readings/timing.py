@@ -152,7 +152,8 @@ def find_lost_rows(target: Target) -> Finding | None:
     spread = max(RULES.steady_share * RULES.least_jump_steps * fs / rate, 1.0)
     shifts, alike = _period_shifts(target.leading.measured[: RULES.most_samples], period_s * fs)
     fewest = RULES.least_periods
-    for k in range(fewest + 1, shifts.size - fewest):  # the first period has the beginning of the motion
+    # The first period contains the beginning of the motion.
+    for k in range(fewest + 1, shifts.size - fewest):
         sides = shifts[1:k], shifts[k + 1 :]
         steady = all(float(np.ptp(side)) <= spread for side in sides)
         jump = float(np.median(sides[0]) - np.median(sides[1]))

@@ -163,8 +163,10 @@ def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Win
     wide = add_terms(superset, [term.name for term in superset.terms]).problem(plain)
     start = Candidate(transfer_values(plain, found.best.q, wide), found.best.cost)
     best = refine(wide, start, steps=RULES.trial_steps, windows=windows)
-    if not best.cost < found.best.cost:  # also where the wider model cannot be simulated
+    # Written as "not <", so that the NaN of a wider model that cannot be simulated is refused too.
+    if not best.cost < found.best.cost:
         return found
+    # The samples are the same: the cost per sample scales with the cost.
     return replace(found, best=best, cost=best.cost * found.cost / found.best.cost)
 
 

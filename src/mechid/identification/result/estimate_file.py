@@ -114,6 +114,7 @@ def _matrix_fault(content: Mapping[str, Any], key: str) -> str:
     strange = [name for name in names or () if not isinstance(name, str) or name not in content["parameters"]]
     if strange:
         return f"{key}.names: found {json.dumps(strange[0])[:40]}, expected the name of a parameter"
+    # type(), not isinstance(): true and false would pass as integers.
     strange = [cell for row in rows for cell in row if type(cell) not in (int, float, type(None))]
     return f"{key}.matrix: found {json.dumps(strange[0])[:40]}, expected a number" if strange else ""
 
@@ -177,7 +178,7 @@ def read_estimated_mechanism(provenance: object, path: Path) -> Mechanism:
     mechanism = load_mechanism(file)
     # The equations depend on the measured quantities: digests are comparable only for the same ones.
     measured = [q for q in provenance.get(QUANTITIES, ()) if q in mechanism.plant.offered]
-    mechanism = replace(mechanism, plant=mechanism.plant.measuring(measured or [*mechanism.plant.outputs]))
+    mechanism = replace(mechanism, plant=mechanism.plant.with_outputs(measured or [*mechanism.plant.outputs]))
     # The same text can give other equations, after a change of a user's own block or of mechid.
     if mechanism.plant.digest != provenance.get(PLANT):
         raise InputFileError(
