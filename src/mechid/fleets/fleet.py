@@ -18,7 +18,7 @@ from mechid.fleets.significance import Tested, apply_fdr
 from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, remove_trend, trend
 from mechid.fleets.unit_run import How, UnitRun, ignore, run_unit, task_of
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.identification.computation.parallel import Done, is_external, map_tasks
 from mechid.identification.computation.progress import Tell
 from mechid.identification.result.fit_file import read_numbers
@@ -112,7 +112,7 @@ def make_fleet(
     say: Tell = ignore,
 ) -> Fleet:
     """Identify the campaigns of a fleet and evaluate them together; see `mechid.fleet`."""
-    with held(out) as hold:
+    with hold_folder(out) as hold:
         tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete, hold=hold) for m in asked.members]
 
         def report(done: Sequence[Done[UnitRun]]) -> None:

@@ -26,7 +26,7 @@ from mechid.looks.words import (
     unit_text,
 )
 from mechid.records.channel_keys import channel_keys
-from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
+from mechid.records.step_rate import RateReading, SuggestedRate, read_declared_rate
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
@@ -83,7 +83,7 @@ def _rate_reading(declared: Drive | None, suggested: SuggestedRate | None) -> Ra
         return None
     # A record does not show the direction of rotation.
     rates = {abs(rate) for rate in declared.command.rate.rates}
-    return declared_rate(suggested, rates.pop()) if len(rates) == 1 else None
+    return read_declared_rate(suggested, rates.pop()) if len(rates) == 1 else None
 
 
 def _declared_drive(drive: Drive) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command import Timing
-from mechid.signal.stored import Room, room_for
+from mechid.signal.stored import WritableSeries, allocate_series
 from mechid.simulation.simulator import ON_TIME, Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
@@ -40,13 +40,13 @@ def simulate_accurately(simulator: Simulator, p: FloatArray, *, timing: Timing =
 
 def accurate_outputs(
     simulator: Simulator, p: FloatArray, *, timing: Timing = ON_TIME
-) -> tuple[tuple[Room, ...], Run, float | None]:
+) -> tuple[tuple[WritableSeries, ...], Run, float | None]:
     """Return the plant's outputs, n samples each, with the step count of `simulate_accurately`.
 
     Also return their run and its difference. Each run overwrites the one with half as many steps, so that the outputs
     are stored once.
     """
-    y, none = tuple(room_for(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
+    y, none = tuple(allocate_series(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
     begun = partial(simulator.run, p, timing=timing, directions=none)
     run = begun(substeps=SUBSTEPS[0])
     _write_outputs(y, run)
@@ -61,14 +61,14 @@ def accurate_outputs(
     return y, run, difference
 
 
-def _write_outputs(y: Sequence[Room], run: Run) -> None:
+def _write_outputs(y: Sequence[WritableSeries], run: Run) -> None:
     """Write a run's outputs, n samples each."""
     for block in run.blocks():
         for one, values in zip(y, block.y.T, strict=True):
             one[block.start : block.stop] = values
 
 
-def _overwrite_outputs(y: Sequence[Room], run: Run) -> float:
+def _overwrite_outputs(y: Sequence[WritableSeries], run: Run) -> float:
     """Overwrite outputs, n samples each, with those of a run and return the largest relative RMS change."""
     size, change = np.zeros(len(y)), np.zeros(len(y))
     for block in run.blocks():

@@ -65,7 +65,7 @@ def test_the_furthest_growth_is_kept(climb):
     far, near = (Reached(model, followed(climb.best.q, n)) for n in (700, 300))
     at = climb.with_growth(far)
     assert at.reached is far
-    assert at.at(near).reached is far
+    assert at.with_growth(near).reached is far
     assert at.growth is climb.growth, "that of the mechanism as written, until a rung has followed all"
     assert climb.with_growth(near).with_growth(far).reached is far
 

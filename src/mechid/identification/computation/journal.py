@@ -185,6 +185,7 @@ class Journal:
             with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(text)
                 file.flush()
+                # A step that was reported as done must survive a crash of the machine.
                 os.fsync(file.fileno())
         except OSError as error:
             raise attach_path(error, self.path) from None

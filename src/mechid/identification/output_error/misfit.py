@@ -19,7 +19,7 @@ from mechid.identification.output_error.jump_samples import NO_SAMPLES, JumpSamp
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.kernel.batch.source import SETS
-from mechid.signal.stored import Room, room_for
+from mechid.signal.stored import WritableSeries, allocate_series
 from mechid.simulation.batch import Batch, BatchMember
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import Run, Simulator
@@ -188,17 +188,17 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
-def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[WritableSeries, ...]:
     """Return r of each channel over a window, n samples; NaN from the first failed sample on."""
     return misfit_series_of(model, target, [q], window)[0]
 
 
 def misfit_series_of(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window
-) -> list[tuple[Room, ...]]:
+) -> list[tuple[WritableSeries, ...]]:
     """Return the series of `misfit_series` at several points."""
     first, stop = window[0], min(window[1], target.samples)
-    found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
+    found = [tuple(allocate_series(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
     for group in batch_misfits(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]

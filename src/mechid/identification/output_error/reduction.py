@@ -135,7 +135,7 @@ class WeightedRows:
                 self._write(rows, k, piece)
                 # Phi, r and J are whitened together, so that offset and drift are still projected out exactly.
                 if channel.prefilter is not None:
-                    rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
+                    rows[:, :n], memories[k] = channel.prefilter.whiten_rows(rows[:, :n], memories[k])
                 dropped = self._excluded_samples(channel, piece.first, n)
                 rows[:, dropped] = 0.0
                 self.energy_lost[k] += piece.jump_samples(k).energy_lost(colours[k], dropped)
