@@ -12,7 +12,7 @@ from browser import faults, requests
 from diagnosis_folder import DETENT
 from mechid.campaign import load_mechanism
 from mechid.identification.computation.journal import Journal
-from mechid.simulation.interruption import ask
+from mechid.simulation.interruption import check_interruption
 from mechid.web.figures import RESIDUAL_HEIGHT, TORQUE_HEIGHT
 from mechid.web.session import Session
 from mechid.web.tab import RELOAD_S
@@ -298,7 +298,7 @@ def endless_search(monkeypatch):
 
     def endless(campaign, **options):
         while True:
-            ask()
+            check_interruption()
             time.sleep(1e-3)
 
     monkeypatch.setattr("mechid.web.session.identify", endless)

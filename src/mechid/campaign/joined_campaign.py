@@ -29,7 +29,12 @@ from mechid.records import Mounting, Record
 
 SYNTHETIC = "synthetic"
 """Key that says whether the records were simulated."""
-KEYS = ("mechanism", SYNTHETIC, "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN)
+OF_EMISSION = ("requirement", "background")
+"""Tables that `mechid emission` reads."""
+KEYS = (
+    *("mechanism", SYNTHETIC, "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN),
+    *OF_EMISSION,
+)
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ def joined(
     held = {match.quantity for record in records for match in record.matches}
     order = sorted((quantity for quantity in plant.offered if quantity in held), key=lambda q: q != TORQUE)
     if list(plant.outputs) != order:
-        mechanism = replace(mechanism, plant=plant.measuring(order))
+        mechanism = replace(mechanism, plant=plant.with_outputs(order))
     return mechanism, tuple(replace(record, matches=_in_order(record, order)) for record in records)
 
 

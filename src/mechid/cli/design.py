@@ -36,14 +36,14 @@ def design(
     from mechid.designs.proposal import refuse_own_folder
     from mechid.designs.run import design as designed
     from mechid.errors import UsageError
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)
     if diagnosis and not fit:
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
     named = read_diagnosed(diagnosis) if diagnosis else None  # before the fit, which takes its time
-    with held(out):
+    with hold_folder(out):
         with on_scheduler(scheduler):
             made = designed(
                 loaded,

@@ -25,10 +25,10 @@ def diagnose(
     from mechid.cli.printed import followed, print_result
     from mechid.diagnoses.run import diagnose as diagnosed
     from mechid.fits.load import load_fit
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
     finished = load_fit(fit, campaign)
-    with held(out):
+    with hold_folder(out):
         with on_scheduler(scheduler), followed() as listener:
             found = diagnosed(finished, consider=consider or (), workers=workers, listener=listener)
         print_result(found, out)

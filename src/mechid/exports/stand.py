@@ -12,7 +12,7 @@ from dataclasses import replace
 from mechid.errors import UsageError
 from mechid.exports.option_texts import NO, YES, refuse_unknown, refuse_values, yes_or_no
 from mechid.plant.drive import measured_quantities
-from mechid.plant.flight import DRIVE, FILTER, left_on_bench, off_the_stand
+from mechid.plant.flight import DRIVE, FILTER, parts_left_on_bench, without_stand
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
 from mechid.plant.tables import table_of
@@ -66,8 +66,8 @@ def handed_on(bench: Mechanism, values: Mapping[str, float], *, stand: bool) -> 
     if stand or bench.plant.layout is None:
         refuse_values(values, bench.plant)
         return bench.with_values(values)
-    refuse_values(values, off_the_stand(bench).plant)
-    flying = off_the_stand(bench, values)
+    refuse_values(values, without_stand(bench).plant)
+    flying = without_stand(bench, values)
     return measuring(flying, [quantity for quantity in bench.plant.outputs if quantity in flying.plant.offered])
 
 
@@ -77,7 +77,7 @@ def measuring(mechanism: Mechanism, quantities: Sequence[str]) -> Mechanism:
     The filter that a flying one has for its lines alone is left out with its parameters where no output sees it: it is
     none of the bench's, and would stand among the parameters with no effect.
     """
-    plant, layout = mechanism.plant.measuring(quantities), mechanism.plant.layout
+    plant, layout = mechanism.plant.with_outputs(quantities), mechanism.plant.layout
     if layout is not None and layout.flying is not None and LINE_TORQUE not in quantities:
         idle = {table_of(name) for name in FILTER}
         plant = replace(plant, blocks=tuple(block for block in plant.blocks if block.table not in idle))
@@ -116,4 +116,4 @@ def read_stand(given: Mapping[str, str], also: Sequence[str] = ()) -> tuple[bool
 def _left(bench: Mechanism) -> list[str]:
     """Return the tables that stay on the bench; what drives it by a measured channel goes with it."""
     driven = [f"[{DRIVE}]"] if measured_quantities(bench.plant.inputs) else []
-    return [name for name in left_on_bench(bench, ()) if name not in driven]
+    return [name for name in parts_left_on_bench(bench, ()) if name not in driven]

@@ -22,7 +22,7 @@ from types import TracebackType
 from typing import IO, Any, TypeAlias
 
 from mechid.ink.sheet import Sheet
-from mechid.reading.child import ENDINGS
+from mechid.reading.child import TERMINATION_SIGNALS
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
 MOST = 4
@@ -30,7 +30,7 @@ MOST = 4
 OBJECTS_UNSEEN = 50_000
 """How many a figure may make before Python looks for those that nobody needs."""
 SCRIPT = (
-    f"import signal; own = [getattr(signal, name) for name in {ENDINGS} if hasattr(signal, name)];"
+    f"import signal; own = [getattr(signal, name) for name in {TERMINATION_SIGNALS} if hasattr(signal, name)];"
     "[signal.signal(number, signal.SIG_IGN) for number in own];"
     "import sys; sys.path[:] = PATH; from mechid.ink.pens import serve; serve()"
 )

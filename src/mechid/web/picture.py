@@ -195,7 +195,9 @@ class Scene:
 
     def steps_needed(self, mechanism: Mechanism) -> int:
         """Return the steps a sample that the promised accuracy takes, judged on the record's first second."""
-        first = replace(self.simulator, base=self.base.first(self.samples(1.0)), known_edges=self.simulator.excitation)
+        first = replace(
+            self.simulator, base=self.base.truncate(self.samples(1.0)), known_edges=self.simulator.excitation
+        )
         own = {q.replaces: q.value for q in self.record.replaced}
         return max(simulate_accurately(first, mechanism.kernel_values(own)).substeps // 2, 1)
 

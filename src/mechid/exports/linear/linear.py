@@ -151,7 +151,7 @@ def _refuse(what: Handover, options: Options) -> None:
     """Refuse what has no linear model of this kind, and values of what it has not."""
     plant = flying_plant(what.mechanism, stand=options.stand)
     refuse_values(options.values, plant)
-    for name in plant.having(Role.SUPPLY):
+    for name in plant.names_with_role(Role.SUPPLY):
         if name not in what.mechanism.parameters and name not in options.values:
             raise InputFileError(
                 f"{name}: on the bench measured channels drove the motor, and a linear model holds what a command "

@@ -62,7 +62,7 @@ def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
     Parameters
     ----------
     lined : Mechanism
-        On a held base, its lines filtered (`plant.flight.below`): the torque before that filter is looked at.
+        On a held base, its lines filtered (`plant.flight.with_line_filter`): the torque before that filter is used.
     lanes : int
         Derivatives that its kernel carries.
     forcing : Forcing

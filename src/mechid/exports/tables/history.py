@@ -27,7 +27,7 @@ def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Tab
     bench : Mechanism
         As identified, its channels measured.
     lined : Mechanism
-        The same on a held base (`plant.flight.below`), with its test stand or without.
+        The same on a held base (`plant.flight.with_line_filter`), with its test stand or without.
     lanes : int
         Derivatives that the kernel of that one carries: the one of the lines serves.
     trial : Trial
