@@ -11,7 +11,7 @@ from typing import TypeAlias
 from mechid.analysis.look import Drive, RecordLook, look_at
 from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign_file import FILE_NAME, load_records
-from mechid.campaign.in_code import RecordEntry, own_record
+from mechid.campaign.in_code import RecordEntry, read_single_record
 from mechid.errors import RecordError
 from mechid.records import Record
 from mechid.records.bare import Hints, read_bare
@@ -77,7 +77,7 @@ def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
 def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Drive | None]]:
     """Yield the records of a source, each with the command that is declared of it."""
     if isinstance(source, RecordEntry):
-        record, command = own_record(source)
+        record, command = read_single_record(source)
         yield record, Drive(command=command) if command else None
         return
     if isinstance(source, Campaign):

@@ -7,7 +7,7 @@ from typing import Any
 
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign import START, key_in_record, names_start
+from mechid.campaign.campaign import START, is_start_name, key_in_record
 from mechid.campaign.prediction import time_base
 from mechid.command import MeasuredCommand
 from mechid.command.words import command_words
@@ -50,7 +50,7 @@ def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         + [
             _parameter(q, None)
             for q in campaign.free
-            if q.name not in campaign.mechanism.parameters and not names_start(q.name)
+            if q.name not in campaign.mechanism.parameters and not is_start_name(q.name)
         ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],

@@ -54,7 +54,7 @@ def with_nuisance(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
     """
     records, notes, warnings = dict(fit.records), list(fit.notes), list(fit.warnings)
     for record in (r for r in campaign.validated if r.data is not None and r.name in records):
-        known = record.holding({name: p.value for name, p in fit.parameters.items()})
+        known = record.with_known_values({name: p.value for name, p in fit.parameters.items()})
         if not any(q.is_free for q in known.parameters):
             continue
         if fit.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED):
@@ -208,7 +208,7 @@ def _by_mechanism(
 
 def _judged(record: CampaignRecord, found: Nuisance, fit: Fit, state: SearchState) -> RecordFit:
     """Return how well the rest of a record is predicted with what was found."""
-    settled = record.holding(found.values)
+    settled = record.with_known_values(found.values)
     problem = replace(state.problem, space=SearchSpace(fit.mechanism.with_free(())))
     target = target_of(settled)
     rest = {record.name: (found.samples, target.samples)}

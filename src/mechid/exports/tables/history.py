@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechid.campaign.trajectory_file import refuse_lost
+from mechid.campaign.trajectory_file import refuse_incomplete
 from mechid.exports.handover import Trial
 from mechid.exports.tables.table import Table, numbers
 from mechid.plant.flight import keeps_stand
@@ -39,8 +39,8 @@ def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Tab
     """
     seen = simulate_accurately(Simulator(bench.plant, trial.command, trial.base), bench.kernel_values())
     base = simulate_accurately(Simulator(lined.plant, trial.command, trial.base, capacity=lanes), lined.kernel_values())
-    refuse_lost({trial.name: seen})
-    refuse_lost({trial.name: base})
+    refuse_incomplete({trial.name: seen})
+    refuse_incomplete({trial.name: base})
     columns = [
         numbers(
             f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}",

@@ -32,7 +32,7 @@ def record_as_fitted(record: CampaignRecord, fit: Fit, *, disturbances: bool = T
     own = fit.records.get(record.name)
     if own is not None:
         record = record_as_read(record, own.taken)
-        record = record.holding(own.nuisance.values) if own.nuisance else record
+        record = record.with_known_values(own.nuisance.values) if own.nuisance else record
         record = with_lines(record, own.lines)
     return recalled_record(record, _added_of_records(fit), fit.mechanism.plant) if disturbances else record
 
