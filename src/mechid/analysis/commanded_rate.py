@@ -1,4 +1,4 @@
-"""The commanded step rate over a record's own time."""
+"""Commanded step rate over record time."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from mechid.simulation.simulator import TimeBase
 
 
 def commanded_rate(profile: RateProfile, time_offset_s: float, base: TimeBase) -> FloatArray:
-    """Return a rate over a record's time, (R, 2) of s and full steps/s, linear between; (1, 2) where it is constant.
+    """Return a rate profile in record time: breakpoints, (R, 2) of s and full steps/s; (1, 2) for a constant rate.
 
     Parameters
     ----------
     profile : RateProfile
     time_offset_s : float
-        Record time at which it starts.
+        Record time at which the profile starts.
     base : TimeBase
-        Of the record.
+        Time base of the record.
     """
     until = base.start_s + (base.samples - 1) / base.sample_rate_hz
     points = np.array([(t + time_offset_s, r) for t, r in zip(profile.times_s, profile.rates, strict=True)])
