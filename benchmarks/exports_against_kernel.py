@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from mechid.command import Command, RateProfile
-from mechid.exports.c.compiler import compiled
+from mechid.exports.c.compiler import compile_sources
 from mechid.exports.c.source import Source
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
@@ -77,12 +77,12 @@ def kernel(mechanism):
 
 
 def c_text(what, folder):
-    """Return the same of the compiled text."""
+    """Return the same of the compile_sources text."""
     source = Source(what, 1.0 / sample_rate_hz(what), substeps(what))
     for name, text in source.files.items():
         (folder / name).write_text(text)
     (folder / "time.c").write_text(MAIN.format(seconds=SECONDS, samples=round(SECONDS * sample_rate_hz(what))))
-    program = compiled([folder / "mechanism.c", folder / "time.c"], folder / "timed")
+    program = compile_sources([folder / "mechanism.c", folder / "time.c"], folder / "timed")
     return lambda: float(subprocess.run([program], capture_output=True, text=True, check=True).stdout)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mechid.exports.tables.simulate_history import simulate_history
 
 from export_bench import bench_of, stage_response
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
@@ -17,7 +18,6 @@ from mechid.exports.linear.options import Options
 from mechid.exports.linear.target import AGREES
 from mechid.exports.stepping import steppings
 from mechid.exports.tables.check import direct
-from mechid.exports.tables.history import history
 from mechid.plant.flight import below, in_flight
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator
@@ -180,7 +180,7 @@ def test_the_history_has_what_the_bench_shows(paper):
     handed = bench_of(paper, HOUSINGS["whole"])
     mechanism, trial = handed.mechanism, handed.trials[0]
     lined = below(in_flight(mechanism, stand=True), 2.0 * np.pi * 500.0)
-    found = history(mechanism, lined, len(lined.plant.states), trial).numeric
+    found = simulate_history(mechanism, lined, len(lined.plant.states), trial).numeric
     own = simulate_accurately(Simulator(mechanism.plant, trial.command, trial.base), mechanism.kernel_values()).torque
     np.testing.assert_allclose(found["transducer_torque_Nm"], own, atol=1e-5 * np.abs(own).max())
     assert "base_torque_Nm" not in found

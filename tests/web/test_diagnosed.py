@@ -177,8 +177,8 @@ def test_a_fit_leaves_what_is_off_as_it_is(campaign, whole, tmp_path):
     session.turn("gear.stiffness", 1.02 * whole.value("gear.stiffness"))
     session.fit_from_here()
     assert session.run.wait(60.0)
-    assert session.take_up(), session.run.fault
-    assert abs(session.estimate.away("gear.stiffness", whole.value("gear.stiffness"))) < 4.0
+    assert session.adopt_result(), session.run.fault
+    assert abs(session.estimate.sigmas_from("gear.stiffness", whole.value("gear.stiffness"))) < 4.0
     assert not VOLTAGE.keys() & session.estimate.values.keys()
     assert shown_data(session, {}, {}, {})["effects"] == {"record.voltage": False}
     session.switch("record.voltage", is_on=True)

@@ -2,9 +2,9 @@
 
 The tracking is that of the residual torque (`residual_emission`): in windows of equal travel the sines of all orders
 are fitted jointly, here to the drive torque and all components. The remainder gives the amplitude that noise alone
-would produce, and the correlation of the noise between channels. The phase of a component is relative to the line of the
-drive torque at the same order and window; over several windows it is the phase of their cross-spectrum (estimator H1,
-Bendat and Piersol, Random Data, 4th ed., 6.1).
+would produce, and the correlation of the noise between channels. The phase of a component is relative to the line of
+the drive torque at the same order and window; over several windows it is the phase of their cross-spectrum (estimator
+H1, Bendat and Piersol, Random Data, 4th ed., 6.1).
 """
 
 from __future__ import annotations

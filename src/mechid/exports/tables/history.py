@@ -1,4 +1,4 @@
-"""Time histories: each record's command simulated at the estimated values."""
+"""Time histories: simulations of the records' commands at the estimated values."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ ON_BASE = "torque on a held base, without what only the test stand has"
 AT_TRANSDUCER = "torque as the transducer shows it, with the test stand"
 
 
-def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Table:
-    """Return what a record's command makes of the mechanism, on the record's time base.
+def simulate_history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Table:
+    """Simulate the command of a record, on the time base of the record.
 
     Parameters
     ----------
     bench : Mechanism
-        As identified, its channels measured.
+        Mechanism as identified, with the measured channels as outputs.
     lined : Mechanism
-        The same on a held base (`plant.flight.below`), with its test stand or without.
+        The same mechanism on a held base (`plant.flight.below`), with or without its test stand.
     lanes : int
-        Derivatives that the kernel of that one carries: the one of the lines serves.
+        Number of derivatives in the kernel of `lined`; the kernel of the lines is reused.
     trial : Trial
 
     Raises
