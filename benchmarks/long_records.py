@@ -24,7 +24,7 @@ from mechid.campaign.bench import TRUTH
 from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command, RateProfile
 from mechid.simulation.simulator import Simulator, TimeBase
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 RATE_HZ, NOISE_NM, PERIOD_S = 10_000.0, 0.002, 10.0
 PROFILE = ((0.0, 0.0), (4.0, 60.0), (6.0, 60.0), (10.0, 0.0))
@@ -83,7 +83,7 @@ def main() -> None:
         formats = list(_formats(folder, arguments.formats_at)) if arguments.formats_at else []
     if arguments.out:
         content = {"machine": machine(), "commands": rows, "formats": formats}
-        write_whole(arguments.out, json.dumps(content, indent=1) + "\n")
+        write_atomically(arguments.out, json.dumps(content, indent=1) + "\n")
 
 
 def _commands(folder: Path, seconds: float, commands: list[str]) -> Iterator[dict]:
@@ -144,15 +144,15 @@ def made(folder: Path, seconds: float) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     turns = int(np.ceil(seconds / PERIOD_S))
     points = [(PERIOD_S * turn + t, rate) for turn in range(turns) for t, rate in PROFILE[bool(turn) :]]
-    write_whole(folder / "rate.csv", "time_s,rate\n" + "".join(f"{t:.9g},{rate:.9g}\n" for t, rate in points))
+    write_atomically(folder / "rate.csv", "time_s,rate\n" + "".join(f"{t:.9g},{rate:.9g}\n" for t, rate in points))
     truth = catalogue_mechanism().with_values(TRUTH)
     off = {name: truth.value(name) * factor for name, factor in STARTS.items()}
     start = truth.with_free(tuple(STARTS)).with_values(off)
-    write_whole(folder / "mechanism.toml", mechanism_text(start, "SYNTHETIC, two parameters free"))
+    write_atomically(folder / "mechanism.toml", mechanism_text(start, "SYNTHETIC, two parameters free"))
     command = Command(stepping="micro", microsteps=16, rate=RateProfile.through(points))
     base = TimeBase(RATE_HZ, round(seconds * RATE_HZ) + 1)
     _write_hdf5(folder / "run.h5", base, Simulator(truth.plant, command, base).run(truth.kernel_values(), substeps=2))
-    write_whole(
+    write_atomically(
         folder / "campaign.toml",
         'mechanism = "mechanism.toml"\n\n[[record]]\nname = "run"\nfile = "run.h5"\nsample_rate_hz = 10000.0\n'
         'command = { stepping = "micro", microsteps = 16, rate_table = "rate.csv" }\n'
@@ -222,7 +222,9 @@ def _parquet_one_group(campaign: Path, path: Path) -> None:
 
 def _csv(campaign: Path, path: Path) -> None:
     torque = _torque(campaign)
-    write_whole(path, record_rows(np.arange(torque.size) / RATE_HZ, torque, time_format="%.4f", torque_format="%.6e"))
+    write_atomically(
+        path, record_rows(np.arange(torque.size) / RATE_HZ, torque, time_format="%.4f", torque_format="%.6e")
+    )
 
 
 WRITERS: dict[str, tuple[str, Callable[[Path, Path], None]]] = {

@@ -29,7 +29,7 @@ from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command, RateProfile
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 SHORT_S = 0.2
 TWO = ("gear.stiffness", "gear.damping")
@@ -82,11 +82,11 @@ def in_format(folder: Path, seconds: float, kind: str) -> Path:
         write = next(write for suffix, write in WRITERS.values() if suffix == kind)
         write(source, campaign / f"run.{kind}")
     for name in ("rate.csv", "mechanism.toml"):
-        write_whole(campaign / name, (source / name).read_text())
+        write_atomically(campaign / name, (source / name).read_text())
     rate = "sample_rate_hz = 10000.0\n" if kind == "npy" else ""
     text = f'mechanism = "mechanism.toml"\n\n[[record]]\nname = "run"\nfile = "run.{kind}"\n{rate}'
     text += 'command = { stepping = "micro", microsteps = 16, rate_table = "rate.csv" }\n'
-    write_whole(campaign / "campaign.toml", text)
+    write_atomically(campaign / "campaign.toml", text)
     return campaign
 
 
@@ -102,8 +102,8 @@ def many_records(folder: Path, count: int) -> Path:
         drafts.append(RecordDraft(name=name, file=f"{name}.csv", command=_command_text(steps, rate)))
     start = truth.with_free(TWO).with_values({name: 1.02 * truth.value(name) for name in TWO})
     stage = f"\n[[stage]]\nrecords = {[draft.name for draft in drafts]}\nfree = {list(TWO)}\n".replace("'", '"')
-    write_whole(folder / "mechanism.toml", mechanism_text(start, "SYNTHETIC"))
-    write_whole(folder / "campaign.toml", campaign_text(drafts, "SYNTHETIC") + stage)
+    write_atomically(folder / "mechanism.toml", mechanism_text(start, "SYNTHETIC"))
+    write_atomically(folder / "campaign.toml", campaign_text(drafts, "SYNTHETIC") + stage)
     return folder
 
 
@@ -125,8 +125,8 @@ def many_parameters(folder: Path) -> Path:
         name = f"{'full' if steps == 1 else 'micro'}_{rate:g}"
         _write_record(folder / f"{name}.csv", truth, _command(steps, rate), 1.0, rng)
         drafts.append(RecordDraft(name=name, file=f"{name}.csv", command=_command_text(steps, rate)))
-    write_whole(folder / "mechanism.toml", mechanism_text(truth, "SYNTHETIC, from the true values"))
-    write_whole(folder / "campaign.toml", campaign_text(drafts, "SYNTHETIC"))
+    write_atomically(folder / "mechanism.toml", mechanism_text(truth, "SYNTHETIC, from the true values"))
+    write_atomically(folder / "campaign.toml", campaign_text(drafts, "SYNTHETIC"))
     return folder
 
 
@@ -160,7 +160,7 @@ def _write_record(path: Path, truth: Mechanism, command: Command, seconds: float
     torque = simulate_run(Simulator(truth.plant, command, base).run(truth.kernel_values(), substeps=2)).torque
     torque = torque + NOISE_NM * rng.standard_normal(torque.size)
     time = np.arange(torque.size) / SAMPLE_RATE_HZ
-    write_whole(path, record_rows(time, torque, time_format="%.4f", torque_format="%.6e"))
+    write_atomically(path, record_rows(time, torque, time_format="%.4f", torque_format="%.6e"))
 
 
 if __name__ == "__main__":

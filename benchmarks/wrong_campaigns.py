@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.bench import TRUTH
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 from wrong.bench import Files, right_files, shorten
 from wrong.cases import Case, cases
 
@@ -78,7 +78,7 @@ def main() -> None:
                 command = "near" if arguments.near_truth else arguments.command
                 rows[case.name] = judged(case, folder, command, from_truth=arguments.from_truth)
                 if arguments.out:
-                    write_whole(arguments.out, json.dumps(rows, indent=1) + "\n")
+                    write_atomically(arguments.out, json.dumps(rows, indent=1) + "\n")
             _print(case, rows[case.name])
     counted = [rows[case.name] for case in cases() if case.name in rows]
     for said in ("first lines", "later", "not named"):

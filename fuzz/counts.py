@@ -8,7 +8,7 @@ from typing import Any
 
 from fuzz.trial import ACCEPTED, FINDING, REFUSED
 from fuzz.worker import Tried
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 LAST = 20_000
 """Inputs that have to pass without a new branch."""
@@ -42,7 +42,7 @@ class Counts:
 
     def write(self, path: Path) -> None:
         """Write them whole."""
-        write_whole(path, json.dumps(asdict(self), indent=1))
+        write_atomically(path, json.dumps(asdict(self), indent=1))
 
     def next(self, kind: str) -> int:
         """Return the number of the next input of a kind."""

@@ -125,7 +125,7 @@ def _made_by(bench: Bench, campaign: Campaign) -> Campaign:
     """Return the campaign with the true values, those of its records included."""
     truth = bench.truth
     records = tuple(
-        replace(r, parameters=tuple(q.moved_to(truth.get(q.name, q.value)) for q in r.parameters))
+        replace(r, parameters=tuple(q.at_value(truth.get(q.name, q.value)) for q in r.parameters))
         for r in campaign.records
     )
     mechanism = campaign.mechanism.with_values({name: truth[name] for name in bench.free})

@@ -28,15 +28,15 @@ def test_an_angle_that_may_turn_all_round_is_periodic(bounds, periodic):
 @pytest.mark.parametrize("value", [-540.5, -180.0, -179.5, 0.0, 179.5, 180.0, 359.0, 720.25])
 def test_a_periodic_angle_is_the_same_direction_after_it_was_moved(value):
     """Truth: sine and cosine; it is reported from -180 to below 180 degrees."""
-    moved = angle(0.0).moved_to(value).value
+    moved = angle(0.0).at_value(value).value
     assert -180.0 <= moved < 180.0
     for function in (math.sin, math.cos):
         assert function(math.radians(moved)) == pytest.approx(function(math.radians(value)), abs=1e-12)
 
 
 def test_a_bounded_angle_and_a_free_one_within_its_turn_stay_as_they_are():
-    assert angle(0.0, min=0.0, max=200.0).moved_to(190.0).value == 190.0
-    assert angle(0.0, min=0.0, max=360.0).moved_to(90.0).value == 90.0
+    assert angle(0.0, min=0.0, max=200.0).at_value(190.0).value == 190.0
+    assert angle(0.0, min=0.0, max=360.0).at_value(90.0).value == 90.0
 
 
 @pytest.mark.parametrize(

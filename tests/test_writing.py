@@ -6,7 +6,7 @@ from mechid.command.rate_table import read_rate_table
 from mechid.errors import UsageError
 from mechid.records.formats import open_table
 from mechid.structure.formats import read_structure
-from mechid.writing import keeping_what_is_read, writable, write_together, write_whole
+from mechid.writing import creating_folder, protect_read_files, write_atomically, write_together
 
 
 def test_a_file_is_as_it_was_where_writing_fails(tmp_path):
@@ -18,10 +18,10 @@ def test_a_file_is_as_it_was_where_writing_fails(tmp_path):
         raise ValueError("lost")
 
     with pytest.raises(ValueError, match="lost"):
-        write_whole(path, rows())
+        write_atomically(path, rows())
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]
-    write_whole(path, ["a\n", "b\n"])
+    write_atomically(path, ["a\n", "b\n"])
     assert path.read_bytes() == b"a\nb\n"
 
 
@@ -44,7 +44,7 @@ def test_the_first_file_named_is_the_first_to_be_replaced(tmp_path):
 def test_a_folder_that_cannot_be_made_is_the_users_error(tmp_path):
     (tmp_path / "file").write_text("")
     refused = pytest.raises(UsageError, match=r"file/x: cannot be written to \(.+\); give another folder$")
-    with refused, writable(tmp_path / "file" / "x"):
+    with refused, creating_folder(tmp_path / "file" / "x"):
         raise AssertionError("not reached")
 
 
@@ -64,7 +64,7 @@ def test_what_a_command_has_read_no_result_of_it_replaces(tmp_path, kind):
     read, text = READ[kind]
     path = tmp_path / "bootstrap.csv"
     path.write_text(text)
-    with keeping_what_is_read():
+    with protect_read_files():
         read(path)
         with pytest.raises(UsageError, match=r"bootstrap.csv: is one of the files that were read, and is not replaced"):
             write_together(tmp_path, {"bootstrap.csv": "result"})

@@ -10,7 +10,7 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 from recovery.campaigns import campaign, tests
 from recovery.mechanisms import FAMILIES
 
@@ -24,7 +24,7 @@ def write_recovery_bench(folder: Path, family: int, seed: int) -> None:
     write_mechanism(catalogue, folder / MECHANISM_NAME, COMMENT)
     commands = {name: test.command for name, test in tests(truth).items()}
     drafts = [RecordDraft(name=n, file=f"{n}.csv", command=_toml(c)) for n, c in commands.items()]
-    write_whole(folder / FILE_NAME, campaign_text(drafts, COMMENT))
+    write_atomically(folder / FILE_NAME, campaign_text(drafts, COMMENT))
     for record in campaign(catalogue, truth, seed, "all").records:
         data = record.data
         rows = record_rows(
@@ -33,7 +33,7 @@ def write_recovery_bench(folder: Path, family: int, seed: int) -> None:
             time_format="%.6f",
             torque_format="%.9e",
         )
-        write_whole(folder / record.file, rows)
+        write_atomically(folder / record.file, rows)
 
 
 def _toml(command: Command) -> str:

@@ -12,7 +12,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.mechanism_text import write_mechanism
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
-from mechid.writing import whole, write_whole
+from mechid.writing import atomic_file, write_atomically
 
 Command = Mapping[str, Any]
 RATE_HZ, NOISE_NM = 10_000.0, 2e-3
@@ -54,7 +54,7 @@ def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mappi
     header = HEADER.format(maker=f"{maker} {version}")
     write_mechanism(catalogue_mechanism(), folder / MECHANISM_NAME, header)
     drafts = [RecordDraft(name=name, file=f"{name}.csv", command=_toml(command)) for name, (command, _) in RUNS.items()]
-    write_whole(folder / FILE_NAME, campaign_text(drafts, header))
+    write_atomically(folder / FILE_NAME, campaign_text(drafts, header))
     generators = np.random.default_rng(seed).spawn(len(RUNS))
     for (name, (command, seconds)), rng in zip(RUNS.items(), generators, strict=True):
         path = folder / f"{name}.csv"
@@ -63,7 +63,7 @@ def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mappi
         torque = make(command, seconds)
         noisy = torque + NOISE_NM * rng.standard_normal(torque.size)
         rows = np.stack([np.arange(torque.size) / RATE_HZ, noisy, torque], axis=1)
-        with whole(path) as beside:
+        with atomic_file(path) as beside:
             np.savetxt(beside, rows, fmt="%.10g", delimiter=",", header="time_s,torque_Nm,without_noise", comments="")
         print(f"{name}: {torque.size} samples, {torque.std():.4g} N m RMS", flush=True)
     told = {
@@ -74,7 +74,7 @@ def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mappi
         "parameters": dict(TRUTH),
         **facts,
     }
-    write_whole(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
+    write_atomically(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
 
 
 def _toml(command: Command) -> str:

@@ -26,7 +26,7 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 from recovery.campaigns import NOISE_NM
 from recovery.mechanisms import FAMILIES
 from recovery.mechanisms import drawn as family_values
@@ -88,7 +88,7 @@ def make_bench(
     drafts = [RecordDraft(name=name, file=f"{name}.csv", command=_toml(one.command)) for name, one in runs.items()]
     named = f'mechanism = "{MECHANISM_NAME}"'
     text = campaign_text(drafts, HEADER).replace(named, f'{named}\nclock_reference = "driver"')  # a recorder is off
-    write_whole(folder / FILE_NAME, text)
+    write_atomically(folder / FILE_NAME, text)
     simulate = sizes.simulator(seed)
     generators = np.random.default_rng((*streams, 2)).spawn(len(runs))
     records = {}
@@ -113,7 +113,7 @@ def make_bench(
             "effect_over_noise": _effect_over_noise(mechanism, size, runs, records),
             "predictable_s": _predictable_s(mechanism, size, runs, records),
         }
-    write_whole(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
+    write_atomically(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
     return Bench(folder, effect, seed, truth, size, runs)
 
 

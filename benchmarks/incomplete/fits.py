@@ -11,7 +11,7 @@ from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 PARTS = ("whole", "first", "second", "reference")
 """All of the records; the first and the second half of the samples of each; all of them without the effect."""
@@ -34,7 +34,7 @@ def fitted(
     wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
     if keep:
         keep.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(keep, json_text(fit.to_dict()))
+        write_atomically(keep, json_text(fit.to_dict()))
     return {
         "outcome": fit.outcome.code,
         "grade": str(fit.grade),

@@ -28,7 +28,7 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.campaign.templates import MECHANISM_NAME
 from mechid.campaign.toml_file import toml_text
 from mechid.plant.mechanism import Mechanism
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 from recovery.campaigns import RATE_HZ
 
 HEADER = "SYNTHETIC lab bench: simulated, not measured. The truth is in truth.json."
@@ -126,9 +126,9 @@ def make_bench(seed: int, folder: Path, *, sweep_s: float = SWEEP_S) -> Bench:
             ranges[name] = own_ranges["Mz"]
         rows, header = np.column_stack([time, rows]), ",".join(("time_s", *COLUMNS))
         np.savetxt(folder / f"{name}.csv", rows, fmt="%.8g", delimiter=",", header=header, comments="")
-    write_whole(folder / FILE_NAME, _campaign_text(runs, ranges, clock_declared=seed % 2 == 0))
+    write_atomically(folder / FILE_NAME, _campaign_text(runs, ranges, clock_declared=seed % 2 == 0))
     told = {"synthetic": True, "seed": seed, "clipped": clipped, "parameters": truth, "own": own}
-    write_whole(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
+    write_atomically(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
     return Bench(folder, seed, truth, own, clipped)
 
 

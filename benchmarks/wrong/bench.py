@@ -19,7 +19,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command, RateProfile
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 FloatArray = NDArray[np.float64]
 RATE_HZ = 10_000.0
@@ -108,7 +108,7 @@ def right_files(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     for name in RUNS:
         if not (folder / f"{name}.csv").exists():
-            write_whole(folder / f"{name}.csv", csv_text(time_of(name), measured_torque(name)))
+            write_atomically(folder / f"{name}.csv", csv_text(time_of(name), measured_torque(name)))
     return folder
 
 
@@ -150,7 +150,7 @@ class Files:
             path = folder / f"{name}.csv"
             path.unlink(missing_ok=True)
             if path.name in self.texts:
-                write_whole(path, self.texts[path.name])
+                write_atomically(path, self.texts[path.name])
             else:
                 os.link(right / path.name, path)
         mechanism = mechanism_from_table(copy.deepcopy(self.mechanism), "catalogue")
@@ -158,8 +158,8 @@ class Files:
             limits = {q.name: q for q in mechanism.free}
             true = {name: min(max(value, limits[name].min), limits[name].max) for name, value in TRUTH.items()}
             mechanism = mechanism.with_values(true)
-        write_whole(folder / "mechanism.toml", mechanism_text(mechanism, "SYNTHETIC"))
-        write_whole(folder / "campaign.toml", 'mechanism = "mechanism.toml"\n' + "".join(map(self._entry, RUNS)))
+        write_atomically(folder / "mechanism.toml", mechanism_text(mechanism, "SYNTHETIC"))
+        write_atomically(folder / "campaign.toml", 'mechanism = "mechanism.toml"\n' + "".join(map(self._entry, RUNS)))
         return folder
 
     def _entry(self, name: str) -> str:

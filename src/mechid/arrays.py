@@ -1,4 +1,4 @@
-"""The kinds of arrays that functions take and return, each defined here alone; their shapes stand in docstrings."""
+"""Array types of function arguments and results; the docstrings state the shapes."""
 
 from __future__ import annotations
 

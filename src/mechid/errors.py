@@ -1,6 +1,6 @@
-"""The errors a user can cause, each with the exit code of the command line.
+"""Errors that a user can cause, each with the exit code of the command line.
 
-A message says where, what was found and what to do:
+A message states where the fault is, what was found and what to do:
 ``campaign.toml: stage[1].free[2]: unknown parameter "gear.stifness"; did you mean "gear.stiffness"?``
 """
 
@@ -10,11 +10,11 @@ import difflib
 from collections.abc import Iterable
 
 DEBUG = "MECHID_DEBUG"
-"""Variable of the environment that is 1 where tracebacks are wanted."""
+"""Environment variable; set it to 1 to see tracebacks."""
 
 
 class MechidError(Exception):
-    """Base of every error mechid raises on purpose; `exit_code` is what the command returns."""
+    """Base class of all errors that mechid raises on purpose; `exit_code` is the exit code of the command."""
 
     exit_code = 1
 
@@ -26,11 +26,11 @@ class UsageError(MechidError):
 
 
 class UnwritableError(UsageError):
-    """A file or a folder cannot be written to: no room, no permission, a name that is too long."""
+    """A file or a folder cannot be written to, e.g. no space, no permission, or too long a name."""
 
 
 class WorkersError(MechidError):
-    """Workers that were lent for a computation, or their scheduler, cannot be reached, are lost or are not alike."""
+    """The workers of an external executor, or its scheduler, are unreachable, lost or inconsistent."""
 
     exit_code = 2
 
@@ -42,18 +42,19 @@ class InputFileError(MechidError):
 
 
 class RecordError(MechidError):
-    """A measured record is missing or cannot be used."""
+    """A measured record is missing or unusable."""
 
     exit_code = 4
 
 
 class FitError(MechidError):
-    """The simulation or the fit did not succeed."""
+    """The simulation or the fit failed."""
 
     exit_code = 5
 
 
 def did_you_mean(found: str, known: Iterable[str]) -> str:
     """Return ``'; did you mean "x"?'`` for the nearest of `known`, or an empty string."""
+    # difflib's default, written out: a looser threshold would suggest keys that have nothing in common.
     near = difflib.get_close_matches(found, list(known), n=1, cutoff=0.6)
     return f'; did you mean "{near[0]}"?' if near else ""

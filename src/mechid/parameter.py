@@ -1,8 +1,7 @@
-"""A parameter: what it means, in which unit, within which bounds, and what is believed of it.
+"""Parameters: declarations, values, bounds, priors and status.
 
-`Declaration` is the parameter as its block knows it; `Parameter` is the same one in a user's
-mechanism, with a value and a status. Values are in the file's own coordinates and units
-(SI, or degrees where the key ends in ``_deg``).
+`Declaration` is the parameter as its block declares it. `Parameter` is the same parameter in a user's mechanism, with a
+value and a status. Values are in the coordinates and units of the file: SI, or degrees where the key ends in ``_deg``.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from mechid.units import angle_difference
 
 
 class Status(StrEnum):
-    """What the fit may do, or has done, with a parameter."""
+    """Status of a parameter before or after a fit."""
 
     FREE = "free"
     KNOWN = "known"
@@ -25,25 +24,25 @@ class Status(StrEnum):
 
 
 class Role(StrEnum):
-    """What a parameter does in any mechanism, for those who change it without knowing the block."""
+    """Physical role of a parameter in any mechanism, independent of the block that declares it."""
 
     SUPPLY = "supply"
-    """Drives the motor: phase voltage or phase current, of which a weaker supply gives less."""
+    """Drives the motor: phase voltage or phase current. A weaker supply lowers it."""
     LOAD_INERTIA = "load inertia"
-    """The whole inertia that the output moves."""
+    """Total inertia driven by the output."""
     DRY_FRICTION = "dry friction"
-    """A level of dry friction at the motor: torque that opposes motion whatever the speed."""
+    """Level of dry friction at the motor: a torque that opposes motion at any speed."""
     WINDING_RESISTANCE = "winding resistance"
-    """Of copper: it rises with the winding's temperature, by 0.39 % a kelvin."""
+    """Of copper: it rises by 0.39 % per kelvin of winding temperature."""
     TRANSDUCER_GAIN = "transducer gain"
-    """What the transducer's conditioning makes of the torque."""
+    """Gain of the transducer's signal conditioning."""
     CUT_OFF = "cut-off"
-    """Of a low-pass in front of the recorder: the frequency above which it takes away."""
+    """Of a low-pass in front of the recorder: the frequency above which it attenuates."""
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """A parameter as declared by the block that uses it.
+    """A parameter as its block declares it.
 
     Parameters
     ----------
@@ -52,42 +51,42 @@ class Declaration:
     symbol : str
         Symbol in the equations, e.g. ``"R"``.
     unit : str
-        Unit of the file's value, e.g. ``"ohm"``; ``"1"`` where there is none.
+        Unit of the file's value, e.g. ``"ohm"``; ``"1"`` if dimensionless.
     meaning : str
         One line for a reader who does not know the symbol.
     lower, upper : float
-        Physical limits; a file's value outside them is refused.
+        Physical limits; a value outside them is refused.
     source : str
-        Where the equation or the value stands.
+        Reference for the equation or the value.
     default : float or None
         Value where the file has none; None makes the key mandatory.
     structural : bool
-        It shapes the equations or is a count: it is known, never estimated.
+        The parameter shapes the equations or is a count: it is known, never estimated.
     spread : float
         Factor by which a catalogue value is typically wrong, either way; the search starts within it.
     typical : (str, float, float) or None
-        Where no catalogue value is worth a start: a scale as an expression in the file's symbols, and the
-        smallest and largest share of it met in practice.
+        For a parameter without a usable catalogue value: a scale as an expression in the file's symbols, and the
+        smallest and the largest multiple of it met in practice.
     above : str or None
-        Parameter below which it never lies, as static friction above Coulomb friction: it is searched by its excess
-        over that one. Keys of other parameters, here and below, are relative to the same table, or dotted names.
+        Parameter that bounds it from below, as Coulomb friction bounds static friction: the search varies the excess
+        over that parameter. Keys of other parameters, here and below, are relative to the same table, or dotted names.
     beyond : str or None
         Parameter that it has to exceed.
     part_of : str or None
-        Parameter of which it is a part: all parts together stay below the whole.
+        Parameter of which it is a part: the sum of all parts stays below the whole.
     tied_to : str or None
-        Parameter that it follows where the file does not name it.
+        Parameter that it follows if the file does not name it.
     hertz_below : float
-        A value in rad/s below this may be meant in hertz, and is asked about.
+        A value in rad/s below this may have been meant in hertz; the user is asked.
     percent_above : float
-        A damping ratio above this may be meant in percent, and is asked about.
+        A damping ratio above this may have been meant in percent; the user is asked.
     even : bool
-        It counts what comes in pairs.
+        The parameter is an even count.
     supply_power : int
-        Power with which it follows the supply when torque and motion stay as they are: k_m goes with U, R and L go with
-        U^2. Where all that follow it are free, no torque record tells them apart.
+        Exponent with which it scales with the supply when torque and motion stay the same: k_m scales with U, R and L
+        with U^2. If all parameters that scale so are free, no torque record identifies them.
     role : Role or None
-        What it does in a mechanism whatever the block calls it; margins and tables over it are made by role.
+        Physical role, independent of the block; margins and their tables are made by role.
     """
 
     key: str
@@ -113,7 +112,7 @@ class Declaration:
     role: Role | None = None
 
     def doubt(self, value: float) -> str:
-        """Return the question whether a value is meant in another unit; empty where nothing suggests it."""
+        """Return the question whether a value was meant in another unit, or an empty string."""
         if 0.0 < value < self.hertz_below:
             return "is this in Hz? it is read in rad/s"
         if value > self.percent_above:
@@ -126,10 +125,9 @@ class Declaration:
 class Parameter:
     """A parameter of one mechanism or record: its dotted name, value, bounds and status.
 
-    `sigma` is the standard deviation of a prior on the value, in the value's unit. `tied_to`
-    names the parameter it follows when `status` is tied. `reason` says why a status is not the
-    one that the file asked for. `replaces` names the mechanism's parameter in whose place a
-    record's own one stands for that record; empty where it stands for none.
+    `sigma` is the standard deviation of a prior on the value, in the value's unit. `tied_to` names the parameter that
+    it follows when `status` is tied. `reason` says why the status differs from the one in the file. `replaces` names
+    the mechanism's parameter that a per-record parameter replaces for its record; empty if it replaces none.
     """
 
     name: str
@@ -145,16 +143,16 @@ class Parameter:
 
     @property
     def is_free(self) -> bool:
-        """Whether the fit may move it."""
+        """Whether the fit may change the value."""
         return self.status is Status.FREE
 
     @property
     def is_periodic(self) -> bool:
-        """Whether it is an angle in degrees whose range is a full turn, hence no real bound."""
+        """Whether the parameter is an angle in degrees with a range of a full turn, so that its bounds are none."""
         return self.declaration.unit == "deg" and self.max - self.min >= 360.0
 
-    def moved_to(self, value: float) -> Parameter:
-        """Return the same parameter at another value; a periodic one is wrapped to [-180, 180) if it lies outside."""
+    def at_value(self, value: float) -> Parameter:
+        """Return the parameter at another value; a periodic value outside [-180, 180) is wrapped into that range."""
         if self.is_periodic and not -180.0 <= value < 180.0:
             value = angle_difference(value)
         return replace(self, value=value)

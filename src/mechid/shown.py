@@ -1,7 +1,8 @@
-"""Results that show and write themselves.
+"""Base class of results that display and write themselves.
 
-A result stands in the layer that makes it; its document and its files are made by its capability, which may stand above
-it. That module is named here and imported when a result is asked, so that no import goes up.
+A result is defined in the layer that computes it. Its document and its files belong to a capability, which may be a
+higher layer: the module of that capability is named here and imported on first use, so that no layer imports a higher
+one.
 """
 
 from __future__ import annotations
@@ -31,29 +32,29 @@ DOCUMENTS: Mapping[str, str] = {
     "Understanding": "mechid.checks.document",
     "Validations": "mechid.validations.document",
 }
-"""Module of the document of each kind of result; its `PRESENTER` shows and writes the result."""
+"""Document module of each result class; the module's `PRESENTER` displays and writes the result."""
 
 
 def presenter_of(result: object) -> Any:
-    """Return the `ink.presenter.Presenter` of a result's kind."""
+    """Return the `ink.presenter.Presenter` of a result's class."""
     return import_module(DOCUMENTS[type(result).__name__]).PRESENTER
 
 
 class Shown:
     """A result of one of mechid's functions.
 
-    In a notebook it shows what the command of the same name prints.
+    In a notebook it displays the output of the command of the same name.
     """
 
     __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return every number that is shown, in SI units or as its key says, as JSON can hold it."""
+        """Return all displayed numbers as JSON-compatible values, in SI units unless the key states another."""
         found: dict[str, Any] = presenter_of(self).numbers(self)
         return found
 
     def write(self, out: Path | str) -> list[Path]:
-        """Write what the command of the same name leaves in a folder, made where it is missing; return the files.
+        """Write the files of the command of the same name into a folder, created if missing, and return their paths.
 
         Raises
         ------
@@ -68,7 +69,7 @@ class Shown:
         return f"<{type(self).__name__}: {presenter_of(self).line(self)}>"
 
     def __str__(self) -> str:
-        """Return what the command prints."""
+        """Return the text that the command prints."""
         text: str = presenter_of(self).text(self)
         return text
 

@@ -1,4 +1,4 @@
-"""Files that are there whole or as they were, and a folder that cannot be written to as the user's error."""
+"""Atomic writing of files, and the errors for folders that cannot be written to."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ import platformdirs
 from mechid.errors import UnwritableError, UsageError
 
 CACHE = "MECHID_CACHE"
-"""Variable of the environment that names another folder for kernels and for the samples of long records."""
+"""Environment variable that names another folder for compiled kernels and for samples of long records."""
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 NO_ROOM_WORDS = os.strerror(errno.ENOSPC)
 _READ: ContextVar[set[Path] | None] = ContextVar("read", default=None)
-"""The user's files that have been read by the command that runs; None where none does."""
+"""The user's files read so far by the running command; None outside a command."""
 
 
 def cache_folder() -> Path:
-    """Return mechid's own folder for what is kept or set aside: the one that `CACHE` names, else the user's cache."""
+    """Return mechid's cache folder: the one in the environment variable `CACHE`, else the user's cache."""
     named = os.environ.get(CACHE)
     return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
 @contextmanager
-def keeping_what_is_read() -> Iterator[None]:
-    """Within a command, refuse to replace the files that `keep` names, whatever a result is called."""
+def protect_read_files() -> Iterator[None]:
+    """Within the block, protect the files passed to `mark_as_read` against being overwritten by a result."""
     reset = _READ.set(set())
     try:
         yield
@@ -39,42 +39,43 @@ def keeping_what_is_read() -> Iterator[None]:
         _READ.reset(reset)
 
 
-def keep(path: Path) -> None:
-    """Note a file of the user's that is read: no result of the same command takes its place."""
+def mark_as_read(path: Path) -> None:
+    """Register a file that the user's command reads, so that no result of that command replaces it."""
     read = _READ.get()
     if read is not None:
         read.add(path.resolve())
 
 
-def refuse_read(path: Path) -> None:
-    """Raise UsageError where a file to be written is one that the command has read."""
+def refuse_input_file(path: Path) -> None:
+    """Raise UsageError if the file to be written was read by the same command."""
     if path.resolve() in (_READ.get() or ()):
         raise UsageError(f"{path}: is one of the files that were read, and is not replaced; give another folder")
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[Path]:
-    """Yield a place beside `path` to write to, which is renamed at the end; nothing of it stays where that fails.
+def atomic_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary path next to `path`; rename it to `path` at the end, or remove it on failure.
 
     Raises
     ------
     UsageError
-        The file there has been read by this command.
+        The same command has read the file at `path`.
     """
-    refuse_read(path)
+    refuse_input_file(path)
+    # In the same folder: a rename is atomic only within one file system. The process id keeps two runs apart.
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield beside
         beside.replace(path)
     except OSError as error:
-        raise placed(error, path) from None
+        raise attach_path(error, path) from None
     finally:
         beside.unlink(missing_ok=True)
 
 
 @contextmanager
-def aside(folder: Path, name: str) -> Iterator[Path]:
-    """Yield an empty folder within another, for files that are put in their place when all are whole; then it goes."""
+def staging_folder(folder: Path, name: str) -> Iterator[Path]:
+    """Yield an empty temporary folder within another, for files moved once all are complete; remove it after."""
     beside = folder / f".{name}.{os.getpid()}.part"
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir()
@@ -85,34 +86,34 @@ def aside(folder: Path, name: str) -> Iterator[Path]:
 
 
 @contextmanager
-def made_in_memory(path: Path) -> Iterator[io.BytesIO]:
-    """Yield room in memory for a file, which is written at the end: for libraries that a full disk brings down.
+def buffered_file(path: Path) -> Iterator[io.BytesIO]:
+    """Yield a memory buffer whose content is written to `path` at the end, for libraries that cannot bear a full disk.
 
-    HDF5's ends Python with a segmentation fault where a file cannot be closed.
+    HDF5, for one, ends Python with a segmentation fault if it cannot close a file.
     """
     content = io.BytesIO()
     yield content
-    # Written by the file itself: `write_bytes` takes a view of what it writes, which an error's frames would hold, and
-    # a view that is there when Python 3.12 ends brings it down.
-    with whole(path) as beside, beside.open("wb") as file:
+    # Written through the file object: `write_bytes` takes a memoryview of the buffer, which the frames of an error
+    # would keep alive, and a memoryview alive at exit crashes Python 3.12.
+    with atomic_file(path) as beside, beside.open("wb") as file:
         file.write(content.getbuffer())
 
 
-def write_whole(path: Path, content: str | Iterable[str]) -> None:
-    """Write a text file, given whole or in pieces."""
-    with whole(path) as beside:
+def write_atomically(path: Path, content: str | Iterable[str]) -> None:
+    """Write a text file atomically, from one string or from pieces."""
+    with atomic_file(path) as beside:
         _write(beside, content)
 
 
 def _write(path: Path, content: str | Iterable[str]) -> None:
     with path.open("wb") as file:
-        file.writelines(map(_encoded, (content,) if isinstance(content, str) else content))
+        file.writelines(map(_encode, (content,) if isinstance(content, str) else content))
 
 
-def _encoded(text: str) -> bytes:
-    r"""Return text as UTF-8, with names of files whose bytes Python could not read as letters.
+def _encode(text: str) -> bytes:
+    r"""Encode text as UTF-8, including file names whose bytes Python could not decode.
 
-    Where the system's own letters are ASCII alone, such names are UTF-8 as a rule; other bytes become ``\xe4``.
+    Where the locale is plain ASCII, such names are UTF-8 as a rule; other bytes become ``\xe4``.
     """
     try:
         return text.encode()
@@ -121,8 +122,8 @@ def _encoded(text: str) -> bytes:
 
 
 @contextmanager
-def writable(folder: Path | str) -> Iterator[None]:
-    """Make a folder with its parents, and refuse it where that, or writing to it within the block, is not possible.
+def creating_folder(folder: Path | str) -> Iterator[None]:
+    """Create a folder with its parents; turn its errors, and those of the block in it, into UnwritableError.
 
     Raises
     ------
@@ -133,35 +134,35 @@ def writable(folder: Path | str) -> Iterator[None]:
         Path(folder).mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
-        if not is_refusal_of(folder, error):
+        if not is_unwritable_error(folder, error):
             raise
-        raise refusal(Path(folder), error) from error
+        raise unwritable_error(Path(folder), error) from error
 
 
 def refuse_unwritable(folder: Path | str) -> None:
-    """Raise UnwritableError where a folder cannot be made or written to; nothing is made. For long work."""
+    """Raise UnwritableError if a folder cannot be created or written to; create nothing. For use before long work."""
     folder = Path(folder)
     try:
         place = next(p for p in (folder, *folder.absolute().parents) if p.exists())
     except OSError as error:  # as of a name that is too long
-        raise refusal(folder, error) from error
+        raise unwritable_error(folder, error) from error
     if not place.is_dir():
-        raise refusal(folder, NotADirectoryError())
+        raise unwritable_error(folder, NotADirectoryError())
     if not os.access(place, os.W_OK):
-        raise refusal(folder, PermissionError(0, "no permission"))
+        raise unwritable_error(folder, PermissionError(0, "no permission"))
 
 
-def placed(error: OSError, path: Path) -> OSError:
-    """Return an error that names the file it is about, which that of a full disk does not."""
+def attach_path(error: OSError, path: Path) -> OSError:
+    """Return the error with the path set; the system's error about a full disk names no file."""
     if error.filename is None:
         error.filename = str(path)
     return error
 
 
-def is_refusal_of(folder: Path | str, error: OSError) -> bool:
-    """Whether an error says that a folder cannot be written to.
+def is_unwritable_error(folder: Path | str, error: OSError) -> bool:
+    """Return whether an error says that a folder cannot be written to.
 
-    It is about something in it, or about room, where no file is named.
+    Such an error names a path in or above the folder, or names no path and reports a lack of space.
     """
     if error.filename is None:
         return error.errno in NO_ROOM or NO_ROOM_WORDS in str(error)  # the latter as h5py has it
@@ -169,29 +170,29 @@ def is_refusal_of(folder: Path | str, error: OSError) -> bool:
     return whole_folder == place or whole_folder in place.parents or place in whole_folder.parents
 
 
-def _is_loose(place: Path) -> bool:
+def _is_dangling_link(place: Path) -> bool:
     return place.is_symlink() and not place.exists()
 
 
-def refusal(folder: Path, error: OSError) -> UnwritableError:
-    """Return the error that a folder cannot be written to, with the reason."""
+def unwritable_error(folder: Path, error: OSError) -> UnwritableError:
+    """Return the error that a folder cannot be written to, with the reason and the remedy."""
     reasons: list[str] = []
     with suppress(OSError):  # as of a name that is too long
         places = (folder, *folder.parents)
         reasons = [f"{place} is a file" for place in places if place.is_file()]
-        reasons += [f"{place} is a link that leads to nothing" for place in places if _is_loose(place)]
+        reasons += [f"{place} is a link that leads to nothing" for place in places if _is_dangling_link(place)]
     why = reasons[0] if reasons else error.strerror or error
     remedy = "make room, or give another folder" if error.errno in NO_ROOM else "give another folder"
     return UnwritableError(f"{folder}: cannot be written to ({why}); {remedy}")
 
 
 def write_together(folder: Path | str, texts: Mapping[str, str | Iterable[str]]) -> list[Path]:
-    """Write texts, whole or in pieces, by file name; earlier ones are replaced, in this order, when all are whole.
+    """Write texts by file name, whole or in pieces; earlier files are replaced in this order once all are complete.
 
     Returns
     -------
     list of Path
-        The files.
+        Paths of the files.
 
     Raises
     ------
@@ -199,7 +200,8 @@ def write_together(folder: Path | str, texts: Mapping[str, str | Iterable[str]])
         The folder cannot be written to.
     """
     files = {Path(folder) / name: text for name, text in texts.items()}
-    with writable(folder), ExitStack() as renamed:
-        for path, text in reversed(files.items()):  # what is entered last is renamed first
-            _write(renamed.enter_context(whole(path)), text)
+    with creating_folder(folder), ExitStack() as renamed:
+        # An exit stack unwinds backwards: the file entered last is renamed first.
+        for path, text in reversed(files.items()):
+            _write(renamed.enter_context(atomic_file(path)), text)
     return list(files)

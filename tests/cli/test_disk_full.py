@@ -16,7 +16,7 @@ import pytest
 from mechid.budgets.example import write_example
 from mechid.errors import UnwritableError
 from mechid.holding import held
-from mechid.writing import writable, write_together
+from mechid.writing import creating_folder, write_together
 
 resource = pytest.importorskip("resource")
 
@@ -111,7 +111,7 @@ def test_what_fails_within_a_target_is_not_called_a_folder_that_cannot_be_writte
     """Truth: the errors of what is elsewhere: a program that is missing, a port that is taken."""
     elsewhere = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "/usr/bin/no-such-compiler")
     for error in (elsewhere, OSError(errno.EADDRINUSE, "port"), TimeoutError("slow")):
-        with pytest.raises(type(error)) as raised, held(tmp_path / "out"), writable(tmp_path / "out"):
+        with pytest.raises(type(error)) as raised, held(tmp_path / "out"), creating_folder(tmp_path / "out"):
             raise error
         assert raised.value is error
 
@@ -136,10 +136,11 @@ import resource, sys
 from pathlib import Path
 import h5py, numpy
 from mechid.errors import UnwritableError
-from mechid.writing import made_in_memory, writable
+from mechid.writing import buffered_file, creating_folder
 resource.setrlimit(resource.RLIMIT_FSIZE, (9000, resource.RLIM_INFINITY))
 try:
-    with writable(sys.argv[1]), made_in_memory(Path(sys.argv[1]) / "a.h5") as content, h5py.File(content, "w") as file:
+    place = Path(sys.argv[1])
+    with creating_folder(place), buffered_file(place / "a.h5") as content, h5py.File(content, "w") as file:
         file["x"] = numpy.arange(5000.0)
 except UnwritableError as error:
     print(error)

@@ -271,7 +271,7 @@ def test_a_command_made_in_python_is_checked_too():
 def test_a_command_followed_from_later_on_is_the_rest_of_it(begun_s, points):
     """Truth: the whole command, cut at that time; the angle there is that of the voltages held."""
     whole = Command(stepping="micro", microsteps=4, rate=RateProfile.through(points), start_angle_deg=30.0)
-    later, edges = whole.begun_at(begun_s), whole.excitation(2.0)
+    later, edges = whole.begin_at(begun_s), whole.excitation(2.0)
     rest, found = edges.times > begun_s, later.excitation(2.0 - begun_s)
     np.testing.assert_allclose(found.times, edges.times[rest] - begun_s, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(found.values, edges.values[rest])
@@ -281,4 +281,4 @@ def test_a_command_followed_from_later_on_is_the_rest_of_it(begun_s, points):
     np.testing.assert_allclose([-np.cos(angle), np.sin(angle)], held, rtol=0, atol=1e-12)
     assert later.start_rate == pytest.approx(np.interp(begun_s, *zip(*points, strict=True)))
     assert later.origin_s == begun_s
-    assert whole.begun_at(-1.0).origin_s == 0.0
+    assert whole.begin_at(-1.0).origin_s == 0.0

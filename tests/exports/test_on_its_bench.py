@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from mechid.exports.tables.simulate_history import simulate_history
 
 from export_bench import bench_of, stage_response
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
@@ -18,6 +17,7 @@ from mechid.exports.linear.options import Options
 from mechid.exports.linear.target import AGREES
 from mechid.exports.stepping import steppings
 from mechid.exports.tables.check import direct
+from mechid.exports.tables.history import simulate_history
 from mechid.plant.flight import below, in_flight
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator

@@ -14,7 +14,7 @@ import pytest
 from mechid.errors import UnwritableError, UsageError
 from mechid.holding import LOCK_NAME, held, sweep
 from mechid.holding.holder import Life, beginning, read_holder, this_process
-from mechid.writing import aside, whole
+from mechid.writing import atomic_file, staging_folder
 
 HOLDER = """
     import sys, time
@@ -173,7 +173,7 @@ def test_what_a_killed_run_left_half_written_goes(other, tmp_path):
 
 
 def test_what_is_being_written_beside_its_place_has_a_name_that_is_swept(tmp_path):
-    with whole(tmp_path / "a.json") as beside, aside(tmp_path, "export") as folder:
+    with atomic_file(tmp_path / "a.json") as beside, staging_folder(tmp_path, "export") as folder:
         beside.write_text("half")
         assert sweep(tmp_path) == []  # this process is at work on them
         for path in (beside, folder):

@@ -10,7 +10,7 @@ from mechid.campaign import mechanism_text
 from mechid.campaign.bench import write_bench
 from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command, RateProfile
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 from synthetic import NOISE_NM, RATE_HZ, displaced, torque_of, truth
 
 pytestmark = [
@@ -59,14 +59,14 @@ def bench_of(tmp_path):
         folder = tmp_path / f"{seconds:.0f}"
         write_bench(folder, seed=1, sweep_s=1.0)
         start = displaced(truth(), {"gear.stiffness": 1.1, "gear.damping": 0.8})
-        write_whole(folder / "mechanism.toml", mechanism_text(start, "two parameters free"))
+        write_atomically(folder / "mechanism.toml", mechanism_text(start, "two parameters free"))
         campaign = folder / "campaign.toml"
         text = campaign.read_text()
         assert "[1.0, 2.0]" in text
         campaign.write_text(text.replace("[1.0, 2.0]", f"[{seconds:.1f}, 120.0]"))
         time, torque = sweep_over(seconds)
         rows = record_rows(time, torque, time_format="%.6f", torque_format="%.9e")
-        write_whole(folder / "sweep.csv", rows)
+        write_atomically(folder / "sweep.csv", rows)
         return folder
 
     return make

@@ -1,5 +1,6 @@
 """Results that are out of date. Truth: which file was changed, taken away or written again as it was."""
 
+import json
 import os
 import shutil
 
@@ -68,6 +69,17 @@ def test_a_budget_of_a_fit_that_was_made_anew_is_stale(bench):
 def test_a_budget_that_does_not_name_its_fit_is_not_judged(bench):
     write_budget(bench / "budget", None)
     assert cautions(bench, "Budgets") == [()]
+
+
+def test_a_comparison_is_stale_where_one_of_its_fits_was_made_anew(bench):
+    digest = json.loads((bench / "fit" / "estimate.json").read_text())["provenance"]["mechanism_sha256"]
+    for others, is_stale in (([digest], False), (["0" * 64], True), ([None], False)):
+        fits = [{"mechanism_sha256": one} for one in (digest, *others)]
+        content = {"format": "mechid-comparison/1", "provenance": {"fits": fits}}
+        content |= {"outcome": {"code": "preferred", "message": "One is preferred."}, "preferred": "a"}
+        write(bench / "comparison" / "comparison.json", {**content, "hypotheses": ["a", "b"], "cautions": []})
+        (found,) = cautions(bench, "Comparisons")
+        assert bool(found) is is_stale
 
 
 def test_a_look_at_a_record_that_changed_is_stale(bench):

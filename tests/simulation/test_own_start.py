@@ -89,7 +89,7 @@ def test_a_run_begun_in_motion_goes_on_as_the_whole_one(rate, begun_s):
     before = Simulator(m.plant, command, until, capacity=LANES).run(m.kernel_values(), substeps=2048)
     for _ in before.blocks():
         pass
-    later, rest = command.begun_at(begun_s), base(0.05, start_s=begun_s)
+    later, rest = command.begin_at(begun_s), base(0.05, start_s=begun_s)
     initial = later.excitation(0.05).initial
     reached = states_in(before.simulator.kernel, before.buffers)
     own = off_rest(m.plant, m.kernel_values(), initial, later.start_angle_rad, reached)

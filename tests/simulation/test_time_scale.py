@@ -86,7 +86,7 @@ def test_derivatives_are_per_value_in_true_time():
     plant = mechanism.plant.measuring(("torque", "rotor_rate"))
     p, timing = _values(mechanism, plant), Timing(-0.002, 1e4)
     begun = Start({"start.rate": 0.4}, {3: {"start.rate": 1.0}})
-    simulator = Simulator(plant, commanded(1.0).begun_at(0.001), BASE, latest_s=0.1, capacity=4, start=begun)
+    simulator = Simulator(plant, commanded(1.0).begin_at(0.001), BASE, latest_s=0.1, capacity=4, start=begun)
     names = ("J_m", "K_s", "R")
     directions = np.zeros((p.size, 4))
     for lane, name in enumerate(names):

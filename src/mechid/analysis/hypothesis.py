@@ -87,6 +87,8 @@ class Hypothesis:
     equations : str
         Digest of the plant equations.
     parameters, records : mapping by name
+    fit_digest : str
+        `Fit.mechanism_digest` of the fit.
     residuals : FitResiduals or None
         Residuals of the fit.
     """
@@ -98,6 +100,7 @@ class Hypothesis:
     equations: str
     parameters: Mapping[str, HypothesisParameter]
     records: Mapping[str, RecordEvidence]
+    fit_digest: str = ""
     residuals: FitResiduals | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -149,6 +152,7 @@ def _hypothesis(name: str, fit: Fit) -> Hypothesis:
         equations=str(fit.provenance.get("plant", "")),
         parameters={n: _parameter_of(n, p) for n, p in key_by_period_or_order(fit.parameters).items()},
         records={n: _evidence(r, summaries[n]) for n, r in fit.records.items()},
+        fit_digest=fit.mechanism_digest,
         residuals=residuals,
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
-from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text, provenance_of_fits
 from mechid.ink.digits import digits, like, with_sigma
 from mechid.signal.autoregression import Autoregression
 
@@ -30,6 +30,7 @@ def bootstrap_numbers(found: Bootstrap, seed: int) -> dict[str, Any]:
             for outcome, count in found.tally.items()
             if count and outcome is not DrawOutcome.CONVERGED
         ],
+        "provenance": provenance_of_fits(found.fit_digest),
     }
 
 

@@ -77,4 +77,4 @@ def bootstrap(
 
         noted = refit_journal(own, journal, resume=resume)
         done = bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, on_draw=on_draw)
-    return replace(done, synthetic=own.required_campaign.synthetic)
+    return replace(done, synthetic=own.required_campaign.synthetic, fit_digest=own.mechanism_digest)

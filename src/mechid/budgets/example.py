@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 BUDGET_NAME, STRUCTURE_NAME = "budget.toml", "structure.toml"
 
@@ -114,6 +114,6 @@ def write_example(folder: Path) -> list[Path]:
     written = []
     for name, content in ((BUDGET_NAME, BUDGET), (STRUCTURE_NAME, STRUCTURE)):
         if not (folder / name).exists():
-            write_whole(folder / name, content)
+            write_atomically(folder / name, content)
             written.append(folder / name)
     return written

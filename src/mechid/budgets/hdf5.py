@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.budgets.budget import Budget
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.signal.power import power_density
-from mechid.writing import made_in_memory, writable
+from mechid.writing import buffered_file, creating_folder
 
 FILE_NAME = "disturbance.h5"
 
@@ -38,7 +38,7 @@ def write_hdf5(budget: Budget, folder: Path) -> Path:
     import h5py
 
     path = folder / FILE_NAME
-    with writable(folder), made_in_memory(path) as content, h5py.File(content, "w") as file:
+    with creating_folder(folder), buffered_file(path) as content, h5py.File(content, "w") as file:
         for mode in budget.modes:
             _write_mode(file.create_group(mode.mode.name), mode, budget.file.structure.line_of_sight)
     return path

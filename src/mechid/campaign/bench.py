@@ -23,7 +23,7 @@ from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.trajectory_file import record_rows, refuse_incomplete
 from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
-from mechid.writing import writable, write_whole
+from mechid.writing import creating_folder, write_atomically
 
 TRUTH: Mapping[str, float] = {
     "stepper.coil_resistance": 9.9,
@@ -118,7 +118,7 @@ def write_bench(
         The folder cannot be written to.
     """
     folder, records = Path(folder), bench_records(sweep_s)
-    with writable(folder):
+    with creating_folder(folder):
         campaign = _write_campaign_files(folder, records, truth)
         # One generator per record: the noise of a record does not depend on the length of the others.
         generators = np.random.default_rng(seed).spawn(len(records))
@@ -130,9 +130,9 @@ def write_bench(
 def _write_campaign_files(folder: Path, records: tuple[BenchRecord, ...], truth: Mapping[str, float]) -> Campaign:
     """Write the campaign's files; return the campaign with the true mechanism."""
     drafts = [RecordDraft(name=r.name, file=f"{r.name}.csv", command=r.command) for r in records]
-    write_whole(folder / MECHANISM_NAME, mechanism_text(catalogue_mechanism(), MECHANISM_COMMENT))
-    write_whole(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT, synthetic=True))
-    write_whole(folder / TRUTH_NAME, json.dumps(dict(truth), indent=1) + "\n")
+    write_atomically(folder / MECHANISM_NAME, mechanism_text(catalogue_mechanism(), MECHANISM_COMMENT))
+    write_atomically(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT, synthetic=True))
+    write_atomically(folder / TRUTH_NAME, json.dumps(dict(truth), indent=1) + "\n")
     return replace(load_campaign(folder, read_records=False), mechanism=catalogue_mechanism().with_values(truth))
 
 
@@ -142,7 +142,7 @@ def _write_record(folder: Path, record: BenchRecord, campaign: Campaign, rng: np
     time = trajectory.time[:]
     torque = trajectory.torque + _disturbance(rng, time)
     rows = record_rows(time, torque, time_format="%.6f", torque_format="%.9e")
-    write_whole(folder / f"{record.name}.csv", rows)
+    write_atomically(folder / f"{record.name}.csv", rows)
 
 
 def _disturbance(rng: np.random.Generator, time: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from mechid.campaign.place import Place, describe_entry, flag, one_of, positive_number, refuse_unknown_keys
-from mechid.command.entry import is_table, quoted
+from mechid.command.entry import is_table, quote_words
 from mechid.signal.settings import HUM
 
 Priors: TypeAlias = Literal["fit", "search", "none"]
@@ -94,7 +94,9 @@ def _disturbances(entry: Any, place: Place) -> Disturbances:
     if isinstance(entry, list):
         return tuple(one_of(name, DISTURBANCES, place.item(index)) for index, name in enumerate(entry))
     if entry not in ("auto", "none"):
-        raise place.error(f'{describe_entry(entry)}; write "auto", "none", or a list of some of {quoted(DISTURBANCES)}')
+        raise place.error(
+            f'{describe_entry(entry)}; write "auto", "none", or a list of some of {quote_words(DISTURBANCES)}'
+        )
     return "none" if entry == "none" else "auto"
 
 

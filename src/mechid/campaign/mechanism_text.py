@@ -11,7 +11,7 @@ from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import LISTS, TABLES
-from mechid.writing import writable, write_whole
+from mechid.writing import creating_folder, write_atomically
 
 
 def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str = "") -> None:
@@ -36,8 +36,8 @@ def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str 
     >>> import mechid
     >>> mechid.write_mechanism(mechid.catalogue_mechanism(), "mechanism.toml")  # doctest: +SKIP
     """
-    with writable(Path(path).parent):
-        write_whole(Path(path), mechanism_text(mechanism, header_comment))
+    with creating_folder(Path(path).parent):
+        write_atomically(Path(path), mechanism_text(mechanism, header_comment))
 
 
 def mechanism_text(mechanism: Mechanism, header_comment: str = "", notes: Mapping[str, str] | None = None) -> str:

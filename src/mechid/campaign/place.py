@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mechid.command.entry import is_number, is_table, quoted, shown
+from mechid.command.entry import format_found, is_number, is_table, quote_words
 from mechid.errors import InputFileError, did_you_mean
 
 
@@ -52,7 +52,7 @@ def describe_entry(entry: object) -> str:
         return f"found {str(entry).lower()}"
     if is_table(entry):
         return "found a table"
-    return "found tables" if is_table_list(entry) and entry else f"found {shown(entry)}"
+    return "found tables" if is_table_list(entry) and entry else f"found {format_found(entry)}"
 
 
 def is_table_list(entry: object) -> bool:
@@ -119,7 +119,7 @@ def one_of(entry: Any, options: Sequence[str], place: Place) -> str:
     if isinstance(entry, str) and entry in options:
         return entry
     near = did_you_mean(entry, options) if isinstance(entry, str) else ""
-    raise place.error(f"{describe_entry(entry)}{near or f'; write one of {quoted(options)}'}")
+    raise place.error(f"{describe_entry(entry)}{near or f'; write one of {quote_words(options)}'}")
 
 
 def texts(entry: Any, place: Place, remedy: str) -> tuple[str, ...]:

@@ -109,7 +109,7 @@ def _begin_in_motion(record: CampaignRecord) -> CampaignRecord:
     latest_s = offset.max if offset.is_free else offset.value
     slowest_ppm = 0.0 if clock is None else clock.min if clock.is_free else clock.value
     earliest = Timing(latest_s, slowest_ppm)
-    return replace(record, command=record.command.begun_at(earliest.command_s(record.data.time_start_s)))
+    return replace(record, command=record.command.begin_at(earliest.command_s(record.data.time_start_s)))
 
 
 def _default_state(value: float, name: str, declaration: Declaration, size: float | None) -> Parameter:

@@ -19,7 +19,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.not_filled_in import EXAMPLE_COMMAND, TEMPLATE
 from mechid.campaign.place import in_unit
 from mechid.campaign.toml_file import toml_text
-from mechid.command.entry import quoted
+from mechid.command.entry import quote_words
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
 from mechid.errors import MechidError, UsageError, did_you_mean
@@ -30,7 +30,7 @@ from mechid.plant.layout import STEPPER_GEAR_MASS
 from mechid.plant.mechanism import Mechanism
 from mechid.records import COMPONENTS, open_table
 from mechid.records.columns import torque_elsewhere
-from mechid.writing import writable, write_whole
+from mechid.writing import creating_folder, write_atomically
 
 MECHANISM_NAME = "mechanism.toml"
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_-]+")
@@ -125,9 +125,9 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     for path in texts:
         if path.exists():
             raise UsageError(f"{path}: is there already; give another folder, or move it away")
-    with held(folder), writable(folder):
+    with held(folder), creating_folder(folder):
         for path, content in texts.items():
-            write_whole(path, content)
+            write_atomically(path, content)
     return list(texts)
 
 
@@ -199,16 +199,16 @@ Each [[record]] has
   name           letters, digits, _ and -
   file           csv with one header line, time_s,torque_Nm; another unit in the header is converted
   command        a table of
-    stepping         {quoted(STEPPINGS)}; the last needs microsteps = 16 or the like
+    stepping         {quote_words(STEPPINGS)}; the last needs microsteps = 16 or the like
     rate             full steps/s, negative steps back; or instead of it
     rate_profile     [[0.0, 0.0], [60.0, 120.0]], times in s and full steps/s, or
     rate_table       "rate.csv", a file with the columns time_s,rate
     start_angle_deg  electrical angle that the coils hold before the first step; without it 0.0
-    waveform         {quoted(WAVEFORMS)}; without it the first
-    start            {quoted(STARTS)}; without it the first
+    waveform         {quote_words(WAVEFORMS)}; without it the first
+    start            {quote_words(STARTS)}; without it the first
     clock_tick_s     period of the driver's step clock, at whose ticks the steps come; without it 0.0, none
 and may have
-  use            {quoted(USES)}: to be fitted, or only compared; without it the first
+  use            {quote_words(USES)}: to be fitted, or only compared; without it the first
   offset         false keeps a constant part of the torque, which is removed otherwise
   drift          false keeps a linear part of the torque, which is removed otherwise
 {own}

@@ -41,7 +41,7 @@ from mechid.cli.simulate import simulate
 from mechid.cli.standard_streams import NOBODY_READS, ReaderGoneError, prepare_streams
 from mechid.cli.surroundings import refuse_surroundings
 from mechid.errors import DEBUG, MechidError, UsageError
-from mechid.writing import keeping_what_is_read
+from mechid.writing import protect_read_files
 
 UNEXPECTED, USAGE = 1, UsageError.exit_code
 NO_MEMORY = (
@@ -67,7 +67,7 @@ class Verbs(TyperGroup):
         try:
             refuse_surroundings(os.environ)
             _refuse_empty(ctx.args)
-            with keeping_what_is_read():
+            with protect_read_files():
                 return super().invoke(ctx)
         except MechidError as error:
             raise _refused(str(error), error.exit_code) from error

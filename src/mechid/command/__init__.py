@@ -1,7 +1,7 @@
-"""The command of a stepper: when each (micro)step comes, and the phase voltages it sets.
+"""Commands of a stepper: the instants of its (micro)steps and the phase voltages that each sets.
 
-`Command` is what a record's ``command`` table says; ``Command.excitation`` makes the step edges
-and normalised phase voltages that drive the plant.
+`Command` represents a record's ``command`` table; ``Command.excitation`` returns the step edges
+and the normalised phase voltages that drive the plant.
 
 Internal to mechid but for the names that docs/python.md lists.
 """

@@ -1,4 +1,4 @@
-"""Checks of single entries of a command; a message names the key, what was found and the remedy."""
+"""Validation of single entries of a command; a message names the key, the value found and the remedy."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ Word = TypeVar("Word", bound=str)
 LARGEST_ANGLE_DEG = 1e6
 
 
-def quoted(words: Iterable[str]) -> str:
-    """Return the words in double quotes, with commas between."""
+def quote_words(words: Iterable[str]) -> str:
+    """Return the words in double quotes, separated by commas."""
     return ", ".join(f'"{word}"' for word in words)
 
 
-def shown(found: object) -> str:
-    """Return what was found as a message shows it: text in double quotes, shortened where long."""
+def format_found(found: object) -> str:
+    """Format a value for a message: text in double quotes, long values shortened."""
     text = f'"{found}"' if isinstance(found, str) else repr(found)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def is_number(found: object) -> bool:
-    """Whether it is a finite number that a float can hold; a boolean is none."""
+    """Return whether the value is a finite number that a float can hold; a boolean is not."""
     if isinstance(found, bool) or not isinstance(found, numbers.Real):
         return False
     try:
@@ -36,12 +36,12 @@ def is_number(found: object) -> bool:
 
 
 def is_whole(found: object, least: int, most: int) -> bool:
-    """Whether it is an integer within two limits, these included; a boolean is none."""
+    """Return whether the value is an integer within two inclusive limits; a boolean is not."""
     return not isinstance(found, bool) and isinstance(found, numbers.Integral) and least <= int(found) <= most
 
 
 def is_table(found: object) -> bool:
-    """Whether it is a table of keys and values."""
+    """Return whether the value is a table of keys and values."""
     return isinstance(found, Mapping)
 
 
@@ -51,15 +51,15 @@ def number(key: str, found: Any) -> float:
     Raises
     ------
     UsageError
-        If it is no number, or not finite.
+        The value is not a number, or not finite.
     """
     if not is_number(found):
-        raise UsageError(f"{key}: found {shown(found)}; write a finite number")
+        raise UsageError(f"{key}: found {format_found(found)}; write a finite number")
     return float(found)
 
 
 def angle_deg(key: str, found: Any) -> float:
-    """Return an angle in degrees; UsageError where it is no finite number, or so large that no part of a turn is left.
+    """Return an angle in degrees; raise UsageError if it is not a finite number or exceeds `LARGEST_ANGLE_DEG`.
 
     Examples
     --------
@@ -67,33 +67,34 @@ def angle_deg(key: str, found: Any) -> float:
     45.0
     """
     angle = number(key, found)
+    # The larger a float, the coarser the part of a turn that it resolves.
     if abs(angle) > LARGEST_ANGLE_DEG:
-        raise UsageError(f"{key}: found {shown(found)}; write degrees, {LARGEST_ANGLE_DEG:g} at most")
+        raise UsageError(f"{key}: found {format_found(found)}; write degrees, {LARGEST_ANGLE_DEG:g} at most")
     return angle
 
 
-def chosen(key: str, found: Any, options: Sequence[Word]) -> Word:
-    """Return the one of `options` that was found.
+def choose_option(key: str, found: Any, options: Sequence[Word]) -> Word:
+    """Return the member of `options` that equals the value.
 
     Raises
     ------
     UsageError
-        If it is none of them.
+        The value is not among them.
     """
     for option in options:
         if isinstance(found, str) and found == option:
             return option
     near = did_you_mean(found, options) if isinstance(found, str) else ""
-    raise UsageError(f"{key}: found {shown(found)}{near or f'; write one of {quoted(options)}'}")
+    raise UsageError(f"{key}: found {format_found(found)}{near or f'; write one of {quote_words(options)}'}")
 
 
 def refuse_unknown(keys: Iterable[str], known: Sequence[str]) -> None:
-    """Refuse the first key that is not known.
+    """Refuse the first unknown key.
 
     Raises
     ------
     UsageError
-        With the nearest known key, or with all of them where none is near.
+        With the nearest known key, or with all known keys if none is near.
     """
     for key in keys:
         if key not in known:

@@ -1,4 +1,4 @@
-"""A record that measured channels drive: voltages, currents, a torque or a force are the input."""
+"""Commands given by measured channels: voltages, currents, a torque or a force as inputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mechid.command.waveform import Waveform
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InputChannel:
-    """Samples of one quantity in SI units, (n,), and whether they are held or joined by straight lines."""
+    """Samples of one quantity in SI units, (n,); held between samples, or else interpolated linearly."""
 
     quantity: str
     held: bool = False
@@ -24,14 +24,14 @@ class InputChannel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredCommand(Command):
-    """The command of a record that measured channels drive; command time is record time since the first sample.
+    """Command of a record with measured inputs; command time is record time since the first sample.
 
     Parameters
     ----------
     channels : tuple of InputChannel
         In the order of the plant's inputs; empty until the record's file is read.
     sample_rate_hz : float
-        Of all channels.
+        Sample rate of all channels.
     first_s : float
         Record time of the first sample.
     """
@@ -50,13 +50,14 @@ class MeasuredCommand(Command):
         return self.first_s
 
     def driven_by(self, channels: tuple[InputChannel, ...], sample_rate_hz: float, first_s: float) -> MeasuredCommand:
-        """Return the command with its channels."""
+        """Return the command with the given channels."""
         return replace(self, channels=channels, sample_rate_hz=sample_rate_hz, first_s=first_s)
 
     def excitation(self, duration_s: float) -> Excitation:
-        """Return value and slope of each channel from each sample on, over command time up to a duration in s.
+        """Return value and slope of each channel from each sample on, up to a duration in s of command time.
 
-        A held channel is its value, without slope; one that is not is its first value, and the slopes from there.
+        A held channel has its value and slope 0. An interpolated one has its first value throughout and the slope of
+        each interval, from which the plant reconstructs it.
         """
         columns = [column for channel in self.channels for column in self._columns(channel)]
         table = np.stack(columns, axis=1) if columns else np.zeros((1, 0))
@@ -77,5 +78,5 @@ class MeasuredCommand(Command):
         return np.full_like(v, v[0]), np.append(np.diff(v) * self.sample_rate_hz, 0.0)
 
     def max_edges_per_sample(self, h: float, duration_s: float) -> int:
-        """Return 1: there is a new input with each sample."""
+        """Return 1: the inputs change once per sample."""
         return 1

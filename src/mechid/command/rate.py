@@ -1,4 +1,4 @@
-"""The commanded rate over time: piecewise linear, jumps allowed, held outside its breakpoints."""
+"""Commanded rate over time: piecewise linear, jumps allowed, constant outside its breakpoints."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from mechid.command.entry import is_number, shown
+from mechid.command.entry import format_found, is_number
 from mechid.errors import UsageError
 
 
 def first_fault(times_s: Sequence[float], rates: Sequence[float]) -> tuple[int, str] | None:
-    """Return the position of the first breakpoint that cannot be, and what is wrong, or None."""
+    """Return the position of the first invalid breakpoint and the fault, or None."""
     for at, (time, rate) in enumerate(zip(times_s, rates, strict=True)):
         if not (is_number(time) and is_number(rate)):
-            return at, f"found [{shown(time)}, {shown(rate)}]; write two finite numbers"
+            return at, f"found [{format_found(time)}, {format_found(rate)}]; write two finite numbers"
         if at >= 1 and time < times_s[at - 1]:
             return at, f"time {time} s comes after {times_s[at - 1]} s; put the times in ascending order"
         if at >= 2 and time == times_s[at - 2]:
@@ -24,22 +24,22 @@ def first_fault(times_s: Sequence[float], rates: Sequence[float]) -> tuple[int, 
 
 @dataclass(frozen=True)
 class RateProfile:
-    """Rate of a step command, linear between breakpoints; before the first and after the last it holds.
+    """Rate of a step command, linear between breakpoints, constant before the first and after the last.
 
-    Two breakpoints at the same time are a jump. The command starts at t = 0, so that what a
-    profile says of earlier times has no effect but on the line through zero.
+    Two breakpoints at the same time are a jump. The command starts at t = 0: breakpoints at earlier times matter
+    only through the line that they define across zero.
 
     Parameters
     ----------
     times_s : tuple of float, (B,)
         Times of the breakpoints in s of command time, ascending.
     rates : tuple of float, (B,)
-        Rates there in full steps/s; negative steps back, zero dwells.
+        Rates there in full steps/s; negative rates step back, zero dwells.
 
     Raises
     ------
     UsageError
-        If there is no breakpoint, or one that cannot be.
+        There is no breakpoint, or an invalid one.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class RateProfile:
 
     @classmethod
     def constant(cls, rate: float) -> RateProfile:
-        """Return the profile of one rate in full steps/s."""
+        """Return the profile of a constant rate in full steps/s."""
         return cls(times_s=(0.0,), rates=(rate,))
 
     @classmethod
@@ -70,7 +70,7 @@ class RateProfile:
         return cls(times_s=tuple(time for time, _ in pairs), rates=tuple(rate for _, rate in pairs))
 
     def at(self, time_s: float) -> float:
-        """Return the rate at an instant in s, in full steps/s; of a jump the rate after it.
+        """Return the rate at an instant in s, in full steps/s; at a jump, the rate after it.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""The rate of a campaign's ``command`` table: a constant, a profile in place, or a table in a file."""
+"""Rate of a campaign's ``command`` table: a constant, an inline profile, or a table in a file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.command.entry import number, shown
+from mechid.command.entry import format_found, number
 from mechid.command.rate import RateProfile, first_fault
 from mechid.command.rate_table import read_rate_table
 from mechid.errors import InputFileError, UsageError
@@ -15,19 +15,19 @@ RATE_KEYS = ("rate", "rate_profile", "rate_table")
 
 
 def rate_of(table: Mapping[str, Any], folder: Path) -> RateProfile:
-    """Return the one rate that a ``command`` table gives.
+    """Return the rate that a ``command`` table gives.
 
     Parameters
     ----------
     table : Mapping
         The table.
     folder : Path
-        Folder against which a relative ``rate_table`` is taken.
+        Folder to which a relative ``rate_table`` refers.
 
     Raises
     ------
     UsageError
-        If there is none, more than one, or one that cannot be.
+        The table gives no rate, several, or an invalid one.
     """
     given = [key for key in RATE_KEYS if key in table]
     if not given:
@@ -43,10 +43,10 @@ def rate_of(table: Mapping[str, Any], folder: Path) -> RateProfile:
 def _profile(found: Any) -> RateProfile:
     """Return the profile written as [[time, rate], ...]."""
     if not isinstance(found, list | tuple) or not found:
-        raise UsageError(f"rate_profile: found {shown(found)}; write [[time in s, full steps/s], ...]")
+        raise UsageError(f"rate_profile: found {format_found(found)}; write [[time in s, full steps/s], ...]")
     for at, pair in enumerate(found):
         if not isinstance(pair, list | tuple) or len(pair) != 2:
-            raise UsageError(f"rate_profile[{at}]: found {shown(pair)}; write [time in s, full steps/s]")
+            raise UsageError(f"rate_profile[{at}]: found {format_found(pair)}; write [time in s, full steps/s]")
     fault = first_fault(*zip(*found, strict=True))
     if fault is not None:
         raise UsageError(f"rate_profile[{fault[0]}]: {fault[1]}")
@@ -56,7 +56,7 @@ def _profile(found: Any) -> RateProfile:
 def _from_file(found: Any, folder: Path) -> RateProfile:
     """Return the profile in a file."""
     if not isinstance(found, str) or not found:
-        raise UsageError(f'rate_table: found {shown(found)}; write the name of a file, as "rate.csv"')
+        raise UsageError(f'rate_table: found {format_found(found)}; write the name of a file, as "rate.csv"')
     try:
         return read_rate_table(folder / found)
     except InputFileError as error:

@@ -1,4 +1,4 @@
-"""A rate profile from a CSV file: one header line, then a time in s and a rate in full steps/s a line."""
+"""Rate profiles from CSV files: a header line, then lines of a time in s and a rate in full steps/s."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from io import StringIO
 from pathlib import Path
 
-from mechid.command.entry import quoted, shown
+from mechid.command.entry import format_found, quote_words
 from mechid.command.rate import RateProfile, first_fault
 from mechid.errors import InputFileError
 from mechid.reading.whole import read_text
-from mechid.writing import keep
+from mechid.writing import mark_as_read
 
 TIME_NAME = "time_s"
 RATE_NAMES = ("rate", "rate_steps_per_s", "rate_full_steps_per_s")
@@ -20,7 +20,7 @@ RATE_NAMES = ("rate", "rate_steps_per_s", "rate_full_steps_per_s")
 def read_rate_table(path: Path) -> RateProfile:
     """Return the rate profile in a CSV file with the columns ``time_s,rate``.
 
-    The rate is in full steps/s; the names in `RATE_NAMES` say so too. Empty lines are passed over.
+    The rate is in full steps/s; the header may use any of `RATE_NAMES`. Empty lines are skipped.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def read_rate_table(path: Path) -> RateProfile:
     Raises
     ------
     InputFileError
-        If the file cannot be read, has another header, or a line that is no breakpoint.
+        The file cannot be read, has another header, or has a line that is not a breakpoint.
     """
     rows = _rows(path)
     if not rows:
@@ -47,11 +47,11 @@ def read_rate_table(path: Path) -> RateProfile:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return each line that is not empty, with its number in the file."""
+    """Return the non-empty lines with their numbers in the file."""
     try:
         text = read_text(path)
-        keep(path)
-        return _filled(csv.reader(StringIO(text)))
+        mark_as_read(path)
+        return _nonempty_lines(csv.reader(StringIO(text)))
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error
@@ -59,19 +59,19 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
         raise InputFileError(f"{path}: is not plain text; save it as CSV in UTF-8") from error
 
 
-def _filled(lines: Iterable[list[str]]) -> list[tuple[int, list[str]]]:
-    """Return the lines numbered from 1, their cells stripped and the empty lines left out."""
+def _nonempty_lines(lines: Iterable[list[str]]) -> list[tuple[int, list[str]]]:
+    """Return the non-empty lines, numbered from 1, with their cells stripped."""
     stripped = ((at, [cell.strip() for cell in cells]) for at, cells in enumerate(lines, start=1))
     return [(at, cells) for at, cells in stripped if any(cells)]
 
 
 def _check_header(path: Path, cells: list[str]) -> None:
-    """Refuse any other columns: a unit in a header is never ignored."""
+    """Refuse other columns; a unit in a header must never be ignored."""
     if len(cells) == 2 and cells[0] == TIME_NAME and cells[1] in RATE_NAMES:
         return
     remedy = f'write "{TIME_NAME},rate", times in s and rates in full steps/s'
-    others = f"(the rate may also be called {quoted(RATE_NAMES[1:])})"
-    raise InputFileError(f"{path}: header: found {shown(','.join(cells))}; {remedy} {others}")
+    others = f"(the rate may also be called {quote_words(RATE_NAMES[1:])})"
+    raise InputFileError(f"{path}: header: found {format_found(','.join(cells))}; {remedy} {others}")
 
 
 def _breakpoint(place: str, cells: list[str]) -> tuple[float, float]:
@@ -79,5 +79,5 @@ def _breakpoint(place: str, cells: list[str]) -> tuple[float, float]:
     try:
         time, rate = (float(cell) for cell in cells)
     except ValueError:
-        raise InputFileError(f"{place}: found {shown(','.join(cells))}; write a time and a rate") from None
+        raise InputFileError(f"{place}: found {format_found(','.join(cells))}; write a time and a rate") from None
     return time, rate

@@ -1,4 +1,4 @@
-"""The command of one record: how the stepper is stepped, how fast, and from which angle."""
+"""Command of one record: stepping mode, rate profile and start angle."""
 
 from __future__ import annotations
 
@@ -12,8 +12,17 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.command.edges import AT_ONCE, on_ticks, step_edges
-from mechid.command.entry import angle_deg, chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
+from mechid.command.edges import AT_ONCE, quantise_to_ticks, step_edges
+from mechid.command.entry import (
+    angle_deg,
+    choose_option,
+    format_found,
+    is_table,
+    is_whole,
+    number,
+    quote_words,
+    refuse_unknown,
+)
 from mechid.command.excitation import Excitation, most_within
 from mechid.command.rate import RateProfile
 from mechid.command.rate_entry import RATE_KEYS, rate_of
@@ -37,28 +46,28 @@ class Command:
     Parameters
     ----------
     stepping : {"full", "half", "micro"}
-        Mode of the driver.
+        Stepping mode of the driver.
     microsteps : int
         Steps per full step n: 1 in full stepping, 2 in half stepping.
     rate : RateProfile
         Commanded rate in full steps/s.
     start_angle_deg : float
-        Electrical angle theta_0 in degrees that the coils hold until the first step.
+        Electrical angle theta_0 in degrees, held until the first step.
     waveform : {"cosine", "square"}
         Phase voltages over the electrical angle.
     start : {"commanded", "equilibrium", "estimated"}
-        Whether the rotor starts at rest at the commanded angle, at the nearest equilibrium, or in a state that is found
+        The rotor starts at rest at the commanded angle, at rest at the nearest equilibrium, or in a state estimated
         from the record.
     clock_tick_s : float
-        Period in s of the driver's step clock, which ticks at command time 0: a step comes at the first tick at or
-        after its instant, and of several due at one tick the last holds. 0 for steps at their own instants.
+        Period in s of the driver's step clock, which ticks at command time 0: a step occurs at the first tick at or
+        after its instant, and of several steps due at one tick the last one holds. 0 for steps at their own instants.
     begun_s : float
-        Command time from which a run follows it; what was before is not simulated.
+        Command time at which a run begins; earlier times are not simulated.
 
     Raises
     ------
     UsageError
-        If an entry cannot be; the message starts with its name.
+        An entry is invalid; the message starts with its name.
 
     Examples
     --------
@@ -77,11 +86,11 @@ class Command:
     begun_s: float = 0.0
 
     def __post_init__(self) -> None:
-        chosen("stepping", self.stepping, STEPPINGS)
+        choose_option("stepping", self.stepping, STEPPINGS)
         _check_microsteps(self.microsteps, self.stepping)
         angle_deg("start_angle_deg", self.start_angle_deg)
-        chosen("waveform", self.waveform, WAVEFORMS)
-        chosen("start", self.start, STARTS)
+        choose_option("waveform", self.waveform, WAVEFORMS)
+        choose_option("start", self.start, STARTS)
         if number("clock_tick_s", self.clock_tick_s) < 0.0:
             raise UsageError(f"clock_tick_s: found {self.clock_tick_s}; write a period in s, or 0 for none")
 
@@ -94,9 +103,9 @@ class Command:
         table : Mapping
             The table as read from TOML.
         where : str
-            File and place of the table, as ``campaign.toml: record[0].command``.
+            File and position of the table, as ``campaign.toml: record[0].command``.
         folder : Path
-            Folder against which a relative ``rate_table`` is taken.
+            Folder to which a relative ``rate_table`` refers.
 
         Raises
         ------
@@ -105,7 +114,7 @@ class Command:
         """
         if not is_table(table):
             remedy = 'write a table, as { stepping = "full", rate = 46.0 }'
-            raise InputFileError(f"{where}: found {shown(table)}; {remedy}")
+            raise InputFileError(f"{where}: found {format_found(table)}; {remedy}")
         try:
             return cls.from_entries(table, folder)
         except UsageError as error:
@@ -113,11 +122,11 @@ class Command:
 
     @classmethod
     def from_entries(cls, table: Mapping[str, Any], folder: Path = Path()) -> Command:
-        """Return the command of a ``command`` table's entries; the message of its UsageError starts with the key."""
+        """Return the command of the entries of a ``command`` table; the message of a UsageError starts with the key."""
         refuse_unknown(table, KEYS)
         if "stepping" not in table:
-            raise UsageError(f"stepping: missing; write one of {quoted(STEPPINGS)}")
-        stepping = chosen("stepping", table["stepping"], STEPPINGS)
+            raise UsageError(f"stepping: missing; write one of {quote_words(STEPPINGS)}")
+        stepping = choose_option("stepping", table["stepping"], STEPPINGS)
         if "microsteps" not in table and stepping not in FIXED_MICROSTEPS:
             raise UsageError("microsteps: missing; micro stepping needs it, as microsteps = 16")
         return cls(
@@ -132,31 +141,31 @@ class Command:
 
     @property
     def steps_per_full_step(self) -> int:
-        """n: steps of the index in one full step."""
+        """Steps of the index in one full step, n."""
         return self.microsteps
 
     @property
     def start_angle_rad(self) -> float:
-        """Electrical angle in rad that is commanded where a run begins: theta_0 and the steps until then."""
+        """Electrical angle in rad commanded at the start of a run: theta_0 plus the steps until then."""
         return math.radians(self.start_angle_deg) + 0.5 * math.pi * self._begun_index / self.microsteps
 
     @property
     def start_rate(self) -> float:
-        """Commanded rate where a run begins, full steps/s; 0 where the command begins."""
+        """Commanded rate at the start of a run, full steps/s; 0 if it starts with the command."""
         return self.rate.at(self.begun_s) if self.begun_s > 0.0 else 0.0
 
     @property
     def origin_s(self) -> float:
-        """Record time in s from which a run's time counts, before any time offset."""
+        """Record time in s at which a run's time is zero, without any time offset."""
         return self.begun_s
 
-    def begun_at(self, begun_s: float) -> Command:
-        """Return the command as a run follows it from some command time on, which is not before it begins."""
+    def begin_at(self, begun_s: float) -> Command:
+        """Return the command for a run that begins at a command time, which is clipped to 0 from below."""
         return replace(self, begun_s=max(begun_s, 0.0))
 
     @cached_property
     def _begun_index(self) -> int:
-        """Index of the step that is held where a run begins."""
+        """Step index held at the start of a run."""
         _, index = self._edges(self.begun_s)
         return int(index[-1]) if index.size else 0
 
@@ -166,13 +175,14 @@ class Command:
         Raises
         ------
         UsageError
-            If the duration is negative or not finite, or there are too many steps to hold.
+            The duration is negative or not finite, or there are too many steps.
         """
-        times, index = self._edges(self.begun_s + _checked_duration(duration_s))
+        times, index = self._edges(self.begun_s + _check_duration(duration_s))
         if self.begun_s:
             later = times > self.begun_s
             times, index = times[later] - self.begun_s, index[later]
         values = np.empty((index.size, 2))
+        # In chunks: the temporaries of millions of edges would take several times the memory of the result.
         for first in range(0, index.size, AT_ONCE):
             part = slice(first, first + AT_ONCE)
             values[part] = phase_voltages(index[part], self.microsteps, self.start_angle_deg, self.waveform)
@@ -181,12 +191,12 @@ class Command:
         return Excitation(initial=initial, times=times, values=values)
 
     def max_edges_per_sample(self, h: float, duration_s: float) -> int:
-        """Return the greatest number of edges in any interval of one sample.
+        """Return the largest number of edges in any interval of one sample.
 
         Parameters
         ----------
         h : float
-            Sample interval in s; where the samples lie does not matter, as a time offset moves them.
+            Sample interval in s; the result holds for any position of the samples, since a time offset shifts them.
         duration_s : float
             Length of the record in s.
         """
@@ -194,27 +204,27 @@ class Command:
         return most_within(times, h)
 
     def _edges(self, duration_s: float) -> tuple[FloatArray, IntArray]:
-        """Return the instants of the edges and the step index from each on, at the step clock's ticks."""
-        times, index = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
-        return on_ticks(times, index, self.clock_tick_s, duration_s) if self.clock_tick_s else (times, index)
+        """Return the instants of the edges, on a step clock's ticks if there is one, and the index from each on."""
+        times, index = step_edges(self.rate, self.microsteps, _check_duration(duration_s))
+        return quantise_to_ticks(times, index, self.clock_tick_s, duration_s) if self.clock_tick_s else (times, index)
 
 
-def _checked_duration(duration_s: float) -> float:
-    """Return a duration in s that can be, or raise `UsageError`."""
+def _check_duration(duration_s: float) -> float:
+    """Return a valid duration in s, or raise `UsageError`."""
     if number("duration_s", duration_s) < 0.0:
         raise UsageError(f"duration_s: found {duration_s}; write a time of 0 s or more")
     return float(duration_s)
 
 
 def stepping_of(microsteps: int) -> Stepping:
-    """Return what a stepping of so many steps a full step is called."""
+    """Return the stepping mode with the given number of steps per full step."""
     return next((s for s in STEPPINGS if FIXED_MICROSTEPS.get(s) == microsteps), "micro")
 
 
 def _check_microsteps(found: Any, stepping: Stepping) -> None:
-    """Refuse a number of steps per full step that cannot be, or not in this stepping."""
+    """Refuse a number of steps per full step that is invalid in the stepping mode."""
     if not is_whole(found, 1, MOST_MICROSTEPS):
-        raise UsageError(f"microsteps: found {shown(found)}; write an integer from 1 to {MOST_MICROSTEPS}")
+        raise UsageError(f"microsteps: found {format_found(found)}; write an integer from 1 to {MOST_MICROSTEPS}")
     fixed = FIXED_MICROSTEPS.get(stepping, found)
     if found != fixed:
         remedy = f'{stepping} stepping has {fixed}: leave it out, or write stepping = "micro"'

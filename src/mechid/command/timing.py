@@ -1,4 +1,4 @@
-"""Record time and command time: when a command starts on the recorder's clock, and how fast that clock runs."""
+"""Conversion between record time and command time: offset and relative drift of the two clocks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mechid.arrays import FloatArray
 Instant = TypeVar("Instant", float, FloatArray)
 PPM = 1e-6
 ClockReference: TypeAlias = Literal["recorder", "driver"]
-"""Whose time is the true one, in which the mechanism moves, where the two clocks differ."""
+"""The clock that keeps true time, in which the mechanism moves, if the two clocks differ."""
 CLOCK_REFERENCES: tuple[ClockReference, ...] = ("recorder", "driver")
 
 
@@ -21,12 +21,12 @@ class Timing:
     Attributes
     ----------
     offset_s : float
-        Command time at record time 0, with the other sign: when the command starts, s.
+        Record time at which the command starts, s: minus the command time at record time 0.
     clock_ppm : float
-        By how much the driver's clock runs faster than the recorder's: positive where a second of the recorder is more
-        than one of the driver.
+        Relative excess of the driver's clock rate over the recorder's, in ppm: positive if a second of the recorder
+        is longer than a second of the driver.
     reference : {"recorder", "driver"}
-        Whose time is the true one: in it the mechanism moves, its values and outputs are in its seconds.
+        The clock that keeps true time; the mechanism's parameters and outputs are in its seconds.
     """
 
     offset_s: float = 0.0
@@ -35,18 +35,18 @@ class Timing:
 
     @property
     def scale(self) -> float:
-        """Seconds of the driver's clock in one of the recorder's."""
+        """Seconds of the driver's clock per second of the recorder's."""
         return 1.0 + PPM * self.clock_ppm
 
     @property
     def stretch(self) -> float:
-        """Seconds of the driver's clock in one of true time."""
+        """Seconds of the driver's clock per second of true time."""
         return self.scale if self.reference == "recorder" else 1.0
 
     def command_s(self, record_s: Instant) -> Instant:
-        """Return the command time of instants of record time, s."""
+        """Convert instants of record time to command time, s."""
         return record_s * self.scale - self.offset_s
 
     def record_s(self, command_s: Instant) -> Instant:
-        """Return the record time of instants of command time, s."""
+        """Convert instants of command time to record time, s."""
         return (command_s + self.offset_s) / self.scale

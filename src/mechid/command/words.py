@@ -1,4 +1,4 @@
-"""Commands in words."""
+"""Descriptions of commands for reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ START_WORDS = {"equilibrium": "start at equilibrium", "estimated": "start estima
 
 
 def command_words(command: Command) -> str:
-    """Return a command in words.
+    """Return the description of a command.
 
     Examples
     --------

@@ -11,6 +11,7 @@ from mechid.analysis.comparison import Comparison, ParameterComparison, RecordCo
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.comparisons.spectra import residual_spectra
+from mechid.identification.result.estimate_file import provenance_of_fits
 from mechid.ink.digits import digits, rounded, with_sigma
 
 FORMAT = "mechid-comparison/1"
@@ -33,6 +34,7 @@ def comparison_numbers(comparison: Comparison) -> dict[str, Any]:
         "records": [_record(r) for r in comparison.records],
         "parameters": [_parameter(p) for p in comparison.parameters],
         "spectra": residual_spectra(comparison.hypotheses),
+        "provenance": provenance_of_fits(*(h.fit_digest for h in comparison.hypotheses)),
     }
 
 

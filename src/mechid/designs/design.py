@@ -66,6 +66,8 @@ class Design(Shown):
     margins : mapping of str to Margins
         Of the records planned and chosen.
     warnings : tuple of str
+    fit_digest : str
+        `Fit.mechanism_digest` of the fit that it follows; empty before a test.
     separation : Separation or None
         How rival explanations of a diagnosis are told apart; None where there are none.
     """
@@ -86,6 +88,7 @@ class Design(Shown):
     margins: dict[str, Margins]
     warnings: tuple[str, ...]
     separation: Separation | None = None
+    fit_digest: str = ""
 
     @property
     def total_s(self) -> float:

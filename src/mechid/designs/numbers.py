@@ -18,6 +18,7 @@ from mechid.designs.separating import GroupSeparation
 from mechid.designs.separation import CLEAR
 from mechid.designs.settings import RATE
 from mechid.designs.step_loss import Margins
+from mechid.identification.result.estimate_file import provenance_of_fits
 
 FORMAT = "mechid-design/1"
 TOLD_DEG = 90.0
@@ -30,6 +31,7 @@ def design_numbers(design: Design) -> dict[str, Any]:
     kind = options.criterion
     return {
         "format": FORMAT,
+        "provenance": provenance_of_fits(*filter(None, [design.fit_digest])),
         "campaign": str(design.campaign.path),
         "after_fit": design.standpoint.known is not None,
         "synthetic": design.standpoint.known is not None and design.campaign.synthetic,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 from mechid.campaign import Campaign
@@ -83,13 +84,14 @@ def design(
     asked = _options(campaign, options).asking(criterion, total_s)
     with telling(say) as tell, working_on(executor):
         diagnosed = _diagnosed(diagnosis, tell)
-        optimum, rivals = None, tuple[Group, ...]()
+        optimum, rivals, digest = None, tuple[Group, ...](), ""
         if fit is not None:
             own = _fit_of(campaign, fit)
-            optimum = own.optimum_on(count)
+            optimum, digest = own.optimum_on(count), own.mechanism_digest
             if diagnosed:
                 rivals = rival_groups(own, diagnosed, workers=count, say=tell)
-        return make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, say=tell)
+        made = make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, say=tell)
+    return replace(made, fit_digest=digest)
 
 
 def _fit_of(campaign: Campaign, fit: Fit | Path | str) -> Fit:

@@ -15,6 +15,7 @@ from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.diagnosis.pictures import Pictures
 from mechid.identification.diagnosis.proposal import HeldOut
 from mechid.identification.result.diagnosis_file import FORMAT
+from mechid.identification.result.estimate_file import provenance_of_fits
 from mechid.ink.digits import digits
 from mechid.signal.strongest import Strongest
 
@@ -39,6 +40,7 @@ def diagnosis_numbers(found: Diagnosis) -> dict[str, Any]:
         "steps": [asdict(one) for one in found.steps],
         "path": path_rows([asdict(one) for one in found.steps], asdict(found.as_written)) if found.steps else [],
         "drawn": _drawn(found.pictures),
+        "provenance": provenance_of_fits(found.fit_digest),
     }
 
 

@@ -62,4 +62,5 @@ def diagnose(
     if consider:
         own = replace(own, campaign=replace(own.required_campaign, considered=tuple(consider)))
     with listening(listener) as tell:
-        return diagnosis.diagnose(own, workers=workers, executor=executor, listener=tell)
+        found = diagnosis.diagnose(own, workers=workers, executor=executor, listener=tell)
+    return replace(found, fit_digest=own.mechanism_digest)

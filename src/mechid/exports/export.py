@@ -19,7 +19,7 @@ from mechid.holding import held
 from mechid.identification.result.estimate_file import json_text
 from mechid.reading.whole import read_text
 from mechid.shown import Shown
-from mechid.writing import aside, refuse_read, writable, write_whole
+from mechid.writing import creating_folder, refuse_input_file, staging_folder, write_atomically
 
 FORMAT = "mechid-export/1"
 FILE_NAME = "mechid_export.json"
@@ -106,10 +106,10 @@ def write_export(source: Handover, target: str, folder: Path, options: object = 
     chosen = _options(module, target, options)
     source = replace(source, stands=_which(source, chosen))
     write: Callable[..., Written] = module.write_target
-    with held(folder), writable(folder), aside(folder, "export") as beside:
+    with held(folder), creating_folder(folder), staging_folder(folder, "export") as beside:
         earlier = _earlier_files(folder)
         done = Exported(target, folder, write(source, beside, *chosen), source.provenance, earlier)
-        write_whole(beside / FILE_NAME, json_text(done.to_dict()))
+        write_atomically(beside / FILE_NAME, json_text(done.to_dict()))
         PRESENTER.write(done, export_numbers(done), beside)
         names = (
             FILE_NAME,
@@ -141,7 +141,7 @@ def _earlier_files(folder: Path) -> tuple[str, ...]:
 def _refuse_foreign(folder: Path, names: Iterable[str], earlier: Collection[str]) -> None:
     """Raise UsageError if a file to be written exists and comes from no export of mechid, as a main.c of the user."""
     for name in names:
-        refuse_read(folder / name)
+        refuse_input_file(folder / name)
         if os.path.lexists(folder / name) and name not in earlier:
             raise UsageError(
                 f"{folder}: holds {name}, which no export of mechid has left and is not replaced; give another folder"

@@ -20,7 +20,7 @@ from mechid.campaign.place import (
     texts,
 )
 from mechid.campaign.toml_file import read_toml
-from mechid.command.entry import is_table, quoted
+from mechid.command.entry import is_table, quote_words
 from mechid.errors import InputFileError, UsageError
 from mechid.fleets.members import Covariate, Member, Members
 from mechid.fleets.significance import RATE
@@ -160,7 +160,7 @@ def _before_after(table: Mapping[str, Any], place: Place, members: Sequence[Memb
             raise here.item(k).error(f"found {len(pair)} states; {PAIR_REMEDY}")
         for state in pair:
             if state not in states:
-                known = quoted(states) or 'none has one: write state = "..." in each [[campaign]]'
+                known = quote_words(states) or 'none has one: write state = "..." in each [[campaign]]'
                 raise here.item(k).error(f'no campaign has state = "{state}"; the states are {known}')
             _refuse_two_of_a_state(members, state, here.item(k))
         pairs.append((pair[0], pair[1]))

@@ -12,7 +12,7 @@ from mechid.errors import UnwritableError, UsageError
 from mechid.holding.holder import Holder, Life, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
 from mechid.reading.whole import read_text
-from mechid.writing import is_refusal_of, refusal, writable
+from mechid.writing import creating_folder, is_unwritable_error, unwritable_error
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
 """Folders that are held around what runs now, each with the token of its hold."""
@@ -54,7 +54,7 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
     if place in around:
         yield around[place]
         return
-    with _made_if_used(place), writable(folder):
+    with _made_if_used(place), creating_folder(folder):
         own = _LOCKS[place / LOCK_NAME] = _taken(place / LOCK_NAME, Path(folder), within)
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
@@ -94,9 +94,9 @@ def _said(place: Path, folder: Path) -> Iterator[None]:
         yield
     except (UnwritableError, OSError) as error:
         if isinstance(error, OSError):
-            if not is_refusal_of(place, error):
+            if not is_unwritable_error(place, error):
                 raise
-            error = refusal(folder, error)
+            error = unwritable_error(folder, error)
         raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
 
 

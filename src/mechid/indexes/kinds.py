@@ -40,15 +40,7 @@ class Kind:
     figure_folder: str = FOLDER_NAME
 
 
-CAMPAIGNS, CHECKS, FITS, BUDGETS, EXPORTS, LOOKS, SIMULATIONS = (
-    "Campaigns",
-    "Checks",
-    "Fits",
-    "Budgets",
-    "Exports",
-    "Looks",
-    "Simulations",
-)
+CAMPAIGNS, CHECKS, FITS, LOOKS, SIMULATIONS = ("Campaigns", "Checks", "Fits", "Looks", "Simulations")
 KINDS: tuple[Kind, ...] = (
     Kind(heading=CAMPAIGNS, file="campaign.toml", format="", verdict=verdicts.campaign_verdict),
     Kind(
@@ -117,7 +109,7 @@ KINDS: tuple[Kind, ...] = (
         picture="standard_errors",
     ),
     Kind(
-        heading=BUDGETS,
+        heading="Budgets",
         file="budget.json",
         format="mechid-budget/1",
         verdict=verdicts.budget_verdict,
@@ -141,7 +133,7 @@ KINDS: tuple[Kind, ...] = (
         picture="simulated_",
     ),
     Kind(
-        heading=EXPORTS,
+        heading="Exports",
         file="mechid_export.json",
         format="mechid-export/1",
         verdict=verdicts.export_verdict,

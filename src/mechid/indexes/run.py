@@ -19,7 +19,7 @@ from mechid.indexes.numbers import index_numbers
 from mechid.indexes.staleness import Staleness
 from mechid.indexes.walk import files_below
 from mechid.reading.whole import is_file, is_folder
-from mechid.writing import writable, write_whole
+from mechid.writing import creating_folder, write_atomically
 
 MARK = b"mechid open</title>"
 """By which a page shows that it is an index."""
@@ -65,8 +65,8 @@ def open_results(folder: Path | str, *, browser: bool = False) -> Index:
         raise UsageError(
             f"{root}: holds no campaign and no result of mechid; give a folder that was an --out, or above"
         )
-    with writable(root):  # and not held: where an identification is at work its folder is
-        write_whole(index.page, index_page(index_numbers(index)))
+    with creating_folder(root):  # and not held: where an identification is at work its folder is
+        write_atomically(index.page, index_page(index_numbers(index)))
     if browser:
         webbrowser.open(index.page.resolve().as_uri())
     return index

@@ -15,7 +15,7 @@ from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import DIGEST, FILE
 from mechid.indexes.found import DAMAGE, Found
-from mechid.indexes.kinds import BUDGETS, CHECKS, EXPORTS, FITS, LOOKS, SIMULATIONS
+from mechid.indexes.kinds import CHECKS, FITS, LOOKS, SIMULATIONS
 from mechid.reading.whole import is_file
 from mechid.records.formats import digest_of
 
@@ -68,14 +68,14 @@ class Staleness:
         elif found.kind.heading in AGAIN and found.content["provenance"]:
             campaign = Path(found.content["provenance"]["campaign"])
             yield from self._of_records(found, campaign, AGAIN[found.kind.heading])
-        elif found.kind.heading in (BUDGETS, EXPORTS):
-            yield from self._of_fit(found.content)
         elif found.kind.heading == LOOKS:
             named = {Path(one["file"]): str(one["sha256"]) for one in found.content["records"]}
             known = {path: digest for path, digest in named.items() if path.is_absolute()}
             changed = [path.name for path, digest in known.items() if self._digest(path) not in (digest, GONE)]
             if changed:
                 yield f"stale: {', '.join(changed)} changed since; look again"
+        else:
+            yield from self._of_fits(found.content)
 
     def _of_records(self, found: Found, campaign: Path | None, remedy: str) -> Iterator[str]:
         if campaign is None or not is_file(campaign):
@@ -97,13 +97,14 @@ class Staleness:
         if name and digest and self._digest(found.folder / name) != digest:
             yield f"{name}: is not as identify left it, so that nothing can be made of this fit"
 
-    def _of_fit(self, content: Mapping[str, Any]) -> Iterator[str]:
-        digest = _digest_of_fit((content.get("provenance") or {}).get("fit") or {})
-        if not digest:
-            return
-        if digest not in self.stale_fits:
+    def _of_fits(self, content: Mapping[str, Any]) -> Iterator[str]:
+        """Say where a result is of a fit that is not there any more, or that is out of date itself."""
+        provenance = content.get("provenance") or {}
+        fits = provenance.get("fits") or [provenance.get("fit") or {}]
+        digests = [digest for fit in fits if (digest := _digest_of_fit(fit))]
+        if any(digest not in self.stale_fits for digest in digests):
             yield "stale: its fit is none of those below this folder; it was identified anew since, or lies elsewhere"
-        elif self.stale_fits[digest]:
+        elif any(self.stale_fits[digest] for digest in digests):
             yield "stale: its fit is"
 
     def _digest(self, path: Path) -> str:

@@ -19,7 +19,7 @@ from matplotlib.font_manager import get_font_names
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from mechid.arrays import FloatArray
-from mechid.writing import whole
+from mechid.writing import atomic_file
 
 WIDTH_IN = 6.9
 """Inches: both columns of a paper."""
@@ -78,7 +78,7 @@ def write_figure(name: str, figure: Figure, folder: Path) -> str:
         figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
         figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
     for suffix, content in (("svg", svg), ("png", png)):
-        with whole(folder / f"{name}.{suffix}") as beside:
+        with atomic_file(folder / f"{name}.{suffix}") as beside:
             beside.write_bytes(content.getvalue())
     return svg.getvalue().decode("utf-8")
 

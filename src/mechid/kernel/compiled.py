@@ -24,7 +24,7 @@ from mechid.kernel.compiler import signatures_remembered
 from mechid.kernel.kept import forget, is_sealed, is_whole, one_process, seal
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
-from mechid.writing import CACHE, cache_folder, write_whole
+from mechid.writing import CACHE, cache_folder, write_atomically
 
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
 _ONE_AT_A_TIME = Lock()
@@ -127,7 +127,7 @@ def _made(path: Path, text: Callable[[], str], call: Callable[[ModuleType], None
         forget(path)
         sys.modules.pop(_module_name(path), None)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text())
+        write_atomically(path, text())
     return _called(path, call)
 
 

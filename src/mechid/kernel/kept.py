@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 TAG = f".py{sys.version_info.major}{sys.version_info.minor}."
 """Of this version of Python, in the names that Numba gives."""
@@ -33,7 +33,7 @@ def seal(path: Path) -> None:
     """Note what a kernel's files hold; where nothing can be written, as in a cache that others share, nothing is."""
     with suppress(OSError):
         if not is_whole(path):
-            write_whole(_seal(path), json.dumps(_digests(path)) + "\n")
+            write_atomically(_seal(path), json.dumps(_digests(path)) + "\n")
 
 
 def forget(path: Path) -> None:

@@ -184,7 +184,7 @@ class Mechanism:
 
     def with_values(self, values: Mapping[str, float]) -> Mechanism:
         """Return the same mechanism with some parameters at other values."""
-        moved = {name: self.parameters[name].moved_to(v) for name, v in values.items()}
+        moved = {name: self.parameters[name].at_value(v) for name, v in values.items()}
         return replace(self, parameters={**self.parameters, **moved})
 
     def with_parameters(self, changed: Mapping[str, Parameter]) -> Mechanism:

@@ -52,7 +52,7 @@ def profile_document(data: Mapping[str, Any]) -> Document:
 
 PRESENTER = Presenter(
     name="profile",
-    numbers=lambda found: profile_numbers(found.profiles, synthetic=found.synthetic),
+    numbers=lambda found: profile_numbers(found.profiles, synthetic=found.synthetic, fit_digest=found.fit_digest),
     document=profile_document,
     line=", ".join,
     texts=lambda _found, data: profile_texts(data),

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechid.identification.refit.profile import Point, Profile
-from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text, provenance_of_fits
 from mechid.ink.digits import like, with_sigma
 
 FORMAT = "mechid-profile/1"
@@ -17,13 +17,14 @@ WORTH_SAYING = 0.1
 """Sigmas squared by which a refit below the estimate's cost is worth a line."""
 
 
-def profile_numbers(profiles: Sequence[Profile], *, synthetic: bool = False) -> dict[str, Any]:
+def profile_numbers(profiles: Sequence[Profile], *, synthetic: bool = False, fit_digest: str = "") -> dict[str, Any]:
     """Return all that profiles show: numbers, and beside those that need rounding their text."""
     return {
         "format": FORMAT,
         "synthetic": synthetic,
         "profiles": {p.name: _profile(p) for p in profiles},
         "warnings": [line for p in profiles for line in _warnings(p)],
+        "provenance": provenance_of_fits(fit_digest),
     }
 
 

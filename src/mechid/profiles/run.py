@@ -23,6 +23,7 @@ class Profiles(Shown, Mapping[str, Profile]):
 
     profiles: tuple[Profile, ...]
     synthetic: bool = False
+    fit_digest: str = ""
 
     def __getitem__(self, name: str) -> Profile:
         return {one.name: one for one in self.profiles}[name]
@@ -99,4 +100,4 @@ def profile(
             optimum.one(name)
         noted = refit_journal(own, journal, resume=resume)
         done = profiles(optimum, names, workers=count, journal=noted, on_point=on_point)
-    return Profiles(profiles=tuple(done), synthetic=own.required_campaign.synthetic)
+    return Profiles(profiles=tuple(done), synthetic=own.required_campaign.synthetic, fit_digest=own.mechanism_digest)

@@ -34,7 +34,7 @@ from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
 from mechid.signal.series import Series, no_samples
 from mechid.units import si_unit
-from mechid.writing import keep
+from mechid.writing import mark_as_read
 
 MINIMUM_SAMPLES = 16
 
@@ -104,7 +104,7 @@ def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> 
     suffix = _suffix(path, label)
     with readable(label):
         refuse_special(path)
-        keep(path)
+        mark_as_read(path)
         if external_files and READERS[suffix] not in REFERRING:
             raise RecordError(f"{label}: external_files: only HDF5 and MATLAB 7.3 name other files; leave it out")
         if suffix in GUARDED:

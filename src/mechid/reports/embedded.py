@@ -22,7 +22,7 @@ from mechid.kernel.compiled import version_folder
 from mechid.reports.curves import Curves
 from mechid.reports.packing import pack_text
 from mechid.reports.payload import payload
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 MAKERS = (
     ("mechid.reports", "embedded.py"),
@@ -51,7 +51,7 @@ def embedded() -> Embedded:
     made = Embedded(library=pack_text(library()), kinds=plot_items())
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json.dumps(vars(made)))
+        write_atomically(path, json.dumps(vars(made)))
     return made
 
 

@@ -25,7 +25,7 @@ from mechid.reports.curves import Curves, record_curves
 from mechid.reports.details import resonance_data
 from mechid.reports.figures import channel_sheets, matrix_sheets
 from mechid.simulation.resonances import resonances
-from mechid.writing import writable
+from mechid.writing import creating_folder
 
 
 class Illustration:
@@ -78,7 +78,7 @@ class Illustration:
         if self._failed:
             return
         try:
-            with writable(self.folder), one_core_algebra():
+            with creating_folder(self.folder), one_core_algebra():
                 curves = record_curves(self._campaign, self._fit, record, predictions)
             for one in curves:
                 self._pictures |= self._pens.draw(channel_sheets(one, self._resonances), self.folder)
@@ -96,7 +96,7 @@ class Illustration:
         """
         if self._failed:
             raise self._failed
-        with writable(self.folder):
+        with creating_folder(self.folder):
             self._pictures |= self._pens.draw(matrix_sheets(contents), self.folder)
             for picture in self._pictures.values():
                 picture.result()

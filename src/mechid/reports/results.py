@@ -20,7 +20,7 @@ from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.grade import grade_words
 from mechid.reading.whole import read_result
 from mechid.reports.lacking import added_comment, added_notes
-from mechid.writing import write_together, write_whole
+from mechid.writing import write_atomically, write_together
 
 REPORT_NAME = "report.json"
 MECHANISM_NAME = "mechanism.toml"
@@ -84,13 +84,13 @@ def write_components(fit: Fit, validation: Mapping[str, RecordValidation], folde
     if content is None:
         path.unlink(missing_ok=True)
         return []
-    write_whole(path, json_text(content))
+    write_atomically(path, json_text(content))
     return [path]
 
 
 def write_residual(fit: Fit, validation: Mapping[str, RecordValidation], folder: Path) -> Path:
     """Write residual.json beside the estimate of a fit that was read back, and return its path."""
-    write_whole(folder / RESIDUAL_NAME, json_text(residual_content(fit, validation)))
+    write_atomically(folder / RESIDUAL_NAME, json_text(residual_content(fit, validation)))
     return folder / RESIDUAL_NAME
 
 

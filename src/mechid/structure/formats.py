@@ -25,7 +25,7 @@ from mechid.structure.response_csv import PAIRS, read_response_csv
 from mechid.structure.selection import Selection
 from mechid.structure.structure import Structure
 from mechid.structure.uff import read_uff
-from mechid.writing import keep
+from mechid.writing import mark_as_read
 
 Reader = Callable[[Path, Selection], Structure]
 
@@ -76,7 +76,7 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
         raise InputFileError(f"{path}: there is no such file{did_you_mean(path.name, beside) or '; check the path'}")
     if path.suffix.lower() not in READERS:
         raise InputFileError(f'{path.name}: no reader for "{path.suffix}"; mechid reads {", ".join(READERS)}')
-    keep(path)
+    mark_as_read(path)
     structure = _read(path, selection or Selection())
     if axis and structure.axis and structure.axis != axis:
         raise InputFileError(

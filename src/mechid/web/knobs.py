@@ -123,7 +123,7 @@ def mechanism_at(
 
 def set_parameter(q: Parameter, value: float, knob: Knob, *, is_free: bool) -> Parameter:
     """Return a parameter at a value, free within the ends of the knob or known."""
-    moved = q.moved_to(value)
+    moved = q.at_value(value)
     if not is_free:
         return replace(moved, status=Status.KNOWN)
     return replace(moved, status=Status.FREE, min=knob.parameter.min, max=knob.parameter.max)

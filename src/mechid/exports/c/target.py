@@ -18,7 +18,7 @@ from mechid.exports.handover import Handover, Trial
 from mechid.exports.option_texts import NO, yes_or_no
 from mechid.exports.stand import read_stand, select_mechanism
 from mechid.exports.trials import Found, compare_results, references, sample_rate_hz, substeps
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 MOST_POINTS = 256
 """Most points of a rate profile, as declared in mechanism.h."""
@@ -71,7 +71,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     changed = replace(handover, mechanism=select_mechanism(handover.mechanism, chosen.values, stand=chosen.stand))
     source = Source(changed, 1.0 / sample_rate_hz(changed), substeps(changed), chosen.sensitivities)
     for name, text in source.files.items():
-        write_whole(folder / name, text)
+        write_atomically(folder / name, text)
     words = [f"Functions of the C library in its loop: {', '.join(source.library)}."] if source.library else []
     try:
         found = _checked(source, folder)

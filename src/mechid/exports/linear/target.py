@@ -18,7 +18,7 @@ from mechid.exports.linear.mat import UNCERTAIN_SS, write_mat
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import Matrices
 from mechid.identification.result.estimate_file import json_text
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 JSON, MAT, FUNCTION = FILES = ("linear.json", "linear.mat", "mechid_uss.m")
 AGREES = 1e-4
@@ -39,9 +39,9 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
         A model cannot be made, or deviates from the equations.
     """
     linear = linear_of(handover, options)
-    write_whole(folder / JSON, json_text(linear.to_dict(), indent=None))
+    write_atomically(folder / JSON, json_text(linear.to_dict(), indent=None))
     write_mat(linear, folder / MAT)
-    write_whole(folder / FUNCTION, UNCERTAIN_SS)
+    write_atomically(folder / FUNCTION, UNCERTAIN_SS)
     return Written(FILES, _checked(linear, folder), linear.words)
 
 

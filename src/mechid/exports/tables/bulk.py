@@ -14,7 +14,7 @@ from mechid.budgets.settings import LEVEL
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.bulk_cards import comment, darea, rload1, rload2, tabled1
 from mechid.exports.tables.options import Options
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 FILE_NAME = "lines.bdf"
 RELEVANT = 0.01
@@ -78,7 +78,7 @@ def _load(forcing: Forcing, order: float, found: Sequence[tuple[float, complex, 
 def write_bulk(forcings: Sequence[Forcing], options: Options, provenance: Mapping[str, Any], folder: Path) -> str:
     """Write the loads of all stepping modes; return the file name."""
     loads = [load for forcing in forcings for load in order_loads(forcing)]
-    write_whole(folder / FILE_NAME, bulk_text(loads, options, provenance))
+    write_atomically(folder / FILE_NAME, bulk_text(loads, options, provenance))
     return FILE_NAME
 
 

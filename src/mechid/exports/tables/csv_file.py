@@ -12,7 +12,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.exports.tables.table import Cell, Table
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 NUMBER = "%.12g"
 
@@ -20,7 +20,7 @@ NUMBER = "%.12g"
 def write_csv(table: Table, folder: Path) -> str:
     """Write a table; return the file name."""
     name = f"{table.name}.csv"
-    write_whole(folder / name, _lines(table))
+    write_atomically(folder / name, _lines(table))
     return name
 
 

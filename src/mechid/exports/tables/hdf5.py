@@ -9,7 +9,7 @@ from typing import Any
 
 from mechid.arrays import FloatArray
 from mechid.exports.tables.table import Table
-from mechid.writing import made_in_memory
+from mechid.writing import buffered_file
 
 FILE_NAME = "tables.h5"
 FORMAT = "mechid-tables/1"
@@ -19,7 +19,7 @@ def write_hdf5(tables: Sequence[Table], provenance: Mapping[str, Any], folder: P
     """Write tables; return the file name."""
     import h5py
 
-    with made_in_memory(folder / FILE_NAME) as content, h5py.File(content, "w") as file:
+    with buffered_file(folder / FILE_NAME) as content, h5py.File(content, "w") as file:
         file.attrs["format"] = FORMAT
         file.attrs["provenance"] = json.dumps(provenance)
         for table in tables:

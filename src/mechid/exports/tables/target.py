@@ -19,10 +19,10 @@ from mechid.exports.stepping import choose_rates, steppings
 from mechid.exports.tables import csv_file, hdf5, workbook
 from mechid.exports.tables.bulk import write_bulk
 from mechid.exports.tables.check import Direct, compare_directly, refuse_difference
+from mechid.exports.tables.history import simulate_history
 from mechid.exports.tables.of_estimate import estimate_tables, provenance_table
 from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
-from mechid.exports.tables.simulate_history import simulate_history
 from mechid.exports.tables.table import Table, column_table
 from mechid.plant.flight import below, keeps_stand
 from mechid.plant.mechanism import Mechanism

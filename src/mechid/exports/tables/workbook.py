@@ -14,7 +14,7 @@ import xlsxwriter
 
 from mechid.arrays import FloatArray
 from mechid.exports.tables.table import Table
-from mechid.writing import whole
+from mechid.writing import atomic_file
 
 FILE_NAME = "tables.xlsx"
 NARROWEST, WIDEST = 10, 60
@@ -25,7 +25,7 @@ SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
 def write_workbook(tables: Sequence[Table], folder: Path) -> str:
     """Write tables as sheets, in order; return the file name. Missing numbers are empty cells."""
-    with whole(folder / FILE_NAME) as beside, xlsxwriter.Workbook(str(beside), PLAIN) as book:
+    with atomic_file(folder / FILE_NAME) as beside, xlsxwriter.Workbook(str(beside), PLAIN) as book:
         head = book.add_format({"bold": True, "bottom": 1})
         for table in tables:
             sheet = book.add_worksheet(table.name)

@@ -25,7 +25,7 @@ from mechid.errors import UsageError
 from mechid.identification.computation.parallel import Done, mapped, with_work
 from mechid.identification.computation.worker import source_digest
 from mechid.simulation.work import count, counted
-from mechid.writing import placed, writable
+from mechid.writing import attach_path, creating_folder
 
 STARTED, STEP = "started", "step"
 SEPARATOR = b', "check": "'
@@ -154,7 +154,7 @@ class Journal:
             The file cannot be written, is no journal, or the run to be resumed had other inputs.
         """
         inputs = with_version(inputs)
-        with writable(path.parent):
+        with creating_folder(path.parent):
             lines, notice = read_entries(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
             if not resume or begun is None:
@@ -184,7 +184,7 @@ class Journal:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            raise placed(error, self.path) from None
+            raise attach_path(error, self.path) from None
 
     def step(
         self, kind: str, inputs: Sequence[Any], work: Callable[[], Any], rng: np.random.Generator | None = None

@@ -74,6 +74,8 @@ class Diagnosis(Shown):
         Share of all samples of the records that was diagnosed: 1, or as far as any model was found to follow them.
     synthetic : bool
         Whether the records were simulated.
+    fit_digest : str
+        `Fit.mechanism_digest` of the diagnosed fit.
     """
 
     missing: tuple[Missing, ...]
@@ -89,6 +91,7 @@ class Diagnosis(Shown):
     held_out: tuple[HeldOut, ...]
     share: float = 1.0
     synthetic: bool = False
+    fit_digest: str = ""
 
 
 def diagnose(

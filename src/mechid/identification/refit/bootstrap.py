@@ -99,6 +99,7 @@ class Bootstrap(Shown):
     noise: Mapping[str, Mapping[str, Autoregression]]
     seed: int = 0
     synthetic: bool = False
+    fit_digest: str = ""
 
     @property
     def tally(self) -> dict[DrawOutcome, int]:

@@ -16,7 +16,7 @@ from mechid.identification.result.fit import FORMAT, Fit
 from mechid.identification.result.grade import Grade
 from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import read_bytes, read_result
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 TABLES = ("outcome", "parameters")
 """Without these there is nothing to read."""
@@ -31,7 +31,7 @@ def is_synthetic(content: Mapping[str, Any]) -> bool:
 
 def write_estimate(fit: Fit, path: Path | str) -> None:
     """Write a fit; whole or not at all. What is not finite is written as null."""
-    write_whole(Path(path), estimate_text(fit))
+    write_atomically(Path(path), estimate_text(fit))
 
 
 def estimate_text(fit: Fit) -> str:
@@ -131,6 +131,11 @@ def _finite(value: Any) -> Any:
 FILE, DIGEST, QUANTITIES, PLANT = "mechanism_file", "mechanism_sha256", "quantities", "plant"
 """Keys of the provenance: the file's name, the SHA-256 of its bytes, what was measured, the equations' digest."""
 NEXT = "identify anew (for a budget, what differs in flight belongs into its [flight] values)"
+
+
+def provenance_of_fits(*digests: str) -> dict[str, Any]:
+    """Return what a result's JSON file says of the fits that it is of, by the digests of their mechanism files."""
+    return {"fits": [{DIGEST: digest or None} for digest in digests]}
 
 
 def signed(fit: Fit, name: str, text: str) -> Fit:

@@ -185,6 +185,11 @@ class Fit(Shown):
         return str(self.folder / ESTIMATE_NAME) if self.folder else "the fit"
 
     @property
+    def mechanism_digest(self) -> str:
+        """SHA-256 of the mechanism file that was left beside its estimate.json; empty for a fit not written yet."""
+        return str(self.provenance.get("mechanism_sha256") or "")
+
+    @property
     def required_campaign(self) -> Campaign:
         """The campaign of the fit; UsageError where the fit does not hold it."""
         if self.campaign is None:

@@ -170,7 +170,7 @@ def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[
     first = max(math.ceil(max(SEARCH.run_up_s, SEARCH.run_up_steps * step_s) / period_s), 1)
     periods = min(first + tries - 1, math.floor(command.begun_s / period_s * (1.0 + 1e-9)))
     n = max(math.ceil(period_s * target.base.sample_rate_hz), 1)
-    earlier = command.begun_at(command.begun_s - periods * period_s)
+    earlier = command.begin_at(command.begun_s - periods * period_s)
     base = TimeBase(n / period_s, periods * n, command.begun_s - (periods * n - 1) * period_s / n)
     plant, p = problem.space.mechanism.plant, problem.coordinates.kernel(target, q)
     simulator = Simulator(plant, earlier, base, capacity=problem.coordinates.lanes)
@@ -178,7 +178,7 @@ def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[
     found: list[dict[str, float]] = []
     for k, _ in enumerate(run.blocks(), 1):
         if k >= min(first, periods) and run.outcome is SimulationOutcome.COMPLETE:
-            here = command.begun_at(command.begun_s - (periods - k) * period_s)
+            here = command.begin_at(command.begun_s - (periods - k) * period_s)
             found.insert(
                 0,
                 off_rest(

@@ -27,7 +27,7 @@ from mechid.identification.stages.families import OF_RECORDS, Families
 from mechid.kernel.compiled import is_compiled, kernel_for, version_folder
 from mechid.kernel.source import fingerprint, lanes_for
 from mechid.plant.plant import Plant
-from mechid.writing import write_whole
+from mechid.writing import write_atomically
 
 START = "import sys; sys.path[:] = {path!r}; from {module} import compile_layouts; compile_layouts()"
 PIPE_BYTES = 1 << 20
@@ -65,7 +65,7 @@ class KernelsAhead:
             return False
         with suppress(OSError):
             mark.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(mark, "The kernels of its further effects have been begun.\n")
+            write_atomically(mark, "The kernels of its further effects have been begun.\n")
             return self._start()
         return False
 

@@ -53,7 +53,7 @@ def _grow_named(climb: Climb) -> Climb:
 
 NAMED_AT_RAISED_LEVEL = Rung(
     "an effect named at a raised noise level",
-    lambda climb: climb.may_add and climb.growth is not None,
+    lambda climb: climb.may_add and climb.growth is not None and not climb.is_explained,
     _grow_named,
     effects_budget,
 )
