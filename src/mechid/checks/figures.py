@@ -1,4 +1,4 @@
-"""A picture of each record before any fit: its channels over time, what was bridged, its command, and its spectra."""
+"""Figures of records before a fit: channels over time, bridged gaps, command and spectra."""
 
 from __future__ import annotations
 
@@ -25,14 +25,13 @@ from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words
 
 MOST_MARKED = 200
-"""Gaps that are marked."""
+"""Most marked gaps."""
 
 
 def check_figures(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figure]]:
-    """Yield the picture of each record that was read, then its channels over frequency, with their names.
+    """Yield named figures of each record: its channels over time, then over frequency.
 
-    The spectrum of a channel stands beside the lines that the command would make; where the rate varies they are drawn
-    over time or rate.
+    Spectra show the lines expected from the command. If the rate varies, they are drawn over time or rate.
     """
     for record in records:
         if record.data is not None:
@@ -43,7 +42,7 @@ def check_figures(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figu
 
 
 def _over_time(record: CampaignRecord, data: Record) -> Figure:
-    """Return the channels below one another, inputs in another colour, and the commanded rate last."""
+    """Draw the channels in strips, with inputs in another colour, and the commanded rate last."""
     base, ends = _base(data), (data.time_start_s, data.time_start_s + data.duration_s)
     strips = [_strip(channel, base) for channel in data.channels]
     if not isinstance(record.command, MeasuredCommand):

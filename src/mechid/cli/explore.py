@@ -1,4 +1,4 @@
-"""``mechid explore``: a local page on which parameters are turned and fits watched."""
+"""``mechid explore``: local page for changing parameters and following fits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``mechid export``: a finished fit as files that others use without mechid."""
+"""``mechid export``: files of a finished fit for other tools."""
 
 from __future__ import annotations
 

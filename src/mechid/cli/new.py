@@ -1,4 +1,4 @@
-"""``mechid new``: files to start from."""
+"""``mechid new``: templates of mechanism and campaign files."""
 
 from __future__ import annotations
 
@@ -25,6 +25,6 @@ def new(
         typer.echo(f"written: {path}")
     for file in files or ():
         if not file.is_file():
-            why = "is a folder, no file" if file.is_dir() else "there is no such file yet"
-            typer.echo(f"warning: {file}: {why}", err=True)
+            problem = "is a folder, no file" if file.is_dir() else "there is no such file yet"
+            typer.echo(f"warning: {file}: {problem}", err=True)
     typer.echo(f"next: fill them in; mechid check {folder} says what is left")

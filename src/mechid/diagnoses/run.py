@@ -13,7 +13,7 @@ from mechid.identification.computation.progress import Listener
 from mechid.identification.diagnosis import diagnosis
 from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.result.fit import Fit
-from mechid.progress.listening import listening
+from mechid.progress.listening import progress_listener
 
 
 @campaign_first
@@ -61,6 +61,6 @@ def diagnose(
     own = fit_from(fit, campaign)
     if consider:
         own = replace(own, campaign=replace(own.required_campaign, considered=tuple(consider)))
-    with listening(listener) as tell:
+    with progress_listener(listener) as tell:
         found = diagnosis.diagnose(own, workers=workers, executor=executor, listener=tell)
     return replace(found, fit_digest=own.mechanism_digest)

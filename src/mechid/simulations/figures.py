@@ -1,4 +1,4 @@
-"""A picture of each simulated record: its quantities over time, and its command."""
+"""Figures of simulated records: quantities over time, and the command."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mechid.units import unit_words
 
 
 def simulation_figures(found: Simulated) -> Iterator[tuple[str, Figure]]:
-    """Yield the picture of each record, with its name."""
+    """Yield a named figure of each record."""
     records = {record.name: record for record in found.campaign.records} if found.campaign else {}
     for name, run in found.trajectories.items():
         yield figure_name(name), _over_time(name, run, records.get(name))

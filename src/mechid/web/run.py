@@ -14,7 +14,7 @@ from mechid.campaign import Campaign, load_campaign, load_mechanism
 from mechid.fits.load import campaign_of_fit, completed_file
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
-from mechid.progress.listening import telling
+from mechid.progress.listening import line_receiver
 from mechid.web import Estimate, Explorer, Source, estimate_of, read_diagnosed, read_estimated
 
 GIVEN = "the fit given"
@@ -69,7 +69,7 @@ def explore(
     >>> mechid.explore("bench", fit="fit")  # doctest: +SKIP
     """
     source = load_source(campaign, fit=fit, diagnosis=diagnosis, workers=workers)
-    with telling(say) as tell:
+    with line_receiver(say) as tell:
         serve(source, port, browser=browser, ready=tell)
 
 
