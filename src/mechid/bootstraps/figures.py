@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
 from mechid.identification.refit.bootstrap import DrawOutcome
-from mechid.ink.figures import STYLE, made
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import INK, MEASURED, MODELLED
 
 SCATTER_NAME, PAIRS_NAME = "bootstrap_scatter", "bootstrap_pairs"
@@ -27,10 +27,10 @@ NAMES_FROM = 0.3
 def bootstrap_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of what `bootstrap_numbers` made."""
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        yield SCATTER_NAME, made(partial(_scatter, data), MARGIN_IN + ROW_IN * len(data["parameters"]))
+        yield SCATTER_NAME, make_figure(partial(_scatter, data), MARGIN_IN + ROW_IN * len(data["parameters"]))
         pairs = closest_pairs(data)
         if pairs:
-            yield PAIRS_NAME, made(partial(_pairs, data, pairs), PAIRS_IN)
+            yield PAIRS_NAME, make_figure(partial(_pairs, data, pairs), PAIRS_IN)
 
 
 def draws_in_sigmas(data: Mapping[str, Any]) -> dict[str, FloatArray]:

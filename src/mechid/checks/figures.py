@@ -13,8 +13,8 @@ from mechid.analysis.look import Drive, look_at
 from mechid.campaign import CampaignRecord
 from mechid.checks.numbers import has_one_rate
 from mechid.command import MeasuredCommand
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import STYLE, made
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import MEASURED, series
 from mechid.ink.quantities import quantity_words
 from mechid.ink.strips import Strip, draw_strips, rate_strip, strips_height
@@ -49,7 +49,7 @@ def _over_time(record: CampaignRecord, data: Record) -> Figure:
         strips.append(rate_strip(commanded_rate(record.command.rate, record.time_offset.value, base), ends))
     with mpl.rc_context(STYLE):
         draw = partial(draw_strips, f"{record.name} ({record.use})", strips, ends)
-        return made(draw, strips_height(len(strips)))
+        return make_figure(draw, strips_height(len(strips)))
 
 
 def _base(data: Record) -> TimeBase:
@@ -63,4 +63,4 @@ def _strip(channel: Channel, base: TimeBase) -> Strip:
         for first, stop in runs_of(channel.bridged)[:MOST_MARKED]
     ]
     label = f"{quantity_words(channel.quantity)}{' (input)' if is_input else ''},\n{unit_words(channel.quantity)}"
-    return Strip(label, drawn(channel.data, base), series(0) if is_input else MEASURED, bridged)
+    return Strip(label, reduce_to_extremes(channel.data, base), series(0) if is_input else MEASURED, bridged)

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
-from mechid.ink.figures import STYLE, in_powers, legend_above, made
+from mechid.ink.figures import STYLE, in_powers, legend_above, make_figure
 from mechid.ink.palette import NOISE, series
 
 EVIDENCE_NAME, RECORDS_NAME, SPECTRA_NAME = "comparison_evidence", "comparison_records", "comparison_spectra"
@@ -28,12 +28,12 @@ LINEAR = 10.0
 def comparison_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of what `comparison_numbers` made."""
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        yield EVIDENCE_NAME, made(partial(_evidence, data), MARGIN_IN + ROW_IN * len(data["scores"]))
-        yield RECORDS_NAME, made(partial(_records, data), MARGIN_IN + ROW_IN * len(data["records"]))
+        yield EVIDENCE_NAME, make_figure(partial(_evidence, data), MARGIN_IN + ROW_IN * len(data["scores"]))
+        yield RECORDS_NAME, make_figure(partial(_records, data), MARGIN_IN + ROW_IN * len(data["records"]))
 
         if data["spectra"]["records"]:
             drawn = apart_most(data)
-            yield SPECTRA_NAME, made(partial(_spectra, data, drawn), MARGIN_IN + SPECTRUM_IN * len(drawn))
+            yield SPECTRA_NAME, make_figure(partial(_spectra, data, drawn), MARGIN_IN + SPECTRUM_IN * len(drawn))
 
 
 def apart_most(data: Mapping[str, Any]) -> list[dict[str, Any]]:

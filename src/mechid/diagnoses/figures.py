@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, make_figure, over_time
 from mechid.ink.palette import EFFECT, INK, MEASURED, MODELLED, NOISE, series
 from mechid.ink.palette import RESIDUAL as RESIDUAL_COLOUR
 from mechid.ink.quantities import DENSITY, FREQUENCY, RESIDUAL, TIME, TORQUE, axis_labels
@@ -51,7 +51,7 @@ def diagnosis_figures(pictures: Pictures) -> Iterator[tuple[str, Figure]]:
     """Yield the figures with their names."""
     for name, height, draw in _drawings(pictures):
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-            yield name, made(draw, height)
+            yield name, make_figure(draw, height)
 
 
 def _drawings(pictures: Pictures) -> Iterator[tuple[str, float, Drawing]]:
@@ -122,14 +122,14 @@ def _stretch(one: Stretch, words_after: str, figure: Any) -> None:
     labels = axis_labels(one.quantity)
     base = TimeBase(one.sample_rate_hz, one.measured.size, one.start_s)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2], gridspec_kw={"hspace": 0.08})
-    over_time(above, drawn(one.measured, base), MEASURED, 2.2, "measured")
+    over_time(above, reduce_to_extremes(one.measured, base), MEASURED, 2.2, "measured")
     is_same = np.array_equal(one.before, one.after)
     for modelled, colour, left, words in (
         (one.before, MODELLED, RESIDUAL_COLOUR, AS_WRITTEN),
         (one.after, EFFECT, EFFECT, words_after),
     )[: 1 if is_same else 2]:
-        over_time(above, drawn(modelled, base), colour, 0.9, f"modelled, {words}")
-        over_time(below, drawn(one.measured - modelled, base), left, 0.9, f"residual, {words}")
+        over_time(above, reduce_to_extremes(modelled, base), colour, 0.9, f"modelled, {words}")
+        over_time(below, reduce_to_extremes(one.measured - modelled, base), left, 0.9, f"residual, {words}")
     above.set_ylabel(labels[TORQUE])
     below.set(xlabel=TIME, ylabel=labels[RESIDUAL])
     below.set_xlim(one.start_s, one.start_s + (one.measured.size - 1) / one.sample_rate_hz)

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from mechid.ink.figures import STYLE, legend_above, made
+from mechid.ink.figures import STYLE, legend_above, make_figure
 from mechid.ink.palette import LIMIT, MEASURED, MODELLED
 
 HEIGHT_IN = 2.6
@@ -29,7 +29,7 @@ def profile_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
     """Yield a figure for each profile of `profile_numbers`."""
     for name, one in data["profiles"].items():
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-            yield figure_name(name), made(partial(_curve, name, one), HEIGHT_IN)
+            yield figure_name(name), make_figure(partial(_curve, name, one), HEIGHT_IN)
 
 
 def _curve(name: str, one: Mapping[str, Any], figure: Any) -> None:

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.campaign import CampaignRecord
 from mechid.command import MeasuredCommand
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import STYLE, made
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import MODELLED
 from mechid.ink.quantities import quantity_words
 from mechid.ink.strips import Strip, draw_strips, rate_strip, strips_height
@@ -34,13 +34,13 @@ def _over_time(name: str, run: Trajectory, record: CampaignRecord | None) -> Fig
     base = _base(run)
     ends = (base.start_s, base.start_s + base.duration_s)
     strips = [
-        Strip(f"{quantity_words(quantity)},\n{unit_words(quantity)}", drawn(values, base), MODELLED)
+        Strip(f"{quantity_words(quantity)},\n{unit_words(quantity)}", reduce_to_extremes(values, base), MODELLED)
         for quantity, values in run.values.items()
     ]
     if record is not None and not isinstance(record.command, MeasuredCommand):
         strips.append(rate_strip(commanded_rate(record.command.rate, record.time_offset.value, base), ends))
     with mpl.rc_context(STYLE):
-        return made(partial(draw_strips, name, strips, ends), strips_height(len(strips)))
+        return make_figure(partial(draw_strips, name, strips, ends), strips_height(len(strips)))
 
 
 def _base(run: Trajectory) -> TimeBase:

@@ -9,7 +9,7 @@ from typing import Any
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.ink.digits import digits, plain, rounded
-from mechid.ink.quantities import quantity_words, torque_alone
+from mechid.ink.quantities import has_only_torque, quantity_words
 from mechid.units import unit_words
 
 
@@ -34,7 +34,7 @@ def order_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any
 
 def _add_quantity(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Add texts of quantity and unit, empty if there is only the torque."""
-    only_torque = torque_alone(rows)
+    only_torque = has_only_torque(rows)
     for row in rows:
         row["text"] |= {
             "quantity": "" if only_torque else quantity_words(row["quantity"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mechid.ink.quantities import torque_alone
+from mechid.ink.quantities import has_only_torque
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, Row
 
@@ -34,8 +34,8 @@ def validation_table(rows: Sequence[Row]) -> Table:
 
 def order_table(rows: Sequence[Row]) -> Table:
     """Return the table of lines at orders of the step rate, by record and channel."""
-    unit = ", N m" if torque_alone(rows) else ""
-    channel = () if torque_alone(rows) else CHANNEL
+    unit = ", N m" if has_only_torque(rows) else ""
+    channel = () if has_only_torque(rows) else CHANNEL
     return Table((RECORD, *channel, ORDER, *_sizes(unit), *ORDER_ERRORS), rows)
 
 
