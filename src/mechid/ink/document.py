@@ -299,7 +299,7 @@ class Document:
     shows_files: bool = False
 
     def contents(self) -> list[tuple[str, list[Section]]]:
-        """Return the sections in the contents of a page in order, with the title of the folded group or an empty string."""
+        """Return the sections in the contents of a page in order, with the title of their folded group, if any."""
         return _contents(self.parts)
 
 
