@@ -1,4 +1,4 @@
-"""The likelihood's curve over a parameter, beside the parabola of its standard error."""
+"""Figures of profiles: likelihood curve and parabola of the standard error."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ HEIGHT_IN = 2.6
 COLUMNS = 3
 PARABOLA_POINTS = 200
 ABOVE_LEVEL = 2.0
-"""Times the level up to which the picture shows the rise."""
+"""Height of the figure, in multiples of the confidence level."""
 
 
 def figure_name(parameter: str) -> str:
-    """Return what the figure of a parameter is called."""
+    """Return the name of a parameter's figure."""
     return f"profile_{parameter}"
 
 
