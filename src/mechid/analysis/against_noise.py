@@ -92,6 +92,7 @@ def most_by_chance(effective_samples: float, floor_samples: int) -> float:
     >>> most_by_chance(30, 10_001)
     1.2
     """
+    # NaN fails the comparison and counts as one sample.
     n = effective_samples if effective_samples >= 1.0 else 1.0
     error = math.sqrt(0.5 / n + FLOOR_ERROR**2 / max(floor_samples, 1))
     return min(1.0 + RESIDUAL.noise_errors * error, NOISE.misfit)

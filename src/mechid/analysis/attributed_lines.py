@@ -42,4 +42,5 @@ def _order(frequency_hz: float, rate: float, parts: int, bin_hz: float) -> float
     order = round(parts * frequency_hz / rate) / parts
     near = max(ORDER.near_bins * bin_hz, ORDER.near * frequency_hz)
     is_one = order > 0.0 and abs(order * rate - frequency_hz) <= near
+    # Close multiples match many lines by chance, which is then no evidence.
     return order if is_one and 2.0 * near * parts <= ORDER.by_chance * rate else None

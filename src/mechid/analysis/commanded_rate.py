@@ -24,6 +24,7 @@ def commanded_rate(profile: RateProfile, time_offset_s: float, base: TimeBase) -
     until = base.start_s + (base.samples - 1) / base.sample_rate_hz
     points = np.array([(t + time_offset_s, r) for t, r in zip(profile.times_s, profile.rates, strict=True)])
     inside = points[(points[:, 0] > base.start_s) & (points[:, 0] < until)]
+    # Points outside the record are replaced by interpolated values at its ends.
     ends = [(t, float(np.interp(t, points[:, 0], points[:, 1]))) for t in (base.start_s, until)]
     rate = np.array([ends[0], *map(tuple, inside), ends[1]])
     spread = float(np.ptp(rate[:, 1]))

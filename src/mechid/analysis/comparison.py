@@ -128,6 +128,7 @@ def _difference(first: HypothesisParameter | None, other: HypothesisParameter | 
     """Return other - first in units of the larger standard error; angles differ by at most half a turn."""
     if first is None or other is None:
         return None
+    # Both estimates share the noise of the records, so the errors do not add.
     sigma = max(first.std_error or 0.0, other.std_error or 0.0)
     difference = angle_difference(other.value, first.value) if first.unit == "deg" else other.value - first.value
     return difference / sigma if sigma > 0.0 and math.isfinite(difference) else None

@@ -150,6 +150,7 @@ def _pack_matrix(matrix: ComplexArray) -> list[float]:
     """Return the lower triangle of a Hermitian matrix, (c, c), as real and imaginary parts; empty if unknown."""
     if not np.isfinite(matrix).all():
         return []
+    # The upper triangle follows from the matrix being Hermitian.
     lower = matrix[np.tril_indices(len(matrix))]
     return _round_values(np.column_stack([lower.real, lower.imag]).ravel())
 

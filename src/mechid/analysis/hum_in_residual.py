@@ -34,6 +34,7 @@ def remove_hum(
     if not rates:
         return residual, frozenset()
     rate, duration_s = sum(rates) / len(rates), residual.size / sample_rate_hz
+    # At a varying rate, orders cross the hum and can be separated from it.
     steady = max(rates) <= (1.0 + ORDER.steady) * min(rates)
 
     def nearest(hz: float) -> float:

@@ -168,6 +168,7 @@ def key_by_period_or_order(parameters: Mapping[str, ParameterEstimate]) -> dict[
         if listed and listed.entry and name.rpartition(".")[2] == listed.told_by:
             unit = "" if p.unit == "1" else p.unit
             tables[name.rpartition(".")[0]] = f"{listed.name}.{p.value:.9g}{unit}"
+    # Two entries with the same period could not be told apart, so indices are kept.
     if len(set(tables.values())) < len(tables):
         return dict(parameters)
     split = ((*name.rpartition("."), p) for name, p in parameters.items())

@@ -124,6 +124,7 @@ def _with_residual_noise(target: Target, own: RecordFit) -> Target:
 def _information(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[ChannelJacobian]) -> Information | None:
     # Scaled to a unit diagonal, so that the eigenvalues in `_variances` compare parameters of any unit.
     scale = np.sqrt(sum(np.sum(part.jacobian**2, axis=0) for part in parts))
+    # A parameter without any sensitivity has no information in any record.
     if not np.all(scale > 0.0):
         return None
     each = [(part, (part.jacobian / scale).T @ (part.jacobian / scale)) for part in parts]
@@ -154,6 +155,7 @@ def _information(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[C
 def _variances(fisher: FloatArray) -> FloatArray:
     """Return the diagonal of the inverse; inf for parameters in undetermined directions."""
     values, vectors = np.linalg.eigh(fisher)
+    # Relative to the largest eigenvalue, at the level of rounding; the least value guards a zero matrix.
     lost = values <= 1e-13 * max(float(values[-1]), 1e-300)
     inverse = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, values))
     diagonal = np.einsum("ij,j,ij->i", vectors, inverse, vectors)

@@ -194,6 +194,7 @@ def _channel(
     constant = _constant_rate(travel)
     level = Remainder(channel.data, line)
     orders = (*MORE_ORDERS, float(steps)) if steps > max(MORE_ORDERS) else MORE_ORDERS
+    # Orders are defined by the travel, so without a rate there are none.
     tracked = tuple(order_lines((level,), travel, fs, orders)) if travel else ()
     mains = mains_lines(spectrum)
     return ChannelLook(

@@ -94,6 +94,7 @@ def _order_peaks(lines: Iterable[OrderLine]) -> list[tuple[float, float]]:
 def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, float]]:
     amplitude = np.array([math.sqrt(max(line.power(), 0.0)) for line in lines])
     noise = np.array([line.errors[0] for line in lines])
+    # Raising small amplitudes to the noise keeps peaks of noise from standing out.
     size = np.maximum(amplitude, RESONANCE.above_noise * noise / RESONANCE.stands_out)
     # Imported here: loading takes 0.4 s, needed only in the search for resonances.
     from scipy.signal import find_peaks
@@ -147,6 +148,7 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
         return []
     reach = 2 * math.ceil(0.5 * spacing_hz / width) + 1
     tops = maximum_filter1d(density, reach) if spacing_hz else density
+    # A logarithmic grid gives humps the same relative resolution at all frequencies.
     grid = np.geomspace(
         0.5 * lowest, frequency[-1], int(RESONANCE.points_a_decade * math.log10(frequency[-1] / lowest) + 8)
     )

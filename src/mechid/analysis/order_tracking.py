@@ -195,6 +195,7 @@ def _windows(travel: Series) -> Iterator[IntArray]:
         before = max(part.start - 1, 0)
         position = travel[before : part.stop]
         moving = 1 + np.flatnonzero(np.diff(position) > 0.0)
+        # The last sample would otherwise begin a window of its own.
         which = np.minimum((position[moving] - first) / total * count, count - 0.5).astype(np.int64)
         more, *others = np.split(before + moving, np.flatnonzero(np.diff(which, prepend=number)))
         begun.append(more)

@@ -115,6 +115,7 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     own = fit.records.get(record.name)
+    # Nuisance parameters of a held-out record were fitted on these samples, which cannot test the prediction.
     begin = own.nuisance.samples if own and own.nuisance else 0
     return {
         channel.quantity: _pair_with_model(

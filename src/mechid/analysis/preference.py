@@ -79,6 +79,7 @@ def _outcome(ranked: Sequence[Score]) -> ComparisonOutcome:
     best = ranked[0]
     if ranked[1].aic_effective - best.aic_effective < MEANINGFUL:
         return ComparisonOutcome.OPEN
+    # BIC penalises parameters more; if it disagrees, the extra parameters are not supported clearly.
     if min(ranked, key=lambda s: s.bic_effective) is not best:
         return ComparisonOutcome.CRITERIA_DISAGREE
     if not any(s.held_out for s in ranked):

@@ -116,6 +116,7 @@ def _track_window(window: TravelWindow, left: FloatArray, orders: list[float], h
     near = density_around(frequency, fine, at_lines)
     power, noise = np.full((2, len(TRACKED)), np.nan)
     power[tracked], noise[tracked] = np.abs(amplitudes[:, 0]) ** 2, 2.0 * near / duration_s
+    # Orders that coincide with hum at a steady rate are unknown.
     power[np.isin(TRACKED, [*hidden])] = np.nan
     return _Window(window.rate, duration_s, power, noise, density)
 

@@ -70,6 +70,7 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
     records = {}
     for name, record in validation.items():
         channel = record.channels.get(TORQUE)
+        # Excluded records contradict the others and would falsify the budget.
         if channel is not None and channel.emission and not fit.records[name].taken.left_out:
             records[name] = {
                 "stepping": record.command["stepping"],

@@ -54,6 +54,7 @@ def _is_confirmed(group: Sequence[_Seen]) -> bool:
         return True
     rates = {one.record: one.rate for one in group}
     constant = [rate for rate in rates.values() if rate is not None]
+    # At equal rates an order of the step rate would appear at the same frequency.
     differ = bool(constant) and max(constant) > (1.0 + RESONANCE.rates_apart) * min(constant)
     return len(rates) > 1 and (differ or len(constant) < len(rates))
 

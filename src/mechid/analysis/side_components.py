@@ -150,6 +150,7 @@ def side_lines(at: SideAtRate) -> SideLines:
     cross, square = power[:, 1:, 0] - noise[:, 1:, 0], left[:, 1:] * left[:, :1]
     coherence = np.divide(np.abs(cross) ** 2, square, out=np.zeros(square.shape), where=square > 0.0)
     with np.errstate(divide="ignore"):
+        # The phase error of the drive torque rotates all components equally.
         turn = np.sqrt(0.5 * alone[:, 0] / (n * left[:, 0]))
     in_phase = heard[:, 1:] & (coherence > least_coherence(n))
     lines = SideLines(
@@ -185,6 +186,7 @@ def least_coherence(windows: int) -> float:
     [0.9998, 0.9758, 0.7623, 0.5]
     """
     d = windows - 1
+    # A single window always has a coherence of 1.
     if d < 1:
         return float("inf")
     ball = np.pi ** (0.5 * d) / gamma(0.5 * d + 1.0) * np.sqrt(windows)
@@ -233,6 +235,7 @@ def _cross_density(between: FloatArray, sample_rate_hz: float, lines_hz: FloatAr
     frequency = np.asarray(np.fft.rfftfreq(n, 1.0 / sample_rate_hz), dtype=np.float64)
     out = np.empty((lines_hz.size, channels, channels), dtype=np.complex128)
     for i in range(channels):
+        # The other half follows from the matrices being Hermitian.
         for j in range(i + 1):
             out[:, i, j] = density_around(frequency, scale * spectra[i] * spectra[j].conj(), lines_hz)
             out[:, j, i] = out[:, i, j].conj()

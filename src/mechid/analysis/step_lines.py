@@ -51,6 +51,7 @@ def _of_order(order: float, lines: Sequence[OrderLine]) -> StepLine:
     mean = float(power.mean())
     size = math.sqrt(max(mean, 0.0))
     by_noise = float(np.mean(4.0 * error**2 * np.maximum(power, 0.0) + 4.0 * error**4)) / power.size
+    # A single window has no scatter, only the error expected from noise.
     by_scatter = float(power.var(ddof=1)) / power.size if power.size > 1 else 0.0
     spread = math.sqrt(max(by_noise, by_scatter))
     peak = int(np.argmax(power))

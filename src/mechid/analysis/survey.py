@@ -64,6 +64,7 @@ def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
         try:
             for record, drive in _records(source, hints):
                 looks.append(look_at(replace(record, name=_unique_name(record.name, used)), drive))
+        # One unreadable file must not prevent the examination of the others.
         except RecordError as error:
             left_out.append(
                 LeftOut(file=str(source) if isinstance(source, Path) else _name(source), message=str(error))

@@ -246,6 +246,7 @@ def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float 
     samples = _digest(p)
     p = p.judged
     measured, r = p.level, p.residual
+    # Only the torque acts on the structure; other channels are not emission.
     counted, emits = r.size - p.rejected.size, p.finite and quantity == TORQUE
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
     residual_density = power_density(r, p.base.sample_rate_hz)[1]

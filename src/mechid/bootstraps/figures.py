@@ -18,8 +18,9 @@ from mechid.ink.palette import INK, MEASURED, MODELLED
 
 SCATTER_NAME, PAIRS_NAME = "bootstrap_scatter", "bootstrap_pairs"
 ROW_IN, MARGIN_IN, PAIRS_IN = 0.2, 0.8, 2.3
+# With fewer draws, pairs are correlated by chance.
 MOST_PAIRS, LEAST_CORRELATION, LEAST_DRAWS = 3, 0.5, 8
-"""Most drawn pairs, their least correlation, and the least number of draws; with fewer, chance correlates pairs."""
+"""Most drawn pairs, their least correlation, and the least number of draws."""
 NAMES_FROM = 0.3
 """Left margin as a share of the width, for names."""
 

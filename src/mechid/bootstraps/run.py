@@ -16,8 +16,9 @@ from mechid.identification.refit.bootstrap import Bootstrap, Draw
 from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
 from mechid.identification.result.fit import Fit
 
+# A list of many more would fill the memory before the first draw.
 MOST_DRAWS = 1_000_000
-"""Most draws; a list of many more would fill the memory before the first draw."""
+"""Most draws."""
 
 
 @campaign_first

@@ -68,9 +68,11 @@ def load_campaign(
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     mechanism_path = file.parent / _mechanism(table, place) if mechanism_file is None else Path(mechanism_file)
+    # Before the mechanism is read, so that an unfinished template is reported in one message.
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     sources = Sources(file.parent, lambda: load_mechanism(mechanism_path), _read, need_files, read_records)
+    # True values in the same folder show that the records were simulated.
     if SYNTHETIC not in table and is_file(file.parent / TRUTH_NAME):
         table = {**table, SYNTHETIC: True}
     return joined_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)

@@ -41,6 +41,7 @@ CATALOGUE: Mapping[str, Any] = {
 """Content of a mechanism file: catalogue values of [Kornienko2013]_ with bounds; the peak voltage is assumed."""
 
 _FRICTION: Mapping[str, Any] = {"coulomb": _free(0.005, 0.0, 0.05), "viscous": _free(1e-4, 0.0, 0.01)}
+# Except for the paper's mechanism the numbers are made up, of the size of a small mechanism.
 CATALOGUES: Mapping[str, Mapping[str, Any]] = {
     STEPPER_GEAR_MASS: CATALOGUE,
     "current_driven_stepper": {
@@ -81,4 +82,4 @@ CATALOGUES: Mapping[str, Mapping[str, Any]] = {
         "drive": {"offset": 0.0},
     },
 }
-"""Catalogues by assembly; except for the first, the numbers are made up, typical of a small mechanism."""
+"""Example values by assembly."""

@@ -31,6 +31,7 @@ MODELLED = tuple(quantity for quantity in QUANTITIES if quantity not in COMPONEN
 TORQUE = "torque"
 DRIFTING = (TORQUE, "force")
 """Quantities whose transducers drift: offset and drift are projected out by default."""
+# A rate or velocity of 0 means rest, so an offset would be a real motion.
 RATES = ("rotor_rate", "output_rate", "velocity")
 """Quantities with a true zero: nothing is projected out. For all others, as encoders and probes, the offset is."""
 ROLES = (Role.OUTPUT, Role.INPUT)
@@ -77,6 +78,7 @@ def read_matches(entry: Any, place: Place, *, own: Mapping[str, bool]) -> tuple[
         return (Match(offset=own.get("offset", True), drift=own.get("drift", True)),)
     tables = [(table, place.item(index)) for index, table in enumerate(entry)]
     matches = tuple(_match(table, at, own) for table, at in tables if _role(table, at) is Role.OUTPUT)
+    # With nothing to estimate from, the record itself should be declared for validation.
     if all(match.use == "validate" for match in matches):
         raise place.error('use = "validate" in all of them; give one use = "estimate", or the record use = "validate"')
     return matches
@@ -165,6 +167,7 @@ def _unit(table: Mapping[str, Any], quantity: str, place: Place) -> str | None:
     if "unit" not in table:
         return None
     unit = text(table["unit"], place, f'write the unit as a text, as unit = "{SI_UNIT[quantity]}"')
+    # The same check as in the readers of records, so that a wrong unit is refused before a file is opened.
     try:
         to_si_factor(unit, quantity)
     except RecordError as error:

@@ -37,6 +37,7 @@ def read_conditioning(entry: Any, place: Place, quantities: Sequence[str]) -> Co
         raise place.error(f"{describe_entry(entry)}; write a table, as {{ window_s = [0.5, 20.0], decimate = 5 }}")
     refuse_unknown_keys(entry, KEYS, place)
     limits = _by_quantity(entry, place.key("limits"), quantities, lambda value, at: _pair(value, at, "SI units"))
+    # Samples at the limits become gaps, which only `max_gap_s` allows to bridge.
     if limits and "max_gap_s" not in entry:
         raise place.key("limits").error(
             "samples on or beyond the limits count as missing; write the longest gap to bridge, max_gap_s = ..."

@@ -102,6 +102,7 @@ def _disturbances(entry: Any, place: Place) -> Disturbances:
 
 def _mains(entry: Any, place: Place) -> float:
     hz = positive_number(entry, place, "Hz")
+    # Grids stay within 1 % of their nominal frequency; other numbers are typing errors.
     if min(abs(hz / grid - 1.0) for grid in HUM.mains_hz) > WANDER:
         grids = " or ".join(f"{grid:g}" for grid in HUM.mains_hz)
         raise place.error(f"found {hz:.9g}; write {grids}, or the mains' own frequency within 1 % of it, in Hz")

@@ -203,6 +203,7 @@ def make_record(
             raise UsageError(f'record "{name}": time_s and sample_rate_hz are given; keep one of them')
     if sample_rate_hz is not None:
         table["sample_rate_hz"] = float(sample_rate_hz)
+    # Series named after a quantity need no channel entry.
     known = [{"quantity": name, "column": name} for name in found.arrays if name in SI_UNIT and name != "time"]
     if chosen := (plain(channels) or known):
         table["channels"] = chosen
@@ -293,6 +294,7 @@ def read_single_record(entry: RecordEntry) -> tuple[Record, Command | None]:
     """
     if entry.samples is None:
         raise RecordError(f'record "{entry.name}": it is planned and has no samples')
+    # Without a command, one at rest is inserted only to pass the checks; it is not returned.
     commanded = "command" in entry.table
     table = {"record": [dict(entry.table) | ({} if commanded else {"command": {"stepping": "full", "rate": 0.0}})]}
     (record,) = read_records(table, Place(entry.name), Path(), need_files=False)

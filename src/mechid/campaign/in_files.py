@@ -23,8 +23,9 @@ from mechid.writing import write_together
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 """A TOML key that needs no quotes."""
+# A long record must not fill the memory.
 ROWS = 8192
-"""Rows formatted at once; a long record must not fill the memory."""
+"""Rows formatted at once."""
 
 
 def write_campaign(campaign: Campaign, folder: Path | str) -> list[Path]:
@@ -69,6 +70,7 @@ def write_campaign(campaign: Campaign, folder: Path | str) -> list[Path]:
     for name, columns in samples.items():
         rated = next(record for record in entries["record"] if record["name"] == name).get("sample_rate_hz")
         files[f"{name}.csv"] = _csv(columns, timed=rated is None)
+    # All files are checked first, so that none is written if one exists.
     there = next((name for name in files if (folder / name).exists()), None)
     if there:
         raise UsageError(f"{folder / there}: is there already; give another folder, or move it away")

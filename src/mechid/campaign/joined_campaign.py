@@ -83,15 +83,18 @@ def joined_campaign(
     options, effects = read_identify_options(table, place), read_considered(table, place)
     records = read_records(table, place, sources.folder, need_files=sources.need_files)
     mounting = read_bench(table, place, records)
+    # The mechanism is made only after the records' tables, whose errors are reported first.
     mechanism, records = assign_channels(sources.mechanism(), records, place)
     records = with_clocks(records, table, place)
     places = [place.key("record").item(index) for index in range(len(records))]
     records = with_record_values(records, table["record"], places, mechanism)
+    # Before the samples are read, so that errors in the tables are reported at once.
     records = with_starts(records, table["record"], places, mechanism)
     if sources.read_records:
         # Checked before the samples are read, which takes longest.
         read_stages(table, place, mechanism, records)
     read = _with_data(records, mechanism, mounting, sources)
+    # The stretches need initial states of their own, so these are added again after the cut.
     cut = cut_into_stretches(read, table["record"], place, staged="stage" in table)
     places = [at for _, _, at in cut]
     records = with_starts([record for record, _, _ in cut], [entry for _, entry, _ in cut], places, mechanism)

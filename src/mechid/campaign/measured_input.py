@@ -39,6 +39,7 @@ def assign_channels(
         _refuse_other_inputs(record, measured_quantities(plant.inputs), place.key("record").item(index), plant.name)
         _refuse_no_output(record, tuple(plant.offered), place.key("record").item(index))
     held = {match.quantity for record in records for match in record.matches}
+    # The torque comes first, as the leading channel.
     order = sorted((quantity for quantity in plant.offered if quantity in held), key=lambda q: q != TORQUE)
     if list(plant.outputs) != order:
         mechanism = replace(mechanism, plant=plant.measuring(order))

@@ -57,6 +57,7 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
         name: _parameter(name, declaration, entries, structure, place)
         for name, declaration in structure.plant.declarations.items()
     }
+    # After all parameters are read, since a tied one copies the value of its master.
     _tie(parameters, entries, structure)
     mechanism = Mechanism(plant=structure.plant, parameters=parameters, options=structure.options)
     for name, wrong in mechanism.contradictions():

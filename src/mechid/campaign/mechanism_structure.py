@@ -24,14 +24,17 @@ from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, ta
 
 ASSEMBLY = "assembly"
 OWN_KEY, ORDER_KEY = "block", "order"
+# The kernel's sines of multiple angles are tested up to this order.
 HIGHEST_ORDER = 1000
-"""Highest order of a harmonic in a list: the kernel's sines of multiple angles are tested up to it."""
+"""Highest order of a harmonic in a list."""
 HIGHEST_FILTER = 64
 """Highest order for which filter equations are built; the declaration of the filter may refuse lower orders."""
+# 40 detents compile in about 30 s, 80 in two minutes.
 MOST_ENTRIES = 64
-"""Longest list of tables: 40 detents compile in about 30 s, 80 in two minutes."""
+"""Longest list of tables."""
+# Far below the period of any motor, and large enough that the order does not overflow.
 SHORTEST_PERIOD_DEG = 1e-6
-"""Shortest period of a detent: far below that of any motor, and large enough not to overflow."""
+"""Shortest period of a detent."""
 
 
 @dataclass(frozen=True)

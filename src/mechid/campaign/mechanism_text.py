@@ -76,6 +76,7 @@ def appendix_text(mechanism: Mechanism, names: Collection[str], written: Mechani
     """
     places = {name.rpartition(".")[0] for name in names}
     listed = {place for place in places if place.rpartition(".")[2].isdigit()}
+    # A table of a list is complete only with all keys of its entry.
     whole = {name for name in mechanism.parameters if name.rpartition(".")[0] in listed} | set(names)
     text = tables_text(mechanism, whole)
     if not places & {name.rpartition(".")[0] for name in written.parameters}:
@@ -118,6 +119,7 @@ def _table(
     pairs = [
         (_entry(q, mechanism.value(q.name)), _comment(q, "" if shared else notes.get(q.name, ""))) for q in parameters
     ]
+    # Aligned comments keep the file readable as a table.
     width = max(len(entry) for entry, _ in pairs)
     yield from (f"{entry:<{width}}  # {comment}" for entry, comment in pairs)
 

@@ -76,6 +76,7 @@ def without_template(table: Mapping[str, Any], place: Place) -> Mapping[str, Any
 def _unfinished(table: Mapping[str, Any], place: Place) -> str:
     """Return a message that lists the mechanism entries unchanged since ``mechid new``, with the remedy."""
     example, found = dict(_entries(_example(table))), dict(_entries(table))
+    # Entries equal to the example are listed as unfinished; the user may confirm them by deleting the mark.
     same = [name for name, entry in example.items() if found.get(name) == entry]
     here = f"{place.key(TEMPLATE)}: "
     if not same:

@@ -67,6 +67,7 @@ def _module(file: Path, path: str, place: Place) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, file)
+    # A path to a .py file always has a spec and a loader.
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -83,6 +84,7 @@ def _call_factory(thing: Any, called: str, place: Place) -> Any:
         return thing
     try:
         return thing()
+    # Errors raised by the user block with its own message pass unchanged.
     except InputFileError:
         raise
     except (Exception, SystemExit) as error:

@@ -63,6 +63,7 @@ def _invalid_equations(block: Block) -> Iterator[str]:
         for key, entry in entries.items():
             if not isinstance(key, kind):
                 yield f"{part}: found the key {_quote(key)}; it has to be a {'text' if kind is str else 'symbol'}"
+            # bool is a subclass of int, and no expression.
             elif isinstance(entry, bool) or not isinstance(entry, sp.Expr | int | float):
                 yield f"{part}[{key}]: found {_quote(entry)}; it has to be an expression"
             elif sp.sympify(entry).has(*NO_NUMBERS):

@@ -11,8 +11,9 @@ from mechid.command.entry import is_table
 from mechid.parameter import Declaration, Parameter, Status
 
 KEYS = ("value", "min", "max", "sigma")
+# Smaller standard deviations are lost in rounding.
 SURE = 1e-12
-"""Relative standard deviation below which a prior is lost in rounding."""
+"""Least standard deviation of a prior relative to its value."""
 HALF_TURN_DEG = 180.0
 REMEDY = "write { value = ..., min = ..., max = ... }"
 
@@ -65,6 +66,7 @@ def _read_estimated(table: Mapping[str, Any], name: str, declaration: Declaratio
         sigma=_sigma(table, value, declaration, place),
         status=Status.FREE,
     )
+    # A periodic angle can be moved into its bounds by whole turns.
     if not parameter.is_periodic:
         _refuse_outside(parameter, place)
     return parameter

@@ -16,8 +16,9 @@ from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.start import Start
 from mechid.simulation.trajectory import Trajectory
 
+# More samples would fill the memory and suggest an error in the rate or duration.
 MOST_SAMPLES = 200_000_000
-"""Largest number of samples; more would fill the memory and suggest an error in the rate or duration."""
+"""Largest number of samples of a simulation."""
 
 
 def simulate(

@@ -46,9 +46,9 @@ EXTERNAL_REMEDY = 'write the names as they stand in the file, as external_files 
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
+# The time before a record is simulated too: 2e8 samples at 10 kHz. The upper limit admits times since year 0.
 LEAST_OFFSET_S, LARGEST_OFFSET_S = -2e4, 1e11
-"""Limits of a time offset. The time before a record is simulated too: 2e8 samples at 10 kHz. The upper limit admits
-clock times counted from the year 0."""
+"""Limits of a time offset in s."""
 
 
 def read_records(
@@ -192,9 +192,10 @@ def _own_parameter(table: Mapping[str, Any], record: str, declaration: Declarati
 
 
 def _refuse_same_names(records: tuple[CampaignRecord, ...], places: list[Place]) -> None:
-    """Refuse equal names, also those that differ only in case: some file systems ignore it."""
+    """Refuse equal names, also those that differ only in case."""
     seen: dict[str, int] = {}
     for index, record in enumerate(records):
+        # Some file systems ignore case, and names become file names.
         earlier = seen.setdefault(record.name.casefold(), index)
         if earlier != index:
             how = "also" if records[earlier].name == record.name else "but for capitals"

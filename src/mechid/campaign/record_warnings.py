@@ -20,12 +20,14 @@ FAR_OFF = 1e6
 RADIANS = 3e-4
 """Relative tolerance for a start angle at a multiple of pi/4."""
 TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in kHz"
+# A choice, not measured.
 MEAN_SHARE = 0.5
-"""Ratio of mean to RMS above which an input drives the mean of outputs; a choice, not measured."""
+"""Ratio of mean to RMS above which an input drives the mean of outputs."""
 WITH_MEAN = ("current", "current_phase_a", "current_phase_b", "rotor_rate", "output_rate", "velocity")
 """Outputs whose mean follows from the mean of the input; that of an angle depends on the zero of its encoder."""
+# A record as long as its command ends one sample interval before the command.
 SLACK_SAMPLES = 1.5
-"""Tolerance in samples: a record as long as its command ends one sample interval before the command."""
+"""Tolerance of the start and the end of a record, in samples."""
 
 
 def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
@@ -59,6 +61,7 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
     for record in records:
         if record.data is None:
             continue
+        # Digest, columns and time range together identify the same part of the same file.
         columns = tuple(channel.column for channel in record.data.channels)
         part = (record.data.digest, columns, record.data.time_start_s, record.data.samples)
         earlier = seen.setdefault(part, record.name)
@@ -70,6 +73,7 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
 def _radians(start_angle_deg: float) -> Iterator[str]:
     """Warn of a start angle at a multiple of pi/4, which was probably given in radians."""
     eighths = start_angle_deg / (0.25 * math.pi)
+    # Multiples up to a full turn; 0 is a common angle in degrees too.
     if 0.5 < abs(eighths) < 8.5 and abs(eighths / round(eighths) - 1.0) < RADIANS:
         yield (
             f"start_angle_deg = {start_angle_deg:.9g}: is this in rad? it is read in degrees; "
@@ -119,6 +123,7 @@ def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterato
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:
     """Warn if the command starts before the first sample, often because the recorder has its own clock."""
+    # A record with an estimated start may begin in motion.
     if record.start:
         return
     offset = record.time_offset.value

@@ -80,6 +80,7 @@ def _refuse_not_free(name: str, records: tuple[str, ...], known: _Known, place: 
     if not parameter.is_free:
         remedy = "to free it, write { value = ..., min = ..., max = ... } there"
         raise place.error(f'"{name}" is known, not free; {remedy}, or take it out')
+    # A parameter of a record cannot be estimated from the others.
     owner = name.split(".")[1] if name.startswith("record.") else None
     if owner is not None and owner not in records:
         raise place.error(f'"{name}" belongs to a record that is not in this stage; add "{owner}" to its records')

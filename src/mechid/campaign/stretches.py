@@ -87,6 +87,7 @@ def _cut_record(record: CampaignRecord, data: Record, place: Place) -> list[Camp
     if data.samples < count * LEAST:
         least = f"{LEAST / data.sample_rate_hz:.6g} s"
         raise place.error(f"found {record.stretch_s:.9g}; a stretch has {LEAST} samples at least, here {least}")
+    # Equal lengths, so that no short remainder is left at the end.
     edges = np.linspace(0, data.samples, count + 1).round().astype(int).tolist()
     return [_stretch(record, data, k, *edges[k : k + 2]) for k in range(count)]
 
@@ -103,6 +104,7 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
     )
     start_s = data.time_start_s + first / data.sample_rate_hz
     part = replace(data, name=name, time_start_s=start_s, channels=channels, warnings=data.warnings if k == 0 else ())
+    # Only the first stretch starts like the record; the others are cut out of the motion.
     command = record.command if k == 0 else replace(record.command, start=ESTIMATED)
     if isinstance(command, MeasuredCommand):
         own = {c.quantity: c.data[:] for c in part.inputs}

@@ -42,6 +42,7 @@ def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
         table = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
+    # TOML allows NUL through an escape, but file names do not.
     if any("\0" in each for each in _texts(table)):
         raise InputFileError(f"{path.name}: a text holds the character NUL, which no name can have; leave it out")
     if kind and not KINDS[kind] & table.keys():
@@ -85,6 +86,7 @@ def _content(path: Path) -> str:
     except FileNotFoundError as error:
         beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         near = did_you_mean(path.name, beside) or "; check the path"
+        # Following the link fails like a missing file, so the message tells the difference.
         near = "; it is a link that leads to nothing" if path.is_symlink() else near
         raise InputFileError(f"{path}: there is no such file{near}") from error
     except OSError as error:

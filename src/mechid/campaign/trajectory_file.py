@@ -16,8 +16,9 @@ REMEDY = (
     "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
     "fast for the sample rate"
 )
+# A long record must not fill the memory.
 ROWS = 8192
-"""Rows formatted at once; a long record must not fill the memory."""
+"""Rows formatted at once."""
 TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
 SIMULATED = re.compile(r"-?\d\.\d{12}e[+-]\d+")
 """A number in `TORQUE_FORMAT`."""
@@ -73,6 +74,7 @@ def _is_simulated(path: Path) -> bool:
             header, row = file.readline(LONGEST_LINE), file.readline(LONGEST_LINE)
     except OSError:
         return False
+    # Measured files have other numbers of digits, so the format of the second line decides.
     cells = row.decode("ascii", errors="replace").strip().split(",")[1:]
     return header.startswith(b"time_s,") and bool(cells) and all(map(SIMULATED.fullmatch, cells))
 

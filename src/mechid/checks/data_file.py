@@ -22,6 +22,7 @@ COLUMNS = (
     Shown("from s", "start_s"),
     Shown("", "clock", words=True),
 )
+# A longer list would hide the columns.
 MOST_FACTS = 40
 """Most shown entries of a file's metadata."""
 

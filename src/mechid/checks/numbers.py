@@ -89,6 +89,7 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
 def _measured_entry(data: Record, record: CampaignRecord) -> dict[str, Any]:
     torque = data.channel(record.leading).data
     low, high = extremes(torque)
+    # A record may end before its command starts.
     end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
     return {
         "samples": data.samples,

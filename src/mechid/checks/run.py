@@ -59,5 +59,6 @@ def check(campaign: Campaign | Path | str) -> Understanding:
     ()
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign, need_files=False)
+    # Planned records are accepted, so that a campaign can be checked before the test.
     found: Iterable[str] = (*declaration_warnings(loaded), *start_warnings(loaded))
     return Understanding(campaign=loaded, found=tuple(found))

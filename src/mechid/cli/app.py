@@ -133,6 +133,7 @@ def mechid(
 
 def main() -> None:
     """Run the command line; never returns."""
+    # With Python's default of 700, collections add half a second to the imports.
     gc.set_threshold(COLLECTED)
     prepare_streams()
     warnings.showwarning = _warn

@@ -23,6 +23,7 @@ from typing import NoReturn
 
 INTERRUPTED = 130
 WORDS = "mechid: interrupted"
+# Windows lacks SIGHUP.
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 """Signals of terminals, of batch systems, and of a closed terminal; Windows lacks the last."""
 GRACE_S = 1.5
@@ -70,6 +71,7 @@ def listen_for_signals() -> None:
     # Registered first, so that it is called last.
     atexit.register(_stop_listening)
     heard, wakes = socket.socketpair()
+    # Required by set_wakeup_fd.
     wakes.setblocking(False)
     signal.set_wakeup_fd(wakes.detach(), warn_on_full_buffer=False)
     Thread(target=_watch, args=(heard,), name="signals", daemon=True).start()

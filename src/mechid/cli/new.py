@@ -23,6 +23,7 @@ def new(
 
     for path in new_campaign(folder, files or (), assembly):
         typer.echo(f"written: {path}")
+    # Files may be recorded later, so a missing one is only a warning.
     for file in files or ():
         if not file.is_file():
             problem = "is a folder, no file" if file.is_dir() else "there is no such file yet"

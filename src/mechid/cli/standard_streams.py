@@ -51,7 +51,7 @@ class _Error(io.FileIO):
 
 def prepare_streams() -> None:
     """Make standard streams accept any character, and redirect closed ones to the null device."""
-    # The next opened file would otherwise get the free number, and receive messages of libraries.
+    # The next opened file would otherwise get the number of a closed stream, and receive messages of libraries.
     for number in range(3):
         try:
             os.fstat(number)

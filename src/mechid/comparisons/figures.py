@@ -21,6 +21,7 @@ NAMES_FROM = 0.24
 """Left margin as a share of the width, for names."""
 MOST_SPECTRA, SPECTRUM_IN = 8, 1.7
 """Most records with drawn spectra, and the height of each in inches."""
+# Small differences are close to 0, large ones span several decades.
 LINEAR = 10.0
 """Limit of the linear part of the criterion axis, which is logarithmic beyond."""
 

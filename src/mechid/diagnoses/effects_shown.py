@@ -11,8 +11,10 @@ from mechid.ink.digits import with_sigma
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, Row
 
+# A choice, not measured.
 CLEAR = 3.0
-"""Distance in standard errors from which the value of a record is named as different; a choice, not measured."""
+"""Distance in standard errors from which the value of a record is named as different."""
+# With two records, either could be the different one.
 LEAST_TO_COMPARE = 3
 """Least number of records among which one can be named as different."""
 CAMPAIGN_FILE, MECHANISM_FILE = "campaign.toml", "mechanism.toml"

@@ -22,8 +22,9 @@ SHARES = tuple(map(series, range(1, 7)))
 """Colours of the effects, in order of their share."""
 BELOW_NOISE = 10.0
 """Factor by which the axis extends below the density of the noise."""
+# The logarithm of 0 cannot be drawn.
 FAINTEST = 1e-3
-"""Factor below the end of the axis at which values are clipped, since the logarithm of 0 cannot be drawn."""
+"""Factor below the end of the axis at which values are clipped."""
 LEGEND_COLUMNS, LEGEND_ROW_IN, TOP_IN = 3, 0.17, 0.1
 LABEL_ROWS, LABEL_IN = 3, 0.3
 STRETCH_NAME = "diagnosis_stretch"

@@ -9,8 +9,9 @@ from typing import Any
 from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Facts, Lines, Section, Words
 from mechid.ink.presenter import Presenter
 
+# The folder may contain a page of the user under a common name.
 NAME = "mechid_export"
-"""Base name of page and Markdown, distinct because the folder may contain a page of the user."""
+"""Base name of page and Markdown."""
 PAGES = (f"{NAME}.md", f"{NAME}.html")
 
 

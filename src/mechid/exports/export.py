@@ -116,6 +116,7 @@ def write_export(source: Handover, target: str, folder: Path, options: object = 
             *PAGES,
             *done.written.files,
         )
+        # After the files are complete, since only then all their names are known.
         _refuse_foreign(folder, names, (*earlier, *PAGES) if earlier else ())
         for name in names:
             (beside / name).replace(folder / name)

@@ -108,6 +108,7 @@ def _largest(states: tuple[SteadyState, ...]) -> SteadyState:
 
 
 def _emission(estimate: Estimate, mode: OperatingMode, state: SteadyState) -> Emission:
+    # Without stored residuals, only the model and its parameter errors are known.
     here = None if estimate.residual is None else estimate.residual.at(mode.command, state.rate)
     ones, lines = np.ones((state.lines.size, 1), dtype=np.complex128), state.lines[:, None]
     torque = Response(("torque",), state, ones, lines, 0.0, None, here)

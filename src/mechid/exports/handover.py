@@ -135,6 +135,7 @@ def handover(fit: Fit, campaign: Campaign | None, *, anyway: bool = False) -> Ha
 
 
 def _name(campaign: Campaign | None) -> str:
+    # Names of models have to be identifiers in C and in FMI.
     own = re.sub(r"\W+", "_", campaign.path.resolve().parent.name, flags=re.ASCII).strip("_") if campaign else ""
     return own if re.match(r"[A-Za-z]", own) else NAME
 

@@ -37,6 +37,7 @@ def refuse_values(values: Mapping[str, float], plant: Plant) -> None:
         if name not in plant.declarations:
             raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
         least, most = plant.declarations[name].lower, plant.declarations[name].upper
+        # NaN fails the first comparison, infinity the second.
         if not (least <= value <= most and math.isfinite(value)):
             raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")
 

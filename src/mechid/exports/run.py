@@ -56,6 +56,7 @@ def export(
     >>> mechid.export("fit", to="tables", out="tables").written.files  # doctest: +SKIP
     """
     if isinstance(fit, Fit):
+        # The folder provides the stored residuals of a fit in memory.
         source = fit if folder is None else replace(fit, folder=Path(folder))
         own = load_campaign(campaign) if isinstance(campaign, Path | str) else campaign or fit.campaign
     else:

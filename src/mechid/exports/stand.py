@@ -79,6 +79,7 @@ def with_outputs(mechanism: Mechanism, quantities: Sequence[str]) -> Mechanism:
     """
     plant, layout = mechanism.plant.measuring(quantities), mechanism.plant.layout
     if layout is not None and layout.flying is not None and LINE_TORQUE not in quantities:
+        # In flight the filter serves the lines only, and would appear as a parameter without effect.
         idle = {table_of(name) for name in FILTER}
         plant = replace(plant, blocks=tuple(block for block in plant.blocks if block.table not in idle))
     return Mechanism(plant, {name: mechanism.parameters[name] for name in plant.declarations}, mechanism.options)

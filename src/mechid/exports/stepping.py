@@ -24,8 +24,10 @@ MOST = 300
 """Most rates; if narrow resonances require more, the share is doubled until the limit holds."""
 APART = 1e-3
 """Relative distance to the constant rate of a record below which other rates are dropped."""
+# A slow motion has a long period and many lines.
 SPAN = 24.0
 """Largest ratio of highest to lowest rate; slow motions have long periods and many lines."""
+# Slower periods take minutes to simulate, and no stepper follows faster rates.
 SLOWEST, FASTEST = 0.02, 1e5
 """Limits of rates in full steps/s: slower periods take minutes to simulate, and no stepper follows faster rates."""
 FULL_STEP_DEG = 90.0
@@ -115,12 +117,14 @@ def _range(trial: Trial) -> tuple[float, float]:
     rate, end_s = trial.command.rate, trial.base.start_s + trial.base.duration_s
     within = [r for t, r in zip(rate.times_s, rate.rates, strict=True) if 0.0 <= t <= end_s]
     values = np.array([rate.at(0.0), *within, rate.at(end_s)])
+    # A profile through 0 covers all small rates.
     crosses_zero = values.min() < 0.0 < values.max()
     return 0.0 if crosses_zero else float(np.abs(values).min()), float(np.abs(values).max())
 
 
 def _key(command: Command) -> tuple[object, ...]:
     """Return a key of the stepping mode; start angles that differ by whole steps are equivalent."""
+    # Start angles that differ by whole steps give the same motion.
     step_deg = FULL_STEP_DEG / command.steps_per_full_step
     angle = round(command.start_angle_deg % step_deg / step_deg, 9) % 1.0
     return command.stepping, command.microsteps, command.waveform, command.clock_tick_s, angle

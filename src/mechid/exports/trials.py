@@ -62,6 +62,7 @@ def references(handover: Handover) -> list[Reference]:
     rate_hz, left_s = sample_rate_hz(handover), LONGEST_S
     found = []
     for trial in handover.trials:
+        # The grid of an export has one rate, and its simulation starts at rest with the command.
         if trial.base.sample_rate_hz != rate_hz or trial.command.start != "commanded" or left_s <= 0.0:
             continue
         base = TimeBase(rate_hz, min(trial.base.samples, round(left_s * rate_hz) + 1))
@@ -107,6 +108,7 @@ def compare_results(references: list[Reference], results: list[Found], subject: 
     for reference, found in zip(references, results, strict=True):
         error = found.outputs - reference.outputs
         size = np.sqrt(np.mean(reference.outputs**2, axis=0))
+        # Relative to the RMS of each quantity; an output that is 0 throughout is compared absolutely.
         off = np.sqrt(np.mean(error**2, axis=0)) / np.where(size > 0.0, size, 1.0)
         if not np.all(off <= TOLERANCE):
             worst = float(np.max(off)) if np.all(np.isfinite(off)) else float("nan")

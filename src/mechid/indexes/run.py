@@ -21,6 +21,7 @@ from mechid.indexes.walk import files_below
 from mechid.reading.whole import is_file, is_folder
 from mechid.writing import creating_folder, write_atomically
 
+# An index.html of the user must not be overwritten, so pages are recognised by this mark.
 MARK = b"mechid open</title>"
 """Mark of an index page."""
 MARKED_WITHIN = 4096

@@ -14,6 +14,7 @@ from mechid.ink.digits import digits
 from mechid.ink.document import BAD, CAUTION, GOOD
 
 Data: TypeAlias = Mapping[str, Any]
+# A card shows the essentials; the page of the result has the rest.
 MOST_LINES, MOST_LETTERS = 3, 240
 """Most lines of a card, and most characters of a line."""
 TONES = {Grade.A: GOOD, Grade.B: GOOD, Grade.C: CAUTION, Grade.FAILED: BAD}

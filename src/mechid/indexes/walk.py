@@ -6,6 +6,7 @@ import os
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+# These folders contain many files and no results of their own.
 PASSED_OVER = frozenset({"figures", "csv"})
 """Skipped folders, which contain parts of a result."""
 

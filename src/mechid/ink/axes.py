@@ -25,7 +25,8 @@ def axes_or_new(ax: Axes | None) -> Axes:
     """Return the given axes, else new ones."""
     if ax is not None:
         return ax
-    from matplotlib import pyplot  # it takes half a second to load
+    # Imported here, since it takes half a second to load.
+    from matplotlib import pyplot
 
     return pyplot.subplots(figsize=(6.9, 3.2), layout="constrained")[1]
 

@@ -6,6 +6,7 @@ import math
 
 SIGMA_DIGITS = 2
 PLAIN_DIGITS = 6
+# Longer numbers are hard to read without a power of ten.
 SMALLEST, LARGEST = 1e-4, 1e7
 """Range of magnitudes shown without a power of ten."""
 

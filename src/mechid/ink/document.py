@@ -19,8 +19,9 @@ IN_DOCUMENTS = (MARKDOWN, PAGE)
 ON_TERMINAL = (TERMINAL,)
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 """Tones of a verdict."""
+# More entries would fill the first screen.
 MOST_ENTRIES = 40
-"""Most top-level sections in the contents of a page; more would fill the first screen."""
+"""Most top-level sections in the contents of a page."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,11 +24,13 @@ from mechid.writing import atomic_file
 
 WIDTH_IN = 6.9
 """Width of a figure in inches: both columns of a paper."""
+# A layout engine would double the drawing time.
 LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58
-"""Fixed margins in inches; a layout engine would double the drawing time."""
+"""Margins in inches."""
 DOTS_AN_INCH = 200
+# Only the last font, which Matplotlib ships, has all glyphs.
 FONTS = ("Helvetica", "Arial", "Liberation Sans", "DejaVu Sans")
-"""Fonts in order of preference, searched for each glyph; only the last, which Matplotlib ships, has all glyphs."""
+"""Fonts in order of preference, searched for each glyph."""
 STYLE: Any = {
     "font.family": [*(name for name in FONTS if name in get_font_names()), "sans-serif"],
     "font.sans-serif": [*FONTS],
@@ -63,11 +65,14 @@ def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[s
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {}
-    gc.freeze()  # only what the figures make is looked through below
+    # Existing objects are excluded, so that the collections below cover only the figures.
+    gc.freeze()
     for name, figure in figures:
         texts[name] = write_figure(name, figure, folder)
-        figure.clear()  # whoever made it may hold it still
-        gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
+        # The caller may still hold the figure.
+        figure.clear()
+        # The parts of a figure reference one another; without a collection those of a report take 50 MB.
+        gc.collect()
     gc.unfreeze()
     return texts
 

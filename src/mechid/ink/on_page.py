@@ -16,8 +16,9 @@ from mechid.ink.template import asset, environment, page_style
 from mechid.ink.text_table import PAGE
 from mechid.ink.themed import adapt_svg
 
+# Pictures of 500 records take 160 MB.
 MOST_PICTURES = 200
-"""Most pictures embedded in an interactive page, since those of 500 records take 160 MB; with more, files are named."""
+"""Most pictures embedded in an interactive page; with more, the page names their files."""
 
 
 @dataclass(frozen=True, kw_only=True)

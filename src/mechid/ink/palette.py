@@ -39,8 +39,9 @@ MEASURED, MODELLED, RESIDUAL, NOISE, MARK, ORDER, ESTIMATE, EFFECT = (
 )
 ORDER_OVER, MARK_OVER = MEANINGS["order-over"].paper, MEANINGS["resonance-over"].paper
 INK, GRID, PAPER = "#000000", "#B0B0B0", "#FFFFFF"
+# Cells of an image keep their colours on dark pages, so these are no colours of the page.
 ON_DARK, ON_LIGHT = "#FEFEFE", "#010101"
-"""Text colours in cells of an image, which keep their colours on dark pages."""
+"""Text colours in cells of an image."""
 LIMIT = INK
 """Colour of a requirement or criterion, not used for curves."""
 # The first and third differ by one digit from `effect` and `estimate`, since a colour on paper maps to one name.

@@ -25,8 +25,9 @@ from mechid.ink.sheet import Sheet
 from mechid.reading.child import ENDINGS
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
+# With more pens, the last would start when the others have finished.
 MOST = 4
-"""Most pens; with more, the last would start when the others have finished."""
+"""Most pens."""
 OBJECTS_UNSEEN = 50_000
 """Threshold of the garbage collector while a figure is drawn."""
 SCRIPT = (

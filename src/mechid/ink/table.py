@@ -15,8 +15,9 @@ from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, Row, cell_of
 
 GROUP = "table"
 """Key of the group to which a row belongs."""
+# A higher opacity would make the number illegible.
 DARKEST = 0.75
-"""Largest opacity of a cell's colour; higher values would make its number illegible."""
+"""Largest opacity of a cell's colour."""
 
 
 @dataclass(frozen=True)

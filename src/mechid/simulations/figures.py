@@ -46,4 +46,5 @@ def _over_time(name: str, run: Trajectory, record: CampaignRecord | None) -> Fig
 def _base(run: Trajectory) -> TimeBase:
     first, last = float(run.time[:1][0]), float(run.time[-1:][0])
     samples = run.time.size
+    # A single sample defines no interval; any rate draws it.
     return TimeBase((samples - 1) / (last - first) if samples > 1 else 1.0, samples, first)

@@ -15,6 +15,7 @@ class Equations:
 
     def of(self, name: str) -> list[tuple[str, str]]:
         """Return the sides of the equations that contain a parameter of the file, as MathML."""
+        # Deriving the equations takes SymPy long, so they are kept.
         if name not in self._known:
             lines = equations_with(self.plant, name) if name in self.plant.declarations else ()
             self._known[name] = list(lines)

@@ -79,6 +79,7 @@ class FitRun:
 
     def _run(self) -> None:
         try:
+            # The kernel calls the check between blocks, which limits the time until a cancellation.
             with interrupted_by(self._check):
                 result = self.work(self._listen)
         except _CancelledError:

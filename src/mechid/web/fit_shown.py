@@ -84,6 +84,7 @@ def progress_curves(
         "median": [(k, middle) for k, own in ratios_of if math.isfinite(middle := statistics.median(own))],
     }
     apart = max(len(reports) // MOST_REPORTS, 1)
+    # The latest report is always shown.
     drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]
     places: dict[str, Course] = {}
     for k, report in drawn:

@@ -46,6 +46,7 @@ class FollowedRun:
         """Read new entries of the journal."""
         try:
             written = self.path.stat()
+            # A shorter journal was started again.
             if written.st_size < self._read:
                 self._read = 0
             with self.path.open("rb") as file:

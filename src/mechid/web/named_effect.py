@@ -60,4 +60,5 @@ class NamedEffect:
 
     def is_on(self, values: Mapping[str, float]) -> bool:
         """Return whether the effect is present at the given values."""
+        # An effect without null values cannot be switched off.
         return not self.nulls or any(values.get(name, null) != null for name, null in self.nulls_at(values).items())

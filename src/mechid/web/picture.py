@@ -205,6 +205,7 @@ class Scene:
         modelled = np.empty(n)
         for block in self._run(mechanism, stretch, None).blocks():
             modelled[block.start : block.stop] = block.y[:, self._output_index]
+        # Offset and drift are fitted to the residual, since the campaign projects them out.
         residual = Remainder(self.channel.measured[:n], model=modelled)[:]
         line = self.channel.line(residual, no_samples()) if np.all(np.isfinite(residual)) else Line()
         removed = line.at(0, n)

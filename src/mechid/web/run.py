@@ -100,6 +100,7 @@ def load_source(
 
 def _result_folder(campaign: Campaign | Path | str, fit: Fit | Path | str | None) -> Path | None:
     """Return the result folder, which may be empty; None if fit or campaign are in memory."""
+    # A given folder may belong to a running fit, which is then followed.
     if isinstance(fit, Path | str):
         return Path(fit)
     if fit is not None or isinstance(campaign, Campaign):

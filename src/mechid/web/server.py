@@ -135,6 +135,7 @@ class Explorer:
             listening = socket.create_server((LOOPBACK, port))
         except OSError as error:
             raise UsageError(f"port {port}: {error.strerror}; give another, or none for any free one") from error
+        # Bound here, so that a port in use is reported before anything is served.
         listening.setblocking(False)
         self.port = int(listening.getsockname()[1])
 

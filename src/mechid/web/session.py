@@ -173,6 +173,7 @@ class Session:
             raise UsageError(f"no record {unknown[0]} to show")
         if not seconds > 0.0:
             raise UsageError(f"{seconds} s is no stretch of a record")
+        # The latest choices are kept if more are selected than fit on the page.
         self.shown, self.seconds = names[-MOST_SHOWN:], seconds
 
     def compare(self, *, is_on: bool) -> None:
@@ -316,6 +317,7 @@ class Session:
         is_other = mechanism is not self.campaign.mechanism
         self.campaign = replace(self.campaign, mechanism=mechanism, records=self._interpret_records(estimate))
         self.scenes = scenes_of(self.campaign)
+        # Cached pictures belong to the earlier estimate.
         self._compared.clear()
         if is_other:
             self._steps.clear()

@@ -233,6 +233,7 @@ def _digits_to(step: float, value: float) -> int:
     >>> _digits_to(0.09, 913.47), _digits_to(1e-5, 913.47)
     (5, 8)
     """
+    # A step has to change the displayed number.
     needed = math.ceil(math.log10(abs(value) / step)) if step > 0.0 and abs(value) > step else 0
     return min(max(needed, VALUE_DIGITS), MOST_DIGITS)
 

@@ -85,6 +85,7 @@ class State:
     def _at(self, setting: Setting, grip: str = "") -> State:
         if setting == self.now:
             return self
+        # One movement of a knob sends many values, which are undone together.
         goes_on = grip and grip == self.grip
         past = self.past if goes_on else (*self.past, self.now)[-MOST_UNDONE:]
         return replace(self, now=setting, past=past, grip=grip)

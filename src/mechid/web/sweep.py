@@ -63,6 +63,7 @@ def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> Sweep
     time, frequency, first = spectrogram(picture.measured, sample_rate, window_s, WINDOWS)
     others = [spectrogram(y, sample_rate, window_s, WINDOWS)[2] for y in (picture.modelled, picture.residual)]
     shown = max(int(np.searchsorted(frequency, tops[-1], side="right")), 2)
+    # The maximum of several bins keeps narrow lines visible.
     each = math.ceil(shown / MOST_ROWS)
     measured, modelled, residual = (largest_rows(amplitude[:shown], each) for amplitude in (first, *others))
     return SweepPicture(

@@ -16,8 +16,9 @@ from mechid.web.sweep import SweepPicture
 
 IMAGES = ("measured", "modelled", "residual")
 HEIGHT, AXIS_HEIGHT, BAR_HEIGHT = 190, 42, 60
+# Long gaps keep the data below the marks visible.
 GAPS = [3, 11]
-"""Lengths of dashes and gaps in pixels; long gaps keep the marked data visible."""
+"""Lengths of dashes and gaps in pixels."""
 RANGE = 3000.0
 """Ratio of the largest to the smallest amplitude of the colour scale, as in the report."""
 

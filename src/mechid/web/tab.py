@@ -111,6 +111,7 @@ class Tab:
             slot.time.on_change("start", self._redraw_zoomed)
             slot.time.on_change("end", self._redraw_zoomed)
         document.add_periodic_callback(self._poll, POLL_MS)
+        # Bokeh calls this some time after the page is closed, which allows for a reload.
         document.on_session_destroyed(lambda context: self._drop())
         self.redraw()
 
@@ -169,6 +170,7 @@ class Tab:
         if earlier is None or earlier is self:
             self.wanted = ""
             return
+        # An open page is another tab of the same browser and keeps its session.
         if not earlier.is_closed:
             return
         self.wanted, self.session = "", earlier.session

@@ -39,6 +39,7 @@ def compile_sources(sources: Sequence[Path], program: Path, *, flags: Sequence[s
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilerError(f"{compiler}: {error}") from error
     if done.returncode:
+        # The first line with an error is the cause; later ones are often consequences.
         lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
         raise CompilerError(f"{compiler}: {lines[0] if lines else f'ended with {done.returncode}'}")
     return program

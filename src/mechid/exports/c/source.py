@@ -26,8 +26,9 @@ FILES = ("mechanism.h", "mechanism.c", "main.c", "CMakeLists.txt")
 STEPS = ("e_A", "e_B")
 """Inputs supplied by a step driver."""
 MOST_SWITCHES = 1024
+# Only some mechanisms need them; sections of the templates are selected accordingly.
 OWN = ("larger_int", "sine_of", "cosine_of", "square_root", "sine_and_cosine")
-"""Helper functions of the C source that only some mechanisms need."""
+"""Helper functions of the C source."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,6 +78,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     except CompilerError as error:
         return Written(FILES, None, (f"Not compared: {error}.", *words))
     if found is None:
+        # Without a comparison the user has to know that the files are unverified.
         words.insert(0, "Not compared: no record is stepped from rest at the rate of the others.")
     return Written(FILES, found, tuple(words))
 

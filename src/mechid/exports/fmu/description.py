@@ -49,6 +49,7 @@ ABLE_3 = {
 
 def description_2(name: str, guid: str, words: str, tool: str, variables: Sequence[Variable], stop_s: float) -> str:
     """Return modelDescription.xml of FMI 2.0, which has no independent variable and counts outputs from 1."""
+    # FMI 2.0 has no independent variable.
     shown = [v for v in variables if v.causality != "independent"]
     root = ET.Element(
         "fmiModelDescription",

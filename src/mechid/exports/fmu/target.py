@@ -39,6 +39,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     words = [] if chosen.stand else [MOVING_BASE]
     if missing[0] is not None:
         return Written(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
+    # Units hold a limited number of points of a rate profile.
     tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
     found = [_compared(tried, folder / name, version, unit) for version, name in files.items()]
     return Written(tuple(files.values()), _worse(found), tuple(words))
@@ -54,6 +55,7 @@ def _compared(tried: list[Reference], path: Path, version: str, unit: Unit) -> C
             rows = np.arange(0, base.samples, max(round(STEP_S * base.sample_rate_hz), 1))
             steps = np.diff(rows) / base.sample_rate_hz
             results.append(Found(importer.outputs(reference.trial, steps, count)))
+            # The reference is reduced to the communication points of the unit.
             thinned.append(replace(reference, outputs=reference.outputs[rows]))
     return compare_results(thinned, results, f"the torque of the unit for FMI {version}.0")
 

@@ -31,8 +31,9 @@ from mechid.plant.mechanisms import LINE_TORQUE
 from mechid.plant.ports import Port
 
 VERSIONS = ("2", "3")
+# A fixed date gives the same bytes for the same fit.
 FIXED_DATE = (1980, 1, 1, 0, 0, 0)
-"""Date of all archive entries; a fixed date gives the same bytes for the same fit."""
+"""Date of all archive entries."""
 PLATFORMS = {
     ("2", "linux"): "linux64",
     ("2", "darwin"): "darwin64",

@@ -116,6 +116,7 @@ def _inputs(plant: Plant) -> Iterator[Variable]:
 def _parameters(handover: Handover) -> Iterator[Variable]:
     own = handover.mechanism
     for k, (name, declared) in enumerate(own.plant.declarations.items()):
+        # A tied parameter follows its master and cannot be set.
         if own.parameters[name].tied_to:
             continue
         value, error = own.value(name), handover.std_error(name)

@@ -84,6 +84,7 @@ def _departure(driven: _Driven, matrices: Matrices, column: int, frequency_hz: f
     size = SMALL / float(np.abs(x).max(initial=SMALL))
     place = driven.held.columns[column]
     start = np.asarray(size * x.real, dtype=np.float64)
+    # With opposite signs, terms even in the amplitude cancel in half the difference.
     ends = [driven.outputs(sign * start, place, w, times, sign * size) for sign in (1.0, -1.0)]
     off = np.abs((ends[0] - ends[1]) / 2.0 - size * (y * np.exp(1j * w * times)[:, None]).real).max(axis=0)
     counted = np.abs(y) > LEAST * np.abs(y).max()

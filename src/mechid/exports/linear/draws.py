@@ -27,6 +27,7 @@ def physical_draws(mechanism: Mechanism, uncertain: Uncertain, count: int, seed:
     for _ in range(MOST_TRIED):
         if len(kept) >= count:
             break
+        # Drawn in batches, since unphysical draws are rejected.
         tried = uncertain.values + deviations(uncertain.covariance, count, rng)
         kept += [draw for draw in tried if _is_physical(mechanism, dict(zip(uncertain.names, draw, strict=True)))]
     if len(kept) < count:

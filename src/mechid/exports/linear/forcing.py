@@ -119,6 +119,7 @@ def _orders(states: tuple[SteadyState, ...]) -> FloatArray:
     """Return the orders that are large at any rate, (q,) ascending."""
     largest = max((float(np.abs(s.lines).max(initial=0.0)) for s in states), default=0.0)
     every = [s.step_orders[np.abs(s.lines) > KEPT * largest] for s in states]
+    # Rounded, since equal orders at different rates differ by rounding errors.
     return np.unique(np.round(np.concatenate([np.zeros(0), *every]), 9))
 
 

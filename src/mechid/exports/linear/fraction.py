@@ -91,6 +91,7 @@ def _directions(model: LinearModel, size: FloatArray) -> FloatArray:
     the scaled matrices are orthogonal.
     """
     sigma = model.uncertain.std_errors
+    # Parameters without an error would divide by 0.
     safe = np.where(sigma > 0.0, sigma, 1.0)
     spread, axes = np.linalg.eigh(model.uncertain.covariance / np.outer(safe, safe))
     root = safe[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
@@ -110,6 +111,7 @@ def _split(change: FloatArray, rows: FloatArray, columns: FloatArray) -> tuple[F
     """Factor a change into L (rows, r) and R (r, columns), by singular values of the scaled change."""
     scaled = change / np.sqrt(np.outer(rows, columns))
     u, s, v = np.linalg.svd(scaled, full_matrices=False)
+    # Singular values at the level of rounding would add useless deltas.
     kept = s > NEGLIGIBLE * max(float(s.max(initial=0.0)), NEGLIGIBLE)
     root = np.sqrt(s[kept])
     return u[:, kept] * root * np.sqrt(rows)[:, None], root[:, None] * v[kept] * np.sqrt(columns)

@@ -159,6 +159,7 @@ class Held:
     def _states(self) -> list[tuple[str, str]]:
         """Return name and unit of each state, those of a quantity if the state is one."""
         units = state_units(self.plant)
+        # A state that is a measured quantity takes its name and unit.
         quantities = {expr: q for q, expr in self.plant.offered.items() if q in SI_UNIT}
         return [
             (quantities[s], SI_UNIT[quantities[s]]) if s in quantities else (str(s), units.get(str(s), ""))

@@ -117,6 +117,7 @@ def linear_of(source: Handover, options: Options | None = None) -> Linear:
 
 def _models(held: Held, options: Options) -> dict[str, LinearModel]:
     try:
+        # NumPy warns of a division by 0 by default; here it is an error of the given values.
         with np.errstate(divide="raise", invalid="raise"):
             return held.models(options.samples, options.seed)
     except ArithmeticError as error:

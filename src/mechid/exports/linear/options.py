@@ -72,6 +72,7 @@ class Options:
             An option is unknown, or its value is not a number.
         """
         names = [f.name for f in fields(cls) if f.name != "values"]
+        # Dotted names are parameters, all others have to be options.
         for name in given:
             if "." not in name:
                 refuse_unknown(name, names, also=", and dotted names of parameters")

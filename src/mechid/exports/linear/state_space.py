@@ -150,6 +150,7 @@ class LinearModel:
     def amplitude_sigma(self, frequency_hz: Sequence[float] | FloatArray) -> FloatArray:
         """Return the standard error of the amplitude response, (f, n_y, m), propagated from the covariance."""
         here = self.response(frequency_hz)
+        # The amplitude changes along the phase of the response; the least value guards against 0 / 0.
         unit = here / np.maximum(np.abs(here), 1e-300)
         slopes = (np.conj(unit) * self._slopes(frequency_hz)).real
         square = np.einsum("i...,ij,j...->...", slopes, self.uncertain.covariance, slopes)

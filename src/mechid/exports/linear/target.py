@@ -21,9 +21,9 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.writing import write_atomically
 
 JSON, MAT, FUNCTION = FILES = ("linear.json", "linear.mat", "mechid_uss.m")
+# Integration errors and the remaining nonlinearity of a small sine stay below this.
 AGREES = 1e-4
-"""Largest deviation of a model from the equations, relative to its response; integration error and the remaining
-nonlinearity of a small sine stay below it."""
+"""Largest deviation of a model from the equations, relative to its response."""
 
 
 def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
@@ -52,6 +52,7 @@ def _checked(linear: Linear, folder: Path) -> Checked:
     off = []
     for name in linear.models:
         here = _matrices(from_mat[name][0, 0])
+        # Both files have to contain the same bits, also on a full disk.
         if not all(np.array_equal(a, b) for a, b in zip(here.all, _matrices(from_json[name]).all, strict=True)):
             raise FitError(f"{JSON} and {MAT} do not hold the same model {name}; the disk may be full: export anew")
         off.append(departure(linear.held, name, here))

@@ -63,6 +63,7 @@ def _load(forcing: Forcing, order: float, found: Sequence[tuple[float, complex, 
     """Return the load of one order, 0 at intermediate rates where it is absent."""
     ends = found[0][0], found[-1][0]
     every = (order * forcing.mode.rates).tolist()
+    # Between its first and last rate, an absent order is 0 rather than interpolated.
     known = {f: (line, bound) for f, line, bound in found}
     inside = [f for f in every if ends[0] <= f <= ends[1]]
     line, bound = zip(*(known.get(f, (0.0j, 0.0)) for f in inside), strict=True)

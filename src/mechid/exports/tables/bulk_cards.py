@@ -58,6 +58,7 @@ def _short(value: int | float | str) -> str:
     """Return a value in at most eight characters; real numbers have a decimal point."""
     if not isinstance(value, float):
         return str(value)
+    # Fewer digits until the number fits into a field of eight columns.
     for digits in range(6, -1, -1):
         text = f"{value:#.{digits + 1}g}".replace("e+0", "+").replace("e-0", "-").replace("e", "")
         if len(text) <= SMALL:

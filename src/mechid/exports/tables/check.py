@@ -21,15 +21,16 @@ from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
+# Where the torque jumps, a sample is an average, with an error of first order in its length.
 SAMPLES_HZ = 200_000.0
-"""Least sample rate of the coarser of two direct simulations. At jumps of the torque a sample is an average, which
-causes an error of first order in its length; two lengths allow extrapolation."""
+"""Least sample rate of the coarser of two direct simulations; two lengths of samples allow extrapolation."""
 LEAST_S, DECAYS = 1.0, 20.0
 """Simulated time before the evaluation: least duration, and multiple of the decay time of the slowest transient."""
 STRETCH_S = 0.25
 """Least duration from which lines are computed."""
+# All files have at least ten digits.
 ALIKE = 1e-9
-"""Largest relative difference between a written and a read number; files have at least ten digits."""
+"""Largest relative difference between a written and a read number."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,6 +37,7 @@ def simulate_history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Tria
     FitError
         The mechanism diverged.
     """
+    # Two simulations: the channels as measured on the bench, and the torque on the held base.
     seen = simulate_accurately(Simulator(bench.plant, trial.command, trial.base), bench.kernel_values())
     base = simulate_accurately(Simulator(lined.plant, trial.command, trial.base, capacity=lanes), lined.kernel_values())
     refuse_incomplete({trial.name: seen})

@@ -11,8 +11,9 @@ from mechid.exports.stand import STAND
 from mechid.exports.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
+# Nastran's identifiers have eight digits, and a file numbers its loads consecutively from the first one.
 LARGEST_ID = 99_000_000
-"""Largest first identifier: Nastran allows eight digits, and the file uses consecutive identifiers."""
+"""Largest first identifier of load sets and tables."""
 
 
 @dataclass(frozen=True, kw_only=True)

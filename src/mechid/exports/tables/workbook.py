@@ -19,6 +19,7 @@ from mechid.writing import atomic_file
 FILE_NAME = "tables.xlsx"
 NARROWEST, WIDEST = 10, 60
 """Limits of the column width in characters."""
+# Text must not be interpreted as formula or link; rows are written one by one to save memory.
 PLAIN = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
 SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
