@@ -16,7 +16,7 @@ from mechid.exports.linear.linear import linear_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.target import AGREES
 from mechid.exports.stepping import steppings
-from mechid.exports.tables.check import direct
+from mechid.exports.tables.check import compare_directly
 from mechid.exports.tables.history import simulate_history
 from mechid.plant.flight import below, in_flight
 from mechid.simulation.accuracy import simulate_accurately
@@ -67,7 +67,7 @@ def test_lines_are_those_on_the_base_times_the_stages_response(chain):
 def test_lines_agree_with_a_direct_simulation_of_the_bench(chain):
     estimate, found, bench = lines_of(chain[0], stand=True)
     lined = below(estimate.mechanism, cut_off(found.mode))
-    compared = direct(lined, len(estimate.names) + len(lined.plant.states), found)
+    compared = compare_directly(lined, len(estimate.names) + len(lined.plant.states), found)
     assert np.abs(compared.off).max() < 1e-7 * np.abs(bench.lines).max()
 
 

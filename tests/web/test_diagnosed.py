@@ -159,7 +159,7 @@ def test_values_of_records_have_a_switch_and_follow_the_mechanism_where_it_is_of
     session.turn("stepper.peak_voltage", 9.0)
     assert off_by(9.0) < 1e-4
     assert shown_data(session, {}, {}, {})["effects"] == {"record.voltage": False}
-    assert not any(q.replaces for r in session._without_off(session.campaign).records for q in r.parameters)
+    assert not any(q.replaces for r in session._remove_disabled(session.campaign).records for q in r.parameters)
     session.undo()
     session.undo()
     assert off_by(VOLTAGE["record.full_46.peak_voltage"]) < 1e-4

@@ -64,7 +64,7 @@ def test_a_record_that_a_fit_left_out_is_called_so_and_stays_one_to_estimate_fro
     session = Session(replace(source, estimate=estimate))
     uses = shown_data(session, session.pictures(), {}, {})["uses"]
     assert uses == {"full_46": "", "micro_46": "left out of the last fit", "sweep": "held out"}
-    session._take_estimate(estimate)
+    session._adopt_estimate(estimate)
     assert [r.use for r in session.campaign.records] == ["estimate", "estimate", "validate"]
 
 
@@ -245,7 +245,7 @@ def test_terms_that_a_fit_added_have_knobs_once_it_has_ended(lacking, whole):
     written = session.pictures()["full_46"]
     assert not set(DETENT) & session.state.knobs.keys()
     session.set_free("gear.stiffness", is_free=False)
-    session._take_estimate(estimate)
+    session._adopt_estimate(estimate)
     assert {n: session.state.now.values[n] for n in DETENT} == {n: whole.value(n) for n in DETENT}
     assert set(DETENT) <= session.state.now.free
     assert "gear.stiffness" not in session.state.now.free
@@ -259,6 +259,6 @@ def test_terms_that_a_fit_added_have_knobs_once_it_has_ended(lacking, whole):
     assert ratio > 2.0
     plain = {name: q.value for name, q in source.campaign.parameters.items()}
     session.take(DETENT[0])
-    session._take_estimate(replace(estimate, mechanism=None, values=plain))
+    session._adopt_estimate(replace(estimate, mechanism=None, values=plain))
     assert session.state.knobs.keys() == plain.keys() & session.state.knobs.keys()
     assert session.hand in session.state.knobs
