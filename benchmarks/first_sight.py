@@ -31,7 +31,7 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.detectors import find_all
 from mechid.identification.readings.finding import DeclaredRecords, Finding
-from mechid.identification.readings.misreading import find_misreadings, with_rates_compared
+from mechid.identification.readings.misreading import confirm_rates, find_misreadings
 from mechid.identification.readings.rules import RULES
 from mechid.plant.mechanism import Mechanism
 from recovery.campaigns import campaign as recovery_campaign
@@ -74,7 +74,7 @@ def misreadings_of(campaign: Campaign) -> tuple[Finding, ...]:
     """Return what the spectra of a campaign contradict, as `identify` uses it, on one core."""
     records = records_of(campaign)
     with one_core_algebra():
-        return with_rates_compared(records, tuple(find_misreadings(records)))
+        return confirm_rates(records, tuple(find_misreadings(records)))
 
 
 def as_declared(arguments: argparse.Namespace) -> None:

@@ -93,7 +93,7 @@ def _row(name: str, record: CampaignRecord, match: Match, fits: tuple[Fit, Fit, 
     far = [f"{fit.records[record.name].horizon_s:.3g} of {whole:.3g} s" for fit in (known, found)]
     cells = [
         f"`{name}`, {match.quantity} in {own.unit}",
-        f"{own.known:.2g}",
+        f"{own.initial_noise:.2g}",
         far[0],
         f"{own.noise_rests_on}, {own.noise_sigma:.3g}",
         f"{far[1]}, {found.outcome.code}",

@@ -156,7 +156,7 @@ def test_a_fit_whose_campaign_has_changed_is_handed_on_with_a_warning(run, fitte
 def test_without_a_supply_nothing_can_be_identified(refused, changed, tmp_path):
     changed("mechanism.toml", "peak_voltage = 5.7", "peak_voltage = 0.0")
     line = refused(3, "identify", changed("campaign.toml", "", ""), "--out", tmp_path / "out")
-    assert "stepper.peak_voltage: found 0, with which nothing moves" in line
+    assert "stepper.peak_voltage is 0, so the motor cannot move" in line
 
 
 def test_a_prior_that_is_lost_in_rounding_is_refused(refused, changed):

@@ -58,7 +58,7 @@ def test_without_a_journal_the_campaign_has_to_be_named(refused, run, result):
 def test_a_campaign_that_was_moved_away_is_told(refused, result):
     journal = result.out / "journal.jsonl"
     journal.write_text(journal.read_text().replace(str(result.campaign), "/nowhere"))
-    assert "which is not there; give it as --campaign" in refused(3, "report", result.out)
+    assert "does not exist; give it as --campaign" in refused(3, "report", result.out)
 
 
 def test_another_campaign_is_refused(refused, result, bench):

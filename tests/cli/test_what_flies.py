@@ -159,11 +159,11 @@ def test_an_own_friction_block_flies_as_itself(run, tmp_path):
 @pytest.mark.parametrize(
     ("spoilt", "said"),
     [
-        ("edited", "mechanism.toml: is not the file that identify left beside estimate.json: identify anew"),
-        ("absent", "mechanism.toml: there is no such file; identify leaves it beside estimate.json"),
+        ("edited", "mechanism.toml is not the file that identify wrote beside estimate.json: identify anew"),
+        ("absent", "mechanism.toml: there is no such file; identify writes it beside estimate.json"),
         (
             "plant",
-            "estimate.json: provenance.plant: the equations of mechanism.toml are not those that were",
+            "estimate.json: provenance.plant: the equations of mechanism.toml differ from those that were",
         ),
         ("unsigned", "estimate.json: provenance.mechanism_sha256: missing; an earlier mechid wrote it, identify anew"),
     ],

@@ -154,7 +154,9 @@ def test_the_fit_is_graded_b_because_the_file_lacks_the_term(made):
     assert alone > 3.0
     assert fitted == pytest.approx(1.0, abs=0.1)
     assert f"added: {WORDS} ({TERM}). " in reason.text
-    assert f"leaves {alone:.3g} times the noise of record {RECORD}; with it {fitted:.3g} times." in reason.text
+    assert (
+        f"the residual of record {RECORD} is {alone:.3g} times its noise; with it, {fitted:.3g} times." in reason.text
+    )
     assert TERM in reason.next_command
     assert "mechid diagnose" in reason.next_command
 

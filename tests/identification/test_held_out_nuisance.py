@@ -20,7 +20,7 @@ from mechid.campaign.mechanism_text import write_mechanism
 from mechid.cli.app import app
 from mechid.command import Command, RateProfile
 from mechid.errors import UsageError
-from mechid.identification.held_out_nuisance import first_part, with_nuisance
+from mechid.identification.held_out_nuisance import first_part, fit_held_out_records
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.target import target_of
 from mechid.identification.result.as_fitted import campaign_as_fitted, record_as_fitted
@@ -170,9 +170,9 @@ def test_an_offset_at_its_bound_is_warned_of():
 def test_an_interrupted_fit_leaves_it_alone_and_says_so(example):
     of, fit = example
     stopped = replace(fit, outcome=FitOutcome.INTERRUPTED, warnings=())
-    found = with_nuisance(stopped, of, SearchState(make_problem(of, 1), np.zeros(0), {}))
+    found = fit_held_out_records(stopped, of, SearchState(make_problem(of, 1), np.zeros(0), {}))
     assert found.records == fit.records
-    assert found.warnings == ("record held: held out, and predicted at the values that its table begins with",)
+    assert found.warnings == ("record held: held out, and predicted at the start values of its table",)
 
 
 @pytest.mark.parametrize(

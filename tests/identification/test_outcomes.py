@@ -213,7 +213,7 @@ def test_a_model_that_lacks_a_detent_follows_at_a_raised_noise_level_and_says_so
     stiffness = fit.parameters["gear.stiffness"]
     assert abs(stiffness.value - TRUTH["gear.stiffness"]) < 5.0 * stiffness.std_error
     (said,) = (w for w in fit.warnings if w.startswith("record full_23: to follow it the noise level was raised"))
-    assert "at the level known beforehand the model follows it for 0.0" in said
+    assert "at its initial level the model follows it for 0.0" in said
     assert "the command runs at 23 steps/s there" in said
     assert "the misfit around" in said
 

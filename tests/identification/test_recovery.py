@@ -40,7 +40,7 @@ def test_random_mechanisms_are_recovered(tmp_path, family, seeds, variant):
     ("seed", "outcome", "told"),
     [
         (113, "converged", "record full_half at 0.237"),
-        (158, "converged", "the instant of a stick/slip is known to"),
+        (158, "converged", "the instant of a stick/slip is known only to"),
         (162, "cliff", "by its derivatives the cost should still fall by"),
     ],
 )

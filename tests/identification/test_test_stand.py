@@ -144,7 +144,7 @@ def test_a_record_with_a_stand_of_its_own_is_judged_by_the_others(folder):
     start = target.beginning(first_moments(target))
     declared = judge(problem, problem.start, target, start.samples)[0]
     alone = replace(problem, targets=(target,))
-    assert declared.taken == DECLARED
+    assert declared.reading == DECLARED
     assert declared.cost == pytest.approx(alone.norm(start, alone.start, (0, start.samples)) ** 2, rel=1e-12)
 
 

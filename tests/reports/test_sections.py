@@ -58,7 +58,7 @@ def test_without_records_held_out_there_is_no_such_table(make_fit, validation):
 def test_a_record_left_out_of_the_fit_is_said_so_and_not_called_held_out(make_fit, validation):
     """Truth: the record's entry says that the fit left it out; the campaign file gives it to estimate from."""
     fit = make_fit()
-    sweep = replace(fit.records["sweep"], taken=Reading(left_out=True))
+    sweep = replace(fit.records["sweep"], reading=Reading(left_out=True))
     data = report_data(replace(fit, records={**fit.records, "sweep": sweep}), validation=validation)
     text = printed(PRESENTER.print, data, 160)
     assert "held out" not in text

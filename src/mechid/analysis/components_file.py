@@ -62,7 +62,7 @@ def components_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> 
     Records excluded from the fit as contradictory are omitted.
     """
     measured = {
-        name: record for name, record in validation.items() if record.side and not fit.records[name].taken.left_out
+        name: record for name, record in validation.items() if record.side and not fit.records[name].reading.left_out
     }
     mounting = next((record.mounting for record in measured.values()), None)
     if mounting is None:

@@ -183,7 +183,7 @@ def _evidence(r: RecordFit, summary: ValidationSummary) -> RecordEvidence:
     channel = next(iter(summary.channels.values()))
     return RecordEvidence(
         name=r.name,
-        use=LEFT_OUT if r.taken.left_out else r.use,
+        use=LEFT_OUT if r.reading.left_out else r.use,
         digest=channel.samples_sha256,
         used=r.samples,
         samples=channel.samples,

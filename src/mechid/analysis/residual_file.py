@@ -71,7 +71,7 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
     for name, record in validation.items():
         channel = record.channels.get(TORQUE)
         # Excluded records contradict the others and would falsify the budget.
-        if channel is not None and channel.emission and not fit.records[name].taken.left_out:
+        if channel is not None and channel.emission and not fit.records[name].reading.left_out:
             records[name] = {
                 "stepping": record.command["stepping"],
                 "microsteps": record.command["microsteps"],

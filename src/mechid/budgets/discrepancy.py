@@ -47,7 +47,7 @@ def discrepancy_of(residuals: FitResiduals, *, of_profiles_alone: bool = False) 
     A record that contradicted the others and was left out is none of them: it may be wrong itself. Single lines are
     those of the records' validation, where there is one.
     """
-    records = {name: r for name, r in residuals.fit.records.items() if not r.taken.left_out}
+    records = {name: r for name, r in residuals.fit.records.items() if not r.reading.left_out}
     held_out = {name: r for name, r in records.items() if r.use == "validate"}
     judged = held_out or records
     missed = {name: (1.0 - _number(r.fit_percent) / 100.0) ** 2 * _beyond_noise(r) for name, r in judged.items()}

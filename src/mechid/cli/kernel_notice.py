@@ -12,12 +12,12 @@ from mechid.plant.plant import Plant
 
 def prepare_kernels(campaign: Campaign) -> None:
     """Compile or load the kernels for an identification of the campaign."""
-    from mechid.identification.uncertainty.visibility import sensitivities
+    from mechid.identification.uncertainty.visibility import count_sensitivities
 
     plant = campaign.mechanism.plant
     # For simulations without derivatives, as in a validation.
     prepare_kernel(plant)
-    count = sensitivities(campaign)
+    count = count_sensitivities(campaign)
     if lanes_for(count) > lanes_for(0):
         prepare_kernel(plant, count)
 
@@ -35,7 +35,7 @@ def _compile_kernel(plant: Plant, sensitivities: int) -> Kernel:
     typer.echo("compiling the kernel (first time, cached afterwards) ...", err=True, nl=False)
     took = ""
     try:
-        kernel = kernel_for(plant, sensitivities)
+        kernel = kernel_for(plant, count_sensitivities)
         took = f" {kernel.seconds:.1f} s"
     finally:
         typer.echo(took, err=True)

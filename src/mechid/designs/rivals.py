@@ -12,7 +12,7 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.effects.settings import IN_DIAGNOSIS
-from mechid.identification.refit.rebuild import refuse_other_files
+from mechid.identification.refit.rebuild import refuse_changed_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.identification.result.fit import Fit
 from mechid.plant.mechanism import Mechanism
@@ -73,7 +73,7 @@ def rival_groups(
     """
     if not diagnosis.groups:
         return ()
-    refuse_other_files(fit)
+    refuse_changed_files(fit)
     with one_core_algebra():
         return _fitted_groups(fit, diagnosis, workers, say)
 
@@ -106,7 +106,7 @@ def _fitted_groups(
 def fitted_alike(models: Sequence[Model]) -> tuple[Model, ...]:
     """Return rivals fitted also from where the best of them has come: one may have stopped on a wrong branch."""
     best = min(models, key=lambda model: model.cost)
-    again = (model if model is best else model.fitted(best) for model in models)
+    again = (model if model is best else model.fit(best) for model in models)
     return tuple(min(one, other, key=lambda model: model.cost) for one, other in zip(models, again, strict=True))
 
 
@@ -151,7 +151,7 @@ def _widened(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
     if effect in {one.name for one in model.setting.disturbances}:
         return replace(model, disturbances=(*model.disturbances, effect))
     if beyond := extension_named(model.base, effect):
-        return _widened(diagnosis, model.with_further([beyond]), effect)
+        return _widened(diagnosis, model.add_candidates([beyond]), effect)
     law = next((law for law in rivals_of(model.base) if effect in (law.name, law.name.partition(":")[0])), None)
     if law is None:
         raise _of_another(diagnosis, f'"{effect}" is no effect that its mechanism or its records may have')
@@ -161,4 +161,4 @@ def _widened(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
 def _with(diagnosis: Diagnosed, model: Model, effect: str, alias: str) -> Model:
     """Return a model with another effect in place of one of its terms or disturbances, fitted."""
     terms, others = (tuple(n for n in names if n != effect) for names in (model.terms, model.disturbances))
-    return _widened(diagnosis, replace(model, terms=terms, disturbances=others), alias).fitted(model)
+    return _widened(diagnosis, replace(model, terms=terms, disturbances=others), alias).fit(model)

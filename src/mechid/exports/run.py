@@ -73,11 +73,11 @@ def read_with_campaign(source: Path, campaign: Campaign | Path | str | None = No
     """
     # A fit in memory needs no reader of results.
     from mechid.fits.load import load_campaign_of, result_folder
-    from mechid.identification.refit.rebuild import other_files
+    from mechid.identification.refit.rebuild import changed_files
     from mechid.identification.result.fit_file import read_fit
 
     own = campaign if isinstance(campaign, Campaign) else load_campaign_of(source, campaign)
     fit = read_fit(result_folder(source))
-    changed = ", ".join(other_files(own, fit))
+    changed = ", ".join(changed_files(own, fit))
     notice = f"{changed}: changed since the fit, whose values are handed on; identify anew to have others"
     return fit, own, notice if changed else ""

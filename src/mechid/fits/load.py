@@ -11,7 +11,7 @@ from typing import ParamSpec, TypeVar, cast
 from mechid.campaign import Campaign, load_campaign, load_mechanism
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.result.estimate_file import WITH_ERRORS, read_estimate
+from mechid.identification.result.estimate_file import ERROR_TABLES, read_estimate
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.journal_file import identified_campaign
@@ -20,7 +20,7 @@ COMPLETED_NAME = "mechanism_completed.toml"
 """Of the mechanism to which a fit was completed, in its folder."""
 P = ParamSpec("P")
 T = TypeVar("T")
-NEEDED = (*WITH_ERRORS, "records", "provenance")
+NEEDED = (*ERROR_TABLES, "records", "provenance")
 """Tables of estimate.json without which nothing can go on from a fit."""
 
 
@@ -58,7 +58,7 @@ def load_fit(folder: Path | str, campaign: Campaign | Path | str | None = None) 
 def load_campaign_of(source: Path, campaign: Path | str | None = None) -> Campaign:
     """Return the campaign of a result folder, with the mechanism to which its fit was completed.
 
-    It may have changed since the fit: `read_fit` and `other_files` tell.
+    It may have changed since the fit: `read_fit` and `changed_files` detect this.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From a campaign to identified parameters with honest uncertainty: `identify` makes a `Fit`.
+"""Identification of a campaign's parameters with their uncertainty: `identify` returns a `Fit`.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """

@@ -1,4 +1,4 @@
-"""Terms and laws that a fit added to the mechanism: what each explains, and the mechanism as written beside it."""
+"""Terms and laws that a fit added to the mechanism: gain by each, and comparison with the mechanism as written."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, superset_of, with_tables, words_of
 
 
-def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
-    """Return a fit with an entry of `missing` and a warning for each added term, and how the mechanism as written does.
+def add_missing_entries(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
+    """Add an entry of `missing` and a warning for each added term, and the prediction of the mechanism as written.
 
     Parameters
     ----------
     fit : Fit
-        Of the mechanism with the terms.
+        Fit of the mechanism with the terms.
     campaign : Campaign
-        Its mechanism as written, its records as the fit read them.
+        Campaign with the mechanism as written, and the records as the fit read them.
     state : SearchState
-        At the end of the search.
+        State at the end of the search.
     """
     if state.added is None or not state.added.names:  # a table alone, for gains of records, is no effect
         return fit
@@ -46,39 +46,41 @@ def with_added_terms(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
     return replace(
         fit,
         missing=(*terms, *fit.missing),
-        as_written=as_written(fit, campaign, state),
+        as_written=predict_as_written(fit, campaign, state),
         warnings=(*map(missing_warning, terms), *fit.warnings),
     )
 
 
 def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Missing, ...]:
-    """Return an entry of ``missing`` for each term or law that a search has added to the mechanism.
+    """Return an entry of ``missing`` for each term or law that a search added to the mechanism.
 
-    Its chi-square is the rise of the cost without it, each record at its residual's level and worth: by the derivatives
-    at the estimate for a term, all else free to make up for it; by a fit of the mechanism as written for a law.
+    Its chi-square is the rise of the cost without it, at each record's residual level and effective sample count. For
+    a term it follows from the derivatives at the estimate, with all other parameters free to compensate; for a law,
+    from a fit of the mechanism as written.
 
     Parameters
     ----------
     fit : Fit
-        Its mechanism has the terms, at the estimate.
+        Fit whose mechanism has the terms, at the estimate.
     written : Mechanism
-        As the user wrote it.
+        Mechanism as the user wrote it.
     state : SearchState
-        At the end of the search.
+        State at the end of the search.
     """
     added = state.added
     if added is None or not added.new:
         return ()
     by_name = {name: added.parameters_of(name) for name in added.names}
-    falls, total = _falls(state, written, added)
+    falls, total = _cost_falls(state, written, added)
     words = _words(written, added)
     if not all(map(math.isfinite, falls.values())):
-        return ()  # a point that cannot be simulated explains nothing
+        # A point that cannot be simulated explains nothing.
+        return ()
     return tuple(
         Missing(
             name=name,
             words=words.get(name, name),
-            parameters={p: _own(fit, p) for p in by_name[name] if p in fit.parameters},
+            parameters={p: _own_value(fit, p) for p in by_name[name] if p in fit.parameters},
             chi_square=fall,
             dof=len(by_name[name]),
             share=min(fall / total, 1.0),
@@ -93,7 +95,7 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
 
 
 def _words(written: Mechanism, added: AddedTerms) -> dict[str, str]:
-    """Return what each added term or law is in words, by its name, also of terms that no block lists."""
+    """Return the description of each added term or law by its name, including terms that no block lists."""
     words = words_of(written)
     others = {name: extension_named(written, name) for name in added.terms if name not in words}
     further = [one for one in others.values() if one]
@@ -101,19 +103,20 @@ def _words(written: Mechanism, added: AddedTerms) -> dict[str, str]:
     return words | {term.name: term.words for term in (superset.terms if superset else ())}
 
 
-def _own(fit: Fit, name: str) -> OwnValue:
+def _own_value(fit: Fit, name: str) -> OwnValue:
     p = fit.parameters[name]
     return OwnValue(value=p.value, std_error=p.std_error, unit=p.unit)
 
 
-def _falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[dict[str, float], float]:
-    """Return by how much the cost falls with each added term or law, and with all of them."""
+def _cost_falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[dict[str, float], float]:
+    """Return the fall of the cost by each added term or law, and by all of them."""
     by_term = added.names_by_term
     found, total = dict[str, float](), 0.0
     if by_term:
         at = linearise(state.problem, state.q, state.windows, by_term)
         rises = at.rises() if at else dict.fromkeys((*by_term, ""), math.nan)
         found = {name: max(rises.get(name, 0.0), 0.0) for name in by_term}
+        # The rise without all terms: effects overlap, so single rises do not add up to it.
         total = max(rises[""], 0.0)
     if added.law:
         found[added.law] = _fall_by_law(state, written, added)
@@ -122,7 +125,7 @@ def _falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[d
 
 
 def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> float:
-    """Return by how much the cost falls with a law in place of the one that the user chose, all else fitted anew."""
+    """Return the fall of the cost by a law in place of the user's, compared with a refit of the user's law."""
     weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
     cost = weighted.total_norm(state.q, state.windows) ** 2
     moved = {p.name for p in weighted.space.mechanism.free}
@@ -130,45 +133,45 @@ def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> f
     free = tuple(p.name for p in without_law.free if p.name in moved)
     plain = AddedTerms(without_law.with_free(free)).problem(weighted)
     q = plain.coordinates.clip(plain.coordinates.point(weighted.coordinates.values(state.q)))
-    if state.outcome is not FitOutcome.INTERRUPTED:  # whoever ends a fit does not wait for another one
+    if state.outcome is not FitOutcome.INTERRUPTED:  # a user who interrupts does not wait for another fit
         q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     return max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
 
 
 def _tables(written: Mechanism, state: SearchState) -> frozenset[str]:
-    """Return the tables that a mechanism lacks for what the records were found to have."""
+    """Return the tables that a mechanism lacks for the disturbances found in the records."""
     return lacking_tables(written, [found.disturbance for found in state.found])
 
 
-def as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
-    """Return how the mechanism as written predicts the records at the values of a fit that has further terms.
+def predict_as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:
+    """Predict the records by the mechanism as written, at the values of a fit with added terms.
 
-    Added terms are at their null value, and a law is again the one that the user chose.
+    Added terms are at their null values, and an alternative law is replaced by the user's.
 
     Parameters
     ----------
     fit : Fit
-        With the further terms.
+        Fit with the added terms.
     campaign : Campaign
-        Its mechanism as written, its records as the fit read them.
+        Campaign with the mechanism as written, and the records as the fit read them.
     state : SearchState
-        At the end of the search.
+        State at the end of the search.
     """
     own = {p.name: fit.mechanism.value(p.name) for p in campaign.mechanism.free}
     written = with_tables(campaign.mechanism, _tables(campaign.mechanism, state))
     problem = AddedTerms(written.with_values(own).with_free(())).problem(state.problem)
     values = {name: p.value for name, p in fit.parameters.items()}
     records = [r for r in campaign.records if r.name in fit.records]
-    found = {r.name: _predicted(r, fit.records[r.name], problem, values, state) for r in records}
+    found = {r.name: _predict_record(r, fit.records[r.name], problem, values, state) for r in records}
     fitted = [c for name in state.windows for c in found[name].channels.values() if c.use == "estimate"]
     ratios = {name: r.residual_over_noise for name, r in found.items()}
-    return AsWritten(follows=all(c.followed for c in fitted), residual_over_noise=ratios)
+    return AsWritten(follows=all(c.is_followed for c in fitted), residual_over_noise=ratios)
 
 
-def _predicted(
+def _predict_record(
     record: CampaignRecord, found: RecordFit, problem: Problem, values: Mapping[str, float], state: SearchState
 ) -> RecordFit:
-    """Return how a problem predicts a record, over the samples by which the fit judged it."""
+    """Return the fit of a problem to a record, over the samples on which the fit judged it."""
     if not found.nuisance:
         return record_fit(record, problem, problem.coordinates.point(values), state.windows)
     window = (found.nuisance.samples, found.nuisance.samples + found.samples)
@@ -176,13 +179,13 @@ def _predicted(
     return record_fit(settled, problem, problem.coordinates.point(values), {record.name: window})
 
 
-def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | None:
-    """Return the reason that the mechanism file lacks what the records need, and what was added; None if nothing was.
+def incomplete_reason(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | None:
+    """Return the reason that the mechanism file is incomplete, with the added terms; None if nothing was added.
 
     Parameters
     ----------
     fit : Fit
-        With its `missing` and `as_written`.
+        Fit with its entries `missing` and `as_written`.
     campaign : Campaign
     state : SearchState
     """
@@ -193,14 +196,14 @@ def incomplete(fit: Fit, campaign: Campaign, state: SearchState) -> Reason | Non
         return None
     names = [f"{one.words} ({one.name})" for one in terms[: STAGES.most_named]] or list(state.added.names)
     more = f" and {len(terms) - STAGES.most_named} more" if len(terms) > STAGES.most_named else ""
-    what, them = ("effects", "them") if len(state.added.names) > 1 else ("an effect", "it")
+    effects, them = ("effects", "them") if len(state.added.names) > 1 else ("an effect", "it")
     ratios = fit.as_written.residual_over_noise
     worst = max(state.windows, key=lambda name: ratios[name])
     left, alone = fit.records[worst].residual_over_noise, ratios[worst]
     text = (
-        f"The mechanism file lacks {what} that the records need; added: {', '.join(names)}{more}. Without {them}, at "
-        f"the same values, the model leaves {alone:.3g} times the noise of record {worst}; with {them} {left:.3g} "
-        "times."
+        f"The mechanism file lacks {effects} that the records need; added: {', '.join(names)}{more}. Without {them}, "
+        f"at the same values, the residual of record {worst} is {alone:.3g} times its noise; with {them}, "
+        f"{left:.3g} times."
     )
     written = ", ".join(one.name for one in terms[: STAGES.most_named]) + more
     again = f"mechid identify {campaign.path} --out DIR, with {written} in the mechanism file; or {DIAGNOSE}"

@@ -1,4 +1,4 @@
-"""Identification of a campaign by its plan or its stages, or from values that the user gives."""
+"""Identification of a campaign by the standard plan, by user-defined stages, or from given values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mechid.identification.effects.mains import mains, read_anew
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.readings.detectors import read_as_found
+from mechid.identification.readings.detectors import apply_findings
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -46,11 +46,11 @@ from mechid.identification.stages.start_growth import horizon_warnings
 from mechid.identification.stages.watch import Watch
 from mechid.identification.stages.whole_records import with_effect_asked_for
 from mechid.identification.uncertainty.draws import LowerPoint
-from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
+from mechid.identification.uncertainty.noise import reject_spikes, rejection_warnings
 from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
 
 RELEASED = "noise re-estimated"
-"""The stage by which the last fit is named where it stops at a threshold."""
+"""Name of the last fit's stage in warnings about a threshold."""
 
 
 def identify(
@@ -70,34 +70,34 @@ def identify(
     ----------
     campaign : Campaign
     seed : int
-        Of the search; equal seeds give equal results.
+        Seed of the search; equal seeds give equal results.
     workers : int or None
-        Threads; None takes one per core.
+        Number of threads; None uses one per core.
     listener : callable
         Called with each report of progress.
     journal : Journal or None
-        Where what is worked out is noted, and taken from if it is there already.
+        Store of finished steps; steps that it holds already are not repeated.
     near : mapping of str to float or None
-        Values by name, in the file's units, that are close to the optimum, so that what they leave of the records is
-        noise. Search and confirmation are left out; they have no effect where the file has stages.
+        Warm start: values by name, in the file's units, so close to the optimum that their residuals are noise. Search
+        and confirmation are skipped. No effect where the file has stages.
     patient : bool
-        False ends the search where the mechanism does not follow the records from its best start, as written or with
-        added terms: for a diagnosis, which asks there for what is missing. No effect where the file has stages.
+        False ends the search if the mechanism, as written or with added terms, does not follow the records from its
+        best start. A diagnosis then looks for missing effects there. No effect where the file has stages.
     keep : callable or None
-        Called with the fit so far, as if it were interrupted there, after the first joint fit and at the end of the
-        search: what follows either may take long, and whoever ends it may leave no time for a conclusion.
+        Called with an interim fit, marked as interrupted, after the first joint fit and at the end of the search. The
+        steps after either may take long, and a process that is ended then may have no time for a conclusion.
 
     Returns
     -------
     Fit
-        Also where the fit did not succeed or was interrupted: its `outcome` says so. It holds the campaign.
+        The fit with its campaign, also if it did not succeed or was interrupted; see its `outcome`.
 
     Raises
     ------
     FitError
-        If nothing is free, or no record is to be estimated from.
+        If no parameter is free, or no record has use "estimate".
     WorkersError
-        The executor's workers are lost, or cannot do the work.
+        If the executor's workers are lost, or cannot do the work.
     """
     given = campaign
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
@@ -105,12 +105,12 @@ def identify(
     with one_core_algebra(), KernelsAhead(problem, campaign) as ahead:
         begun = near is None and not campaign.stages and ahead.start_if_new()
         if near is None:
-            campaign, state = read_as_found(campaign, state, seed)
+            campaign, state = apply_findings(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
 
         def keep_so_far(at: SearchState) -> None:
             if keep is not None and at.outcome is not FitOutcome.FAILED:
-                so_far = conclude(campaign, at.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+                so_far = conclude(campaign, at.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
                 keep(replace(so_far, campaign=given))
 
         watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_lacking
@@ -118,54 +118,55 @@ def identify(
             watch.tell("kernels", LINE)
         try:
             if near is None:
-                state = watch.note(state.saying(*_told_before(watch, campaign)))
+                state = watch.note(state.with_warnings(*_report_chaos(watch, campaign)))
             if campaign.stages:
                 state = follow_stages(watch, state, campaign)
             else:
                 state = _follow_plan(watch, state, campaign, seed, near, patient=patient)
             if state.outcome.has_optimum:
-                held = freeze_dependent(watch, state, with_terms(campaign, state))
+                held = freeze_dependent(watch, state, add_terms_to_campaign(campaign, state))
                 again = held.frozen != state.frozen and not campaign.stages
-                state = _past_cliffs_again(watch, state, held, seed) if again else held
+                state = _pass_cliffs_again(watch, state, held, seed) if again else held
             watch.keep(state)
             state = replace(state, searched=True)
         except KeyboardInterrupt:
-            state = watch.latest.ending(FitOutcome.INTERRUPTED)
-        state = state.saying(*rejection_warnings(state.problem))
+            state = watch.latest.with_outcome(FitOutcome.INTERRUPTED)
+        state = state.with_warnings(*rejection_warnings(state.problem))
         try:
-            fit = conclude(campaign, state, seed, watch.seconds, _from_draws(watch))
+            fit = conclude(campaign, state, seed, watch.seconds, _continue_from_draws(watch))
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
-            fit = conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+            fit = conclude(campaign, state.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
     return replace(fit, campaign=given)
 
 
-def _told_before(watch: Watch, campaign: Campaign) -> tuple[str, ...]:
-    """Tell what is known before the search of how far the records can be followed, and return it."""
+def _report_chaos(watch: Watch, campaign: Campaign) -> tuple[str, ...]:
+    """Report and return the warnings on records whose chaotic motion limits how far they can be followed."""
     lines = chaos_warnings(campaign, points=1)
     for line in lines:
         watch.tell("before the search", line)
     return lines
 
 
-def with_terms(campaign: Campaign, state: SearchState) -> Campaign:
-    """Return the campaign with the terms that the search has added to its mechanism."""
+def add_terms_to_campaign(campaign: Campaign, state: SearchState) -> Campaign:
+    """Return the campaign with the terms that the search added to its mechanism."""
     return replace(campaign, mechanism=state.added.mechanism) if state.added else campaign
 
 
 def make_problem(campaign: Campaign, workers: int) -> Problem:
-    """Return the output-error problem of the records that are to be estimated from."""
+    """Return the output-error problem of the records with use "estimate"."""
     if not campaign.mechanism.free:
         raise FitError(
-            f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
-            "give those to be estimated as { value, min, max }"
+            f"{campaign.mechanism_path}: no parameter to estimate: every parameter is a bare number; "
+            "write those to be estimated as { value, min, max }"
         )
     refuse_free_supply(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
-        targets = tuple(map(without_spikes, targets))
+        targets = tuple(map(reject_spikes, targets))
     if not targets:
-        raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
+        raise FitError(f'{campaign.path}: no record has use = "estimate"; set it for at least one record')
     longest = max(t.base.interval_s for t in targets)
+    # The small offset keeps an interval that equals the longest step, but for rounding, at one substep.
     substeps = max(1, math.ceil(longest / STAGES.longest_step_s - 1e-6))
     priors = {q.name: (q.value, q.sigma) for q in campaign.free if q.sigma}
     if campaign.options.priors == "none":
@@ -181,7 +182,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
 def _follow_plan(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int, near: Mapping[str, float] | None, *, patient: bool
 ) -> SearchState:
-    """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
+    """Run the standard plan: multi-start on the first moments, gated growth, joint fit, noise from the residuals."""
     names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.own_names)
     if near is None:
         state, growth = searched(watch, state, campaign, names, seed, patient=patient)
@@ -191,20 +192,20 @@ def _follow_plan(
         return state
     added = (*(state.added.new if state.added else ()), *state.problem.coordinates.own_names)
     names = (*names, *(n for n in added if n not in names))
-    left_out = any(t.left_out for t in state.taken.values())
+    left_out = any(t.left_out for t in state.readings.values())
     whole = growth.complete and not left_out
-    state = state.at(growth.q, growth.horizons).ending(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
-    state = watch.note(state.saying(*horizon_warnings(state.problem, growth)))
+    state = state.at(growth.q, growth.horizons).with_outcome(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
+    state = watch.note(state.with_warnings(*horizon_warnings(state.problem, growth)))
     substeps = enough_substeps(state.problem, state.q, state.windows)
-    state = watch.note(state.of(replace(state.problem, substeps=substeps)))
+    state = watch.note(state.with_problem(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=STAGES.rough_tolerance)
     state = fit_followed_again(watch, state, names)
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
-        state = watch.note(state.of(read_anew(state.problem, state.q, campaign.options.mains)))
+        state = watch.note(state.with_problem(read_anew(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    is_held = held_by_file(state.problem, state.q)  # then a bound leaves what is beyond noise
+    is_held = held_by_file(state.problem, state.q)  # then a bound explains a residual beyond noise
     asks = (state.found and not before.found) or (asks_for_more(watch, state) and not is_held)
     if growth.complete and not before.added and asks:
         found = tuple(one.disturbance.name for one in state.found)
@@ -213,34 +214,35 @@ def _follow_plan(
             more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
             wider = fit_with_disturbances(watch, wider, campaign, more)
-            if asks_for_more(watch, wider):  # what leaves more than white noise may be an imitation
+            if asks_for_more(watch, wider):  # an effect that leaves more than white noise may be an imitation
                 watch.note(state)
             else:
                 state, names = wider, more
     state = without_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)
-    return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))
+    return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, names, seed)))
 
 
-def _past_cliffs_again(watch: Watch, before: SearchState, state: SearchState, seed: int) -> SearchState:
-    """Return the state after a parameter was held, gone on along a threshold at which that fit has stopped.
+def _pass_cliffs_again(watch: Watch, before: SearchState, state: SearchState, seed: int) -> SearchState:
+    """Continue along a threshold at which the fit stopped after a parameter was held.
 
-    What was said of the threshold before it was held holds no longer.
+    Warnings about the threshold from before that are removed.
     """
     stale = threshold_warnings(RELEASED, before)
     state = replace(state, warnings=tuple(line for line in state.warnings if line not in stale))
-    state = state.ending(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
-    return watch.note(_judged(fit_past_cliffs(watch, state, _names(state), seed)))
+    state = state.with_outcome(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
+    return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, _names(state), seed)))
 
 
 def _names(state: SearchState) -> tuple[str, ...]:
-    """Return the names of all that a state's problem moves."""
+    """Return the names of all free parameters of a state's problem."""
     return tuple(dict.fromkeys(state.problem.coordinates.names))
 
 
-def _from_draws(watch: Watch) -> GoOn:
-    """Return what continues a search from a draw of lower cost than its optimum, a few times."""
+def _continue_from_draws(watch: Watch) -> GoOn:
+    """Return a function that continues a search from a draw of lower cost than its optimum, a few times."""
+    # A continued search may find another lower draw: without a limit a rough cost could keep it going.
     left = STAGES.most_from_draws
 
     def go_on(state: SearchState, lower: LowerPoint) -> SearchState | None:
@@ -248,19 +250,19 @@ def _from_draws(watch: Watch) -> GoOn:
         if left == 0:
             return None
         left -= 1
-        return watch.note(_judged(joint_fit(watch, state.at(lower.q), "from a lower draw", _names(state))))
+        return watch.note(_set_final_outcome(joint_fit(watch, state.at(lower.q), "from a lower draw", _names(state))))
 
     return go_on
 
 
-def _judged(state: SearchState) -> SearchState:
-    """Return the state at the end of the plan with what its last joint fit leaves in doubt."""
+def _set_final_outcome(state: SearchState) -> SearchState:
+    """Set the outcome and the warnings of the state at the end of the plan, by its last joint fit."""
     said = threshold_warnings(RELEASED, state)
-    state = state.saying(*said)
+    state = state.with_warnings(*said)
     if state.outcome.has_optimum and said:
-        return state.ending(FitOutcome.CLIFF)
-    if state.outcome.has_optimum and not state.converged:
-        return state.ending(FitOutcome.NOT_CONVERGED)
+        return state.with_outcome(FitOutcome.CLIFF)
+    if state.outcome.has_optimum and not state.has_converged:
+        return state.with_outcome(FitOutcome.NOT_CONVERGED)
     return state
 
 
@@ -272,26 +274,26 @@ def identify_from(
     workers: int | None = None,
     listener: Listener = silent,
 ) -> Fit:
-    """Identify from a start: horizons grow from it to the records' ends, then all that is free is fitted jointly.
+    """Identify from a start: horizons grow from it to the records' ends, then all free parameters are fitted jointly.
 
     Parameters
     ----------
     campaign : Campaign
-        Its stages are left out.
+        Its stages are ignored.
     values : mapping of str to float
-        By dotted name; what is not among them starts at the file's value.
+        Start values by dotted name; other parameters start at the file's values.
     seed, workers, listener
-        As of `identify`.
+        As in `identify`.
 
     Returns
     -------
     Fit
-        Also where the fit did not succeed: its `outcome` says so.
+        Also if the fit did not succeed; see its `outcome`.
 
     Raises
     ------
     FitError
-        If nothing is free, or no record is to be estimated from.
+        If no parameter is free, or no record has use "estimate".
     """
     planned = replace(campaign, stages=())
     problem = make_problem(planned, workers or os.cpu_count() or 1)
@@ -311,8 +313,9 @@ def identify_from(
     grown = state.at(grow_horizons(problem, state.q, np.random.default_rng(seed), on_growth).q)
     spent = watch.seconds
 
-    def told_of_the_rest(progress: Progress) -> None:
+    def report_rest(progress: Progress) -> None:
+        # Growth and search report as one run of three stages.
         number = min(progress.number + 1, 3)
         listener(replace(progress, number=number, total=3, elapsed_s=spent + progress.elapsed_s))
 
-    return identify(planned, seed=seed, workers=workers, listener=told_of_the_rest, near=grown.values)
+    return identify(planned, seed=seed, workers=workers, listener=report_rest, near=grown.values)

@@ -1,4 +1,4 @@
-"""Identification from the first search to the suggestions: identify, diagnose, complete the mechanism, suggest."""
+"""Complete run of an identification: search, diagnosis, completed mechanism, suggestions."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from mechid.identification.diagnosis.start import with_suggestions
+from mechid.identification.diagnosis.start import add_suggestions
 from mechid.identification.identify import identify as search
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import UNEXAMINED, FitOutcome, Grade
 
-SHORT = (FitOutcome.HORIZON, FitOutcome.FAILED)
+INCOMPLETE_OUTCOMES = (FitOutcome.HORIZON, FitOutcome.FAILED)
 """Outcomes of an impatient search that a patient one may improve."""
 
 
@@ -28,15 +28,15 @@ class IdentifyRun:
     Attributes
     ----------
     seed : int
-        Of the search; equal seeds give equal results.
+        Seed of the search; equal seeds give equal results.
     workers : int or None
-        Threads; None takes one per core.
+        Number of threads; None uses one per core.
     near : mapping of str to float or None
         Values by dotted name, in the file's units, close to the optimum: see `mechid.identification.identify.identify`.
     complete : bool
-        Add to the mechanism the effects that its records ask for, and identify again.
+        Add to the mechanism the effects that the data support, and identify again.
     resume : bool
-        Continue the run that the journal of the result folder holds.
+        Continue the run in the journal of the result folder.
     truth : mapping of str to float or None
         True values by dotted name, in the file's units, of simulated records; the report then says so.
     """
@@ -50,16 +50,16 @@ class IdentifyRun:
 
 
 class Companion:
-    """Actions that accompany an identification. This one keeps its fits in memory; a subclass may write files.
+    """Actions that accompany an identification. This class keeps its fits in memory; a subclass may write files.
 
     Attributes
     ----------
     kept : list of Fit
-        Those of the searches that have ended.
+        Fits of the finished searches.
     journal : Journal or None
-        Of the searches with the mechanism as written.
+        Journal of the searches with the mechanism as written.
     keep_early : callable or None
-        Called by a search with its estimate so far, before the search has ended.
+        Called by a search with an interim fit before the search has ended.
     """
 
     journal: Journal | None = None
@@ -91,13 +91,13 @@ class Companion:
 def identify(campaign: Campaign, run: IdentifyRun, listener: Listener = silent) -> Fit:
     """Identify the free parameters of a campaign's mechanism from its records.
 
-    Where it is interrupted after a search has ended, the fit of that search is returned, with a warning that it has not
+    If it is interrupted after a search has ended, the fit of that search is returned, with a warning that it has not
     been examined.
 
     Raises
     ------
     FitError
-        Nothing is free, or no record is to be estimated from.
+        If no parameter is free, or no record has use "estimate".
     """
     companion = Companion(listener)
     try:
@@ -109,14 +109,14 @@ def identify(campaign: Campaign, run: IdentifyRun, listener: Listener = silent) 
 
 
 def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companion) -> Fit:
-    """Return the fit of a campaign with its suggestions; of the completed mechanism where that was asked for.
+    """Return the fit of a campaign with its suggestions; of the completed mechanism if `run.complete` is set.
 
     Raises
     ------
     FitError
-        Nothing is free, or no record is to be estimated from.
+        If no parameter is free, or no record has use "estimate".
     KeyboardInterrupt
-        It was interrupted after a search has ended; `companion` has kept the fit of that search.
+        If it was interrupted after a search has ended; `companion` holds the fit of that search.
     """
     with companion.progress() as listener:
         fit, found = (search_and_diagnose if run.complete else search_only)(campaign, run, companion, listener)
@@ -129,11 +129,11 @@ def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companio
             with companion.progress() as listener:
                 fit = fit_completed_mechanism(whole, found, run, listener)
     companion.judge(fit)
-    return with_suggestions(fit, run.workers or os.cpu_count() or 1, say=companion.say)
+    return add_suggestions(fit, run.workers or os.cpu_count() or 1, say=companion.say)
 
 
 def mark_unexamined(fit: Fit) -> Fit:
-    """Return a fit with a warning that the steps after its search have not been done."""
+    """Add the warning that the steps after the search of a fit have not been done."""
     return fit if fit.outcome is FitOutcome.INTERRUPTED else replace(fit, warnings=(*fit.warnings, UNEXAMINED))
 
 
@@ -151,8 +151,8 @@ def search_and_diagnose(
 ) -> tuple[Fit, Diagnosis | None]:
     """Return the fit of the mechanism as written and its diagnosis; None if the fit has failed or was interrupted.
 
-    Where the best start does not follow the records, as written or with added terms, the diagnosis asks at once what
-    is missing: a patient search takes longer, and is made only where the diagnosis finds nothing that follows them.
+    If the best start does not follow the records, as written or with added terms, the diagnosis runs at once. A patient
+    search takes longer, and runs only where the diagnosis finds no mechanism that follows them.
     """
     search_as_written = _search(campaign, run, companion, listener)
     fit = search_as_written(patient=False)
@@ -160,7 +160,7 @@ def search_and_diagnose(
     if fit.outcome is FitOutcome.INTERRUPTED:
         return fit, None
     found = None if fit.grade is Grade.FAILED else diagnose(fit, workers=run.workers, listener=listener)
-    if fit.outcome not in SHORT or (found and found.mechanism and found.share == 1.0):
+    if fit.outcome not in INCOMPLETE_OUTCOMES or (found and found.mechanism and found.share == 1.0):
         return fit, found
     patient = search_as_written()
     companion.keep(patient)
@@ -184,15 +184,15 @@ def _search(campaign: Campaign, run: IdentifyRun, companion: Companion, listener
 
 
 def fit_completed_mechanism(whole: Campaign, found: Diagnosis, run: IdentifyRun, listener: Listener = silent) -> Fit:
-    """Return the fit of a campaign whose mechanism has the effects that a diagnosis proposes, begun at its values.
+    """Fit a campaign whose mechanism has the effects that a diagnosis proposes, from the proposed values.
 
-    Values that do not follow the records to their ends are only a start, and those that lead to a fit of grade C may be
-    on a wrong branch: then everything is searched again, since a search with the effect takes another way.
+    Values that do not follow the records to their ends are no warm start, and values that lead to a fit of grade C may
+    be on a wrong branch. In both cases the whole search runs again, since with the effect it takes another path.
 
     Raises
     ------
     KeyboardInterrupt
-        It was interrupted: the fit of the mechanism as written is finished, and is what there is.
+        If it was interrupted: only the fit of the mechanism as written is finished.
     """
     again = partial(search, whole, seed=run.seed, workers=run.workers, listener=listener)
     near = {p.name: p.value for p in whole.mechanism.free} if found.share == 1.0 else None

@@ -97,7 +97,7 @@ def profile(
             report(f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}", None)
 
         for name in names:
-            optimum.one(name)
+            optimum.estimate_of(name)
         noted = refit_journal(own, journal, resume=resume)
         done = profiles(optimum, names, workers=count, journal=noted, on_point=on_point)
     return Profiles(profiles=tuple(done), synthetic=own.required_campaign.synthetic, fit_digest=own.mechanism_digest)

@@ -68,9 +68,9 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
     """Return how each record was taken to be driven and where it comes from, by name."""
     return {
         record.name: {
-            "use": use_word(record.use, left_out=fit.records[record.name].taken.left_out),
+            "use": use_word(record.use, left_out=fit.records[record.name].reading.left_out),
             "command": command_words(record.command),
-            "taken": {key: v for key, v in fit.records[record.name].taken.to_dict().items() if key != "use"},
+            "taken": {key: v for key, v in fit.records[record.name].reading.to_dict().items() if key != "use"},
             "file": record.spec.path,
             "duration_s": _duration(campaign, record.name),
         }

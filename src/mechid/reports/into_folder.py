@@ -17,7 +17,7 @@ from mechid.fits.load import COMPLETED_NAME
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.output_error.identity import campaign_digests
-from mechid.identification.result.estimate_file import signed
+from mechid.identification.result.estimate_file import sign_provenance
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
@@ -180,7 +180,7 @@ class _IntoFolder(Companion):
         truth, validation = self.run.truth, self.validation or None
         name = mechanism_name(fit.required_campaign, self.folder)
         fit = replace(fit, synthetic=fit.synthetic or truth is not None)
-        fit = signed(fit, name, estimated_text(fit))
+        fit = sign_provenance(fit, name, estimated_text(fit))
         data = report_data(fit, truth, validation=validation)
         files = write_results(fit, data, self.folder, mechanism_name=name, validation=validation)
         return Identified(fit=fit, data=data, files=tuple(files))

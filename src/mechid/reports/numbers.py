@@ -52,7 +52,7 @@ def report_data(
         Numbers, and beside those that need rounding their text. JSON can hold it.
     """
     truth = truth or {}
-    left_out = {name for name, r in fit.records.items() if r.taken.left_out}
+    left_out = {name for name, r in fit.records.items() if r.reading.left_out}
     channels = [_channel(r, quantity, c) for r in fit.records.values() for quantity, c in r.channels.items()]
     return {
         "format": FORMAT,
@@ -199,7 +199,7 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
         "residual_rms": c.residual_rms,
         "noise_sigma": c.noise_sigma,
         "noise_rests_on": c.noise_rests_on,
-        "noise_known": c.known,
+        "noise_known": c.initial_noise,
         "offset": c.offset,
         "drift": c.drift,
         "quantisation": c.quantisation,
@@ -216,7 +216,7 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
             "fit_percent": digits(c.fit_percent, 4),
             "residual_rms": digits(c.residual_rms, 3),
             "noise_sigma": digits(c.noise_sigma, 3),
-            "noise_known": digits(c.known, 3),
+            "noise_known": digits(c.initial_noise, 3),
             "offset": digits(c.offset, 3),
             "drift": digits(c.drift, 3),
             "followed_percent": plain(c.followed_percent, 4),

@@ -15,7 +15,7 @@ from mechid.analysis.residual_file import residual_content
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
-from mechid.identification.result.estimate_file import json_text, signed
+from mechid.identification.result.estimate_file import json_text, sign_provenance
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.grade import grade_words
 from mechid.reading.whole import read_result
@@ -66,7 +66,7 @@ def write_results(
     """
     fit = replace(fit, synthetic=data["synthetic"])
     text = estimated_text(fit)
-    fit = signed(fit, mechanism_name, text)
+    fit = sign_provenance(fit, mechanism_name, text)
     texts = {
         mechanism_name: text,
         REPORT_NAME: json_text({**data, "provenance": fit.provenance}),

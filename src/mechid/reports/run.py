@@ -13,7 +13,7 @@ from mechid.campaign import Campaign
 from mechid.holding import held
 from mechid.identification.computation.progress import Listener
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.result.estimate_file import read_estimate, signed
+from mechid.identification.result.estimate_file import read_estimate, sign_provenance
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
@@ -186,7 +186,7 @@ def report(
         fit = replace(fit, synthetic=fit.synthetic or synthetic or was or truth is not None)
         validation = validate(own, fit, illustration.begin)
         name = mechanism_name(own, folder)
-        fit = fit if again else signed(fit, name, estimated_text(fit))
+        fit = fit if again else sign_provenance(fit, name, estimated_text(fit))
         data = report_data(fit, known, validation=validation)
         files = [] if again else write_results(fit, data, folder, mechanism_name=name, validation=validation)
         files += write_report(data, own, fit, validation, folder, illustration)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechid.diagnoses.effects_shown import own_table
 from mechid.diagnoses.path import COMPLETED_TITLE, path_table
-from mechid.identification.result.grade import OF_MECHANISM_FILE
+from mechid.identification.result.grade import MECHANISM_FILE_CAUSES
 from mechid.ink.document import (
     IN_DOCUMENTS,
     ON_TERMINAL,
@@ -95,7 +95,7 @@ def _verdict(data: Mapping[str, Any]) -> Iterator[Part]:
     about_all = [line for line in data["warnings"] if line.startswith(ABOUT_ALL)]
     about_records = [line for line in data["warnings"] if line.startswith(ABOUT_RECORDS)]
     others = [line for line in data["warnings"] if not line.startswith((ABOUT_ALL, *ABOUT_RECORDS))]
-    of_file = [reason for reason in data["reasons"] if reason["cause"] in OF_MECHANISM_FILE]
+    of_file = [reason for reason in data["reasons"] if reason["cause"] in MECHANISM_FILE_CAUSES]
     reasons = [reason for reason in data["reasons"] if reason not in of_file]
     found = [f"{one['name']}: {one['words']}{one['text']['apart']} (below)" for one in data["missing"]]
     outcome = data["outcome"]["message"]

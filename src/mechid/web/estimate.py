@@ -84,7 +84,7 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
         records=tuple(record_as_fitted(record, fit) for record in campaign.records),
         over_noise=_noise_ratios(data),
-        left_out=frozenset(name for name, r in fit.records.items() if r.taken.left_out),
+        left_out=frozenset(name for name, r in fit.records.items() if r.reading.left_out),
         mechanism=fit.start_mechanism if fit.added_terms else None,
     )
 

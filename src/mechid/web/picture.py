@@ -18,7 +18,7 @@ from mechid.campaign.campaign import key_in_record
 from mechid.command import Timing
 from mechid.identification.output_error.record_parameters import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, is_clock, latest_of
-from mechid.identification.uncertainty.visibility import sensitivities
+from mechid.identification.uncertainty.visibility import count_sensitivities
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.reports.curves import rate_over
@@ -305,7 +305,7 @@ class Scene:
 
 def scenes_of(campaign: Campaign) -> dict[str, Scene]:
     """Return the channels of a campaign that the model has to explain, by label."""
-    lanes, plant = sensitivities(campaign), campaign.mechanism.plant
+    lanes, plant = count_sensitivities(campaign), campaign.mechanism.plant
     read = [r for r in campaign.records if r.data is not None]
     found = [Scene(record, match, lanes, plant) for record in read for match in record.matches]
     return {scene.label: scene for scene in found}

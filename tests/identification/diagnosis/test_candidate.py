@@ -8,9 +8,9 @@ import pytest
 
 from mechid.campaign.mechanism_file import load_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
-from mechid.identification.diagnosis.proposal import proposal_of
+from mechid.identification.diagnosis.proposal import build_proposal
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.steps import promise_of_law
+from mechid.identification.diagnosis.steps import score_law
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.selection import (
     add_likeliest,
@@ -32,7 +32,7 @@ def plain():
     """Return the model of two short records that the mechanism as written follows."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.001}), truth(), "full_46", "micro_46", seed=5, seconds=0.2)
     before, _ = initial_models(identify(made, workers=1, near=TRUTH))
-    return before.fitted(before)
+    return before.fit(before)
 
 
 def own_names(model, effect):
@@ -41,7 +41,7 @@ def own_names(model, effect):
 
 def measured_with(model, effect):
     """Return a model whose records hold an effect of a known size, made by itself without noise."""
-    wide = model.put_in(effect)
+    wide = model.add_effect(effect)
     values = model.problem.coordinates.values(model.q)
     free = {name: SIZES[effect] for name in own_names(wide, effect) if not name.endswith(("phase_deg", "stiction"))}
     at = wide.at({**values, **free})
@@ -59,15 +59,15 @@ def measured_with(model, effect):
 @KINDS
 def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
     """Truth: at its null value it changes nothing; without it, the problem is the same to the last bit."""
-    wide = plain.put_in(effect)
+    wide = plain.add_effect(effect)
     assert effect in wide.effects
     assert wide.problem.size > plain.problem.size
-    there = wide.where(plain)
+    there = wide.move_to(plain)
     own = [name in own_names(wide, effect) for name in wide.problem.coordinates.names]
     if effect != LAW:  # a law has no null value
         assert there.cost == pytest.approx(plain.cost, rel=1e-9)
         assert np.all(distance_from_null(wide.problem, there.q)[own] == 0.0)
-    less = there.take_out(effect)
+    less = there.remove_effect(effect)
     assert less.problem.coordinates.names == plain.problem.coordinates.names
     assert less.problem.norms(plain.q, plain.setting.windows) == plain.problem.norms(plain.q, plain.setting.windows)
 
@@ -76,10 +76,10 @@ def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
 def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path):
     """Truth: the size with which the records were made."""
     model = measured_with(plain, effect)
-    model = model.fitted(model)
+    model = model.fit(model)
     if effect == LAW:
         law = next(law for law in model.other_laws if law.name == LAW)
-        assert is_significant(promise_of_law(model, law)[0], model.rules, model.rules.share)
+        assert is_significant(score_law(model, law)[0], model.rules, model.rules.share)
         more = model.with_effect(effect)
     else:
         assert likely_effects(model, model.scores())[0] == effect
@@ -87,10 +87,10 @@ def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path)
     assert more.effects == (effect,)
     assert is_confirmed(model, more)
     idle = next(name for name in (DISTURBANCE, TERM) if name != effect)
-    both = more.put_in(idle).fitted(more)
+    both = more.add_effect(idle).fit(more)
     (dropped,) = [name for name, _ in drop_unneeded(both, both.effects)]
     assert dropped == idle
-    proposal = proposal_of(more)
+    proposal = build_proposal(more)
     assert tomllib.loads("\n".join(line for line in proposal.tomls[effect].splitlines() if not line.startswith("#")))
     own = {name.rpartition(".")[2]: p.value for name, p in proposal.own[effect].items()}
     assert any(abs(value) == pytest.approx(SIZES[effect], rel=0.2) for value in own.values())

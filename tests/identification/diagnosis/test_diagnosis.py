@@ -142,8 +142,8 @@ def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
     (one,) = found.locked
     assert one.frequencies_hz[0] == pytest.approx(77.0, abs=0.5)
     assert one.share > 0.5
-    assert "Nothing in the library explains what is left" in found.words
-    assert "77 Hz, whatever the rate" in found.words
+    assert "Nothing in the library explains the residual" in found.words
+    assert "77 Hz at any rate" in found.words
 
 
 def test_nothing_is_named_where_nothing_is_missing():
@@ -182,5 +182,5 @@ def test_a_fit_of_other_files_is_refused():
     digests = dict.fromkeys(fit.inputs_sha256, "0" * 64)
     other = replace(fit, provenance={**fit.provenance, "inputs_sha256": digests})
     assert digests
-    with pytest.raises(InputFileError, match="not as in the fit; identify anew"):
+    with pytest.raises(InputFileError, match="changed since the fit; identify anew"):
         diagnose(other)

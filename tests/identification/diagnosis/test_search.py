@@ -9,7 +9,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.command import RateProfile
 from mechid.identification.diagnosis import search
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.search import in_doubt, small_in_part, standing_in
+from mechid.identification.diagnosis.search import compensating_effects, doubtful_effects, negligible_effect
 from mechid.identification.effects.scores import Score
 from mechid.identification.identify import identify
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
@@ -38,14 +38,19 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     def left(ratio):
         return SimpleNamespace(over_noise=ratio)
 
-    assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2)}) == []
-    assert standing_in(left(1.05), {"a": score(0.9), "b": score(0.2)}) == ["b"]
-    assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.2)}) == []
-    assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.05)}) == ["c"]
-    assert standing_in(left(1.0), {"a": score(0.9), **dict.fromkeys("bcd", score(0.2))}) == ["a", "b", "c", "d"]
+    assert compensating_effects(left(1.0), {"a": score(0.9), "b": score(0.2)}) == []
+    assert compensating_effects(left(1.05), {"a": score(0.9), "b": score(0.2)}) == ["b"]
+    assert compensating_effects(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.2)}) == []
+    assert compensating_effects(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.05)}) == ["c"]
+    assert compensating_effects(left(1.0), {"a": score(0.9), **dict.fromkeys("bcd", score(0.2))}) == [
+        "a",
+        "b",
+        "c",
+        "d",
+    ]
     five = dict.fromkeys("abcd", score(0.9))
-    assert standing_in(left(1.0), {**five, "e": score(0.9)}) == []
-    assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
+    assert compensating_effects(left(1.0), {**five, "e": score(0.9)}) == []
+    assert compensating_effects(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
 
 
 def test_effects_with_which_parts_of_the_records_disagree_are_named_where_they_take_nearly_all(monkeypatch):
@@ -59,12 +64,12 @@ def test_effects_with_which_parts_of_the_records_disagree_are_named_where_they_t
 
     needed, less = {"a": score(0.95), "b": score(0.8)}, {"a": left(1.3), "b": left(1.3)}
     monkeypatch.setattr(search, "_agrees", lambda model: True)
-    assert in_doubt(left(1.0), needed, less) == []
+    assert doubtful_effects(left(1.0), needed, less) == []
     monkeypatch.setattr(search, "_agrees", lambda model: False)
-    assert in_doubt(left(1.0), needed, less) == ["b"]
-    assert in_doubt(left(1.0), needed, {**less, "a": left(1.005)}) == ["a", "b"]
-    assert in_doubt(left(1.3), needed, less) == []
-    assert in_doubt(left(1.0), {}, {}) == []
+    assert doubtful_effects(left(1.0), needed, less) == ["b"]
+    assert doubtful_effects(left(1.0), needed, {**less, "a": left(1.005)}) == ["a", "b"]
+    assert doubtful_effects(left(1.3), needed, less) == []
+    assert doubtful_effects(left(1.0), {}, {}) == []
 
 
 def test_a_small_effect_is_not_named_of_records_followed_in_part():
@@ -73,7 +78,7 @@ def test_a_small_effect_is_not_named_of_records_followed_in_part():
         name: SimpleNamespace(chi_square=c) for name, c in {"a": 1e5, "b": 1001.0, "c": 999.0, "d": 500.0}.items()
     }
     part, whole = (SimpleNamespace(is_of_whole_records=one) for one in (False, True))
-    assert small_in_part(part, needed) == "d"
-    assert small_in_part(part, {name: needed[name] for name in "ab"}) == ""
-    assert small_in_part(part, {}) == ""
-    assert small_in_part(whole, needed) == ""
+    assert negligible_effect(part, needed) == "d"
+    assert negligible_effect(part, {name: needed[name] for name in "ab"}) == ""
+    assert negligible_effect(part, {}) == ""
+    assert negligible_effect(whole, needed) == ""

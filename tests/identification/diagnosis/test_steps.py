@@ -50,7 +50,7 @@ def test_an_alias_is_found_from_where_the_other_effect_is():
     ]
     bench = campaign(catalogue_mechanism(), *records)
     before, _ = initial_models(mechid.identify(bench, workers=1, near=TRUTH))
-    detent = before.fitted(before).with_effect("stepper.detent:7.2deg")
+    detent = before.fit(before).with_effect("stepper.detent:7.2deg")
     offset = exchange_effect(detent, "stepper.detent:7.2deg", "stepper.phase_offset")
     assert offset.terms == ("stepper.phase_offset",)
     assert offset.cost == pytest.approx(detent.cost, abs=3.0)
@@ -78,9 +78,9 @@ def test_a_law_stands_beside_another(fitted):
     """Truth: the parameters that each law has of its own, and the values with which the first one stood there."""
     before, _ = initial_models(fitted[1])
     friction = next(law for law in before.other_laws if law.name == "output_friction")
-    one = before.in_place_of(friction, friction.mechanism.with_values({"output_friction.coulomb": 0.0123}))
+    one = before.use_law(friction, friction.mechanism.with_values({"output_friction.coulomb": 0.0123}))
     backlash = next(law for law in one.other_laws if law.name == "gear.backlash")
-    both = one.in_place_of(backlash, backlash.mechanism)
+    both = one.use_law(backlash, backlash.mechanism)
     assert both.laws == ("output_friction", "gear.backlash")
     assert set(both.law_parameters) == {*friction.own, *backlash.own}
     assert both.base.value("output_friction.coulomb") == 0.0123

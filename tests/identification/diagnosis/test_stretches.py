@@ -8,7 +8,7 @@ import pytest
 from diagnosis_bench import HARMONIC, made
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.stretches import in_stretches
+from mechid.identification.diagnosis.stretches import search_by_growth
 from mechid.identification.result.grade import Grade
 from synthetic import RATE_HZ
 
@@ -18,7 +18,7 @@ def test_effects_are_found_from_the_first_moments_on(fitted):
     bench = made({**HARMONIC, "amplitude": 0.05})
     before, _ = initial_models(replace(fitted[1], campaign=bench))
     told = []
-    found = in_stretches(replace(before, q=before.problem.start, cost=np.inf), told.append)
+    found = search_by_growth(replace(before, q=before.problem.start, cost=np.inf), told.append)
     assert found.effects == ("stepper.torque_harmonic:3",)
     assert found.over_noise == pytest.approx(1.0, abs=0.03)
     assert found.is_of_whole_records

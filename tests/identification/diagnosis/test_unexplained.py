@@ -5,7 +5,7 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.unexplained import NOT_LOOKED_FOR, not_carried, out_of_reach
+from mechid.identification.diagnosis.unexplained import NOT_LOOKED_FOR, explain_untested, untestable_effects
 from mechid.identification.effects import scores
 from mechid.identification.effects.scores import Landscape
 from mechid.identification.identify import identify
@@ -43,11 +43,11 @@ def test_effects_that_records_cannot_carry_are_told_apart_by_why():
             "wide": lambda free, rng: rng.standard_normal((20, 5)),
         },
     )
-    whys = not_carried(landscape)
+    whys = untestable_effects(landscape)
     assert set(whys) == {"broken", "like what is free", "in no record", "wide"}
     assert all(why.startswith(NOT_LOOKED_FOR) for why in whys.values())
     assert "fails" in whys["broken"]
-    assert "5 numbers beside the 3" in whys["wide"]
+    assert "5 parameters and the 3 free ones" in whys["wide"]
     assert "8 independent samples" in whys["wide"]
     assert whys["like what is free"] == whys["in no record"]
     assert set(landscape.scores()) == {"own", "like what is free", "in no record"}
@@ -55,7 +55,7 @@ def test_effects_that_records_cannot_carry_are_told_apart_by_why():
 
 def test_friction_by_direction_is_not_looked_for_where_nothing_turns_back(fitted):
     """Truth: both records are commanded one way only, where another friction the other way is no friction at all."""
-    assert "do not show it" in out_of_reach(fitted, fitted)["friction.directional"]
+    assert "do not show it" in explain_untested(fitted, fitted)["friction.directional"]
 
 
 def test_an_effect_with_which_the_simulation_fails_is_left_out_alone(fitted, monkeypatch):
@@ -73,4 +73,4 @@ def test_an_effect_with_which_the_simulation_fails_is_left_out_alone(fitted, mon
     assert set(less.scores()) == set(whole) - {"clock"}
     for name, score in less.scores().items():
         assert score.chi_square == pytest.approx(whole[name].chi_square, rel=1e-6, abs=1e-6)
-    assert "simulation with it fails" in out_of_reach(fitted, fitted)["clock"]
+    assert "simulation with it fails" in explain_untested(fitted, fitted)["clock"]

@@ -11,7 +11,7 @@ from mechid.analysis.validation import validate
 from mechid.command import RateProfile
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Reading
-from mechid.identification.readings.agreement import agreement_without
+from mechid.identification.readings.agreement import agreement_of_others
 from mechid.identification.readings.trial import first_moments
 from mechid.identification.result.grade import Cause, FitOutcome, Grade
 from mechid.identification.stages import reading_rungs
@@ -63,7 +63,7 @@ def test_a_record_that_contradicts_the_others_is_taken_as_it_was(case):
     bench = made(odd, **how)
     fit = identify(bench, workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
-    assert {name: r.taken for name, r in fit.records.items()} == {**dict.fromkeys(NAMES, DECLARED), odd: taken}
+    assert {name: r.reading for name, r in fit.records.items()} == {**dict.fromkeys(NAMES, DECLARED), odd: taken}
     within(fit)
     (said,) = (w for w in fit.warnings if w.startswith(f"record {odd}:"))
     assert "declared" in said
@@ -104,8 +104,8 @@ def test_of_two_records_the_first_is_believed():
     free = displaced(truth(), dict.fromkeys((*FACTORS, *PHASES), 1.1))
     fit = identify(made("full_46", names=NAMES[::2], start=free, driven=lambda c: turned(c, 90.0)), workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
-    assert fit.records["full_46"].taken == DECLARED
-    assert fit.records["micro_46"].taken.start_angle_deg in (90.0, -90.0)
+    assert fit.records["full_46"].reading == DECLARED
+    assert fit.records["micro_46"].reading.start_angle_deg in (90.0, -90.0)
 
 
 def test_records_that_agree_are_not_compared(monkeypatch):
@@ -117,7 +117,7 @@ def test_records_that_agree_are_not_compared(monkeypatch):
     monkeypatch.setattr(reading_rungs, "agreement", refused)
     fit = identify(made(), workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
-    assert {r.taken for r in fit.records.values()} == {DECLARED}
+    assert {r.reading for r in fit.records.values()} == {DECLARED}
     assert not fit.warnings
 
 
@@ -131,7 +131,7 @@ def test_all_signs_reversed_is_only_noted():
     assert fit.outcome is FitOutcome.CONVERGED
     within(fit)
     assert not fit.warnings
-    assert {r.taken for r in fit.records.values()} == {DECLARED}
+    assert {r.reading for r in fit.records.values()} == {DECLARED}
     assert [n for n in fit.notes if "all signs" in n and "reversed" in n]
 
 
@@ -145,7 +145,7 @@ def test_a_record_of_another_mechanism_is_left_out():
     assert fit.grade is Grade.C
     assert (fit.reasons[0].cause, fit.reasons[0].record) == (Cause.LEFT_OUT, "full_23")
     assert fit.reasons[0].next_command.startswith("mechid check ")
-    assert (own.taken, own.use) == (Reading(left_out=True), "validate")
+    assert (own.reading, own.use) == (Reading(left_out=True), "validate")
     assert own.horizon_s < SECONDS
     within(fit)
     assert [w for w in fit.warnings if w.startswith("record full_23: left out")]
@@ -158,7 +158,7 @@ def test_a_sensor_that_bends_is_named():
     bench = made("full_46", sensed=bending)
     fit = identify(bench, workers=1)
     assert fit.grade is Grade.C
-    assert fit.records["full_46"].taken == Reading(left_out=True)
+    assert fit.records["full_46"].reading == Reading(left_out=True)
     within(fit)
     (said,) = (w for w in fit.warnings if w.startswith("record full_46: left out"))
     short, largest = re.search(
@@ -174,7 +174,7 @@ def test_a_few_records_whose_noise_was_raised_are_compared_with_the_others():
     bench = made("micro_46", polarity=0.9)
     problem = make_problem(bench, 1)
     q = problem.coordinates.point({name: truth().value(name) for name in FACTORS})
-    found = agreement_without(problem, ["micro_46"], q, 0)
+    found = agreement_of_others(problem, ["micro_46"], q, 0)
     ((name, (_, reading)),) = found.judged.items()
     assert (name, found.left_out, found.growth.complete) == ("micro_46", {}, True)
-    assert reading.taken.scale == pytest.approx(1.0 / 0.9, rel=5e-3)
+    assert reading.reading.scale == pytest.approx(1.0 / 0.9, rel=5e-3)

@@ -29,5 +29,5 @@ def test_one_sign_of_all_records_is_told_and_not_taken():
     """Truth: all torques of the other sign under the commands as declared; which of the two it is no record tells."""
     fit = identify(made("all", polarity=-1.0), workers=1)
     assert fit.outcome is FitOutcome.HORIZON
-    assert {r.taken for r in fit.records.values()} == {DECLARED}
+    assert {r.reading for r in fit.records.values()} == {DECLARED}
     assert [w for w in fit.warnings if w.startswith("all records: 100 %") and "gain = -1.0" in w]

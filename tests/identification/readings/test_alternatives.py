@@ -7,7 +7,7 @@ from mechid.command import Command, RateProfile
 from mechid.command.stepping import MOST_MICROSTEPS
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading, command_as_read
-from mechid.identification.readings.alternatives import judge, other_steppings, saturation_words, turns_deg
+from mechid.identification.readings.alternatives import describe_saturation, distinct_turns_deg, judge, other_steppings
 from odd_records import SECONDS, bending, made
 from synthetic import (
     COMMANDS,
@@ -42,9 +42,9 @@ def test_a_record_of_another_mechanism_does_not_bend():
     other = torque_of(truth({"load.inertia": 0.03}), COMMANDS["full_46"], round(SECONDS * RATE_HZ) + 1)
     problem = make_problem(made(start=truth()), 1)
     target = measuring(problem.targets[0], other)
-    assert saturation_words(problem, problem.start, target) == ""
+    assert describe_saturation(problem, problem.start, target) == ""
     bent = measuring(problem.targets[0], bending(problem.targets[0].leading.measured[:]))
-    assert "saturates" in saturation_words(problem, problem.start, bent)
+    assert "saturates" in describe_saturation(problem, problem.start, bent)
 
 
 SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (1.5, 90.0)]))
@@ -59,18 +59,18 @@ def test_a_gain_is_looked_for_beyond_the_first_moments():
     declared, found, *_ = judge(problem, problem.start, target, target.samples)
     assert not declared.follows
     assert found.follows
-    assert found.taken.scale == pytest.approx(1.0 / 0.9, rel=1e-3)
+    assert found.reading.scale == pytest.approx(1.0 / 0.9, rel=1e-3)
     assert found.samples == target.samples
 
 
 def test_turns_that_no_torque_shows_are_not_tried():
     """Truth: orders 4 and 2 come again after half an electrical turn, 4 alone after a quarter, 1 after a whole one."""
     full, micro = COMMANDS["full_46"], COMMANDS["micro_46"]
-    assert turns_deg(full, (4.0, 2.0)) == (0.0, 45.0, -45.0, 90.0)
-    assert turns_deg(full, (4.0,)) == (0.0, 45.0)
-    assert turns_deg(full, (4.0, 1.0)) == (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
-    assert len(turns_deg(micro, (4.0, 2.0))) == 32
-    assert turns_deg(micro, ()) == (0.0,)
+    assert distinct_turns_deg(full, (4.0, 2.0)) == (0.0, 45.0, -45.0, 90.0)
+    assert distinct_turns_deg(full, (4.0,)) == (0.0, 45.0)
+    assert distinct_turns_deg(full, (4.0, 1.0)) == (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+    assert len(distinct_turns_deg(micro, (4.0, 2.0))) == 32
+    assert distinct_turns_deg(micro, ()) == (0.0,)
 
 
 def test_a_command_taken_backward_runs_backward():

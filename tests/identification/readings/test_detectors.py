@@ -13,9 +13,9 @@ from mechid.command import RateProfile
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.readings import detectors, misreading
-from mechid.identification.readings.detectors import declaration_warnings, find_all, read_as_found
+from mechid.identification.readings.detectors import apply_findings, declaration_warnings, find_all
 from mechid.identification.readings.finding import Confidence, DeclaredRecords, Finding
-from mechid.identification.readings.misreading import RATE, with_rates_compared
+from mechid.identification.readings.misreading import RATE, confirm_rates
 from mechid.identification.readings.trial import Trial
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.multistart import Candidate
@@ -55,7 +55,7 @@ def bench(monkeypatch):
 def begun(bench):
     """Return a campaign and its state after the first step of identify."""
     problem = make_problem(bench, 1)
-    return read_as_found(bench, SearchState(problem, problem.start, problem.whole()), 0)
+    return apply_findings(bench, SearchState(problem, problem.start, problem.whole()), 0)
 
 
 def test_check_prints_what_a_new_detector_finds(bench):
@@ -68,7 +68,7 @@ def test_the_first_step_of_identify_reads_the_record_so(bench):
     """Truth: the samples of the record with the other sign."""
     warned, state = begun(bench)
     assert warned.warnings[0] == f"record micro_46: {UPSIDE_DOWN} (read so in this fit); turn it round"
-    assert state.taken == {"micro_46": Reading(polarity=-1)}
+    assert state.readings == {"micro_46": Reading(polarity=-1)}
     before, after = (p.targets[1].leading.measured[:] for p in (make_problem(bench, 1), state.problem))
     np.testing.assert_array_equal(after, -before)
 
@@ -77,7 +77,7 @@ def test_stages_of_the_user_take_records_as_declared(bench):
     staged = replace(bench, stages=(Stage(records=NAMES, window_s=None, free=("gear.stiffness",)),))
     warned, state = begun(staged)
     assert warned.warnings[0] == f"record micro_46: {UPSIDE_DOWN}; turn it round"
-    assert state.taken == {}
+    assert state.readings == {}
 
 
 def test_what_is_ambiguous_is_said_and_not_used(bench, monkeypatch):
@@ -87,7 +87,7 @@ def test_what_is_ambiguous_is_said_and_not_used(bench, monkeypatch):
     monkeypatch.setattr(detectors, "DETECTORS", (unsure,))
     warned, state = begun(bench)
     assert warned.warnings[0] == f"record micro_46: {UPSIDE_DOWN}; turn it round"
-    assert state.taken == {}
+    assert state.readings == {}
 
 
 def test_a_detector_is_given_the_findings_before_it(bench, monkeypatch):
@@ -115,7 +115,7 @@ def test_a_wrong_rate_is_still_used():
         record("micro_46", OTHER, COMMANDS["micro_46"]),
     )
     warned, state = begun(bench)
-    assert state.taken["full_46"].rate.rates[0] == pytest.approx(46.0, rel=1e-3)
+    assert state.readings["full_46"].rate.rates[0] == pytest.approx(46.0, rel=1e-3)
     assert "read so in this fit" in warned.warnings[0]
 
 
@@ -137,7 +137,7 @@ def test_a_rate_is_used_only_where_terms_do_not_explain_the_declared_one(monkeyp
         confidence=Confidence.CONFIRMED,
         reading={"full_46": Reading(rate=RateProfile.constant(23.0))},
     )
-    (found,) = with_rates_compared(DeclaredRecords(bench, make_problem(bench, 1)), (rate,))
+    (found,) = confirm_rates(DeclaredRecords(bench, make_problem(bench, 1)), (rate,))
     assert asked == {"with_terms": True}
     assert found.is_confirmed == confirmed
     assert ("not read so" in found.line()) != confirmed
@@ -153,6 +153,6 @@ def test_offsets_of_the_phases_are_not_read_as_half_the_rate():
     bench = campaign(catalogue_mechanism(), *(record(name, one, COMMANDS[name]) for name, one in y.items()))
     reading = {"full_46": Reading(rate=RateProfile.constant(23.0))}
     half = Finding(("full_46",), RATE, "seems to be half", confidence=Confidence.CONFIRMED, reading=reading)
-    (found,) = with_rates_compared(DeclaredRecords(bench, make_problem(bench, 1)), (half,))
+    (found,) = confirm_rates(DeclaredRecords(bench, make_problem(bench, 1)), (half,))
     assert found.confidence is Confidence.AMBIGUOUS
     assert found.reading == reading

@@ -11,7 +11,7 @@ from mechid.campaign import Match, mechanism_from_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import Reading, problem_as_read
 from mechid.identification.readings.detectors import declaration_warnings
-from mechid.identification.readings.file_values import find_wrong_counts, other_counts, wrong_values
+from mechid.identification.readings.file_values import find_wrong_counts, find_wrong_values, other_counts
 from mechid.identification.readings.finding import DeclaredRecords
 from mechid.identification.result.grade import Cause, Grade
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
@@ -121,7 +121,7 @@ WRONG = {
 def test_the_value_in_the_way_is_found(case):
     """Truth: which value was written wrongly, and the right one within a tenth."""
     name, how = WRONG[case]
-    (found,) = wrong_values(make_problem(made_with(file_with(**how)), 1), 0, lambda name: None)
+    (found,) = find_wrong_values(make_problem(made_with(file_with(**how)), 1), 0, lambda name: None)
     assert (found.parameter, found.is_confirmed) == (name, True)
     value = float(found.text.partition(f"{name} at about ")[2].split()[0])
     assert value == pytest.approx(truth().value(name), rel=0.1)
@@ -159,7 +159,7 @@ def test_a_record_of_the_other_sign_is_no_wrong_value():
     """Truth: the file is right, and one record has the other polarity; no value makes up for that."""
     problem = make_problem(made_with(file_with()), 1)
     odd = problem_as_read(problem, {"full_23": Reading(polarity=-1)})
-    assert wrong_values(odd, 0, lambda name: None) == []
+    assert find_wrong_values(odd, 0, lambda name: None) == []
 
 
 @pytest.mark.slow

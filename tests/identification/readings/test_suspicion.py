@@ -114,7 +114,7 @@ def test_a_record_is_read_so_from_the_first_stage_on():
     fit = identify(bench, workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
     assert fit.warnings[0].startswith("record micro_46: its spectrum")
-    assert {name: r.taken for name, r in fit.records.items() if r.taken != DECLARED} == {
+    assert {name: r.reading for name, r in fit.records.items() if r.reading != DECLARED} == {
         "micro_46": Reading(scale=1e-3)
     }
     for name in FACTORS:

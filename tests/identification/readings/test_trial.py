@@ -10,7 +10,7 @@ from mechid.campaign import catalogue_mechanism, mechanism_from_table
 from mechid.command import RateProfile
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Reading
-from mechid.identification.readings.trial import as_declared, compare_readings, first_moments, samples_until
+from mechid.identification.readings.trial import compare_readings, declared_readings, first_moments, samples_until
 from mechid.identification.search.settings import SEARCH
 from recovery.mechanisms import paper_table
 from synthetic import COMMANDS, RATE_HZ, campaign, measured, record, truth
@@ -39,7 +39,7 @@ def test_samples_are_counted_by_the_travel_of_the_command(right):
 
 def test_a_right_declaration_explains_and_a_wrong_rate_does_not(right):
     """Truth: the record as it was made."""
-    declared, half = compare_readings(right, [as_declared(["full_46"]), HALF])
+    declared, half = compare_readings(right, [declared_readings(["full_46"]), HALF])
     assert declared.explains
     assert half.cost > 100.0
     assert declared.is_better_than(half)
@@ -53,7 +53,7 @@ def test_a_term_that_the_file_lacks_explains_a_record_once_it_is_free():
         {name: truth().value(name) for name in truth().parameters}
     )
     own = problem(measured(offset, COMMANDS["full_46"], np.random.default_rng(7), seconds=0.5))
-    names = as_declared(["full_46"])
+    names = declared_readings(["full_46"])
     ((plain,), (wide,)) = (compare_readings(own, [names], with_terms=free) for free in (False, True))
     assert plain.cost > 2.0 * SEARCH.good_cost
     assert wide.explains

@@ -7,7 +7,7 @@ import pytest
 
 from mechid.identification.identify import make_problem
 from mechid.identification.refit import chord as module
-from mechid.identification.refit.chord import arrived, chord_at
+from mechid.identification.refit.chord import chord_at, chord_optima
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import solve
@@ -36,7 +36,7 @@ def test_draws_arrive_where_the_solver_ends(made):
     """Truth: the solver's optimum; both stop where the cost falls by less than 1e-3 sigmas squared."""
     problem, q, windows, draws = made
     chord = chord_at(problem, q, windows, np.ones(q.size, dtype=bool))
-    for found, draw in zip(arrived(chord, draws, q, windows), draws, strict=True):
+    for found, draw in zip(chord_optima(chord, draws, q, windows), draws, strict=True):
         expected = solve(draw, q, windows)
         assert found.cost == pytest.approx(expected.triangle.cost, abs=2.0 * SEARCH.negligible_fall)
         sigma = 1.0 / np.linalg.norm(expected.triangle.jacobian, axis=0)
@@ -46,7 +46,7 @@ def test_draws_arrive_where_the_solver_ends(made):
 def test_what_is_held_does_not_move(made):
     problem, q, windows, draws = made
     chord = chord_at(problem, q, windows, np.array([True, False]))
-    for found in arrived(chord, draws, q, windows):
+    for found in chord_optima(chord, draws, q, windows):
         assert found.q[1] == q[1]
         assert found.q[0] != q[0]
 

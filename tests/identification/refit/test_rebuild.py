@@ -10,7 +10,7 @@ from finished import identified
 from mechid.errors import FitError, InputFileError, UsageError
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.profile import profiles
-from mechid.identification.refit.rebuild import other_files
+from mechid.identification.refit.rebuild import changed_files
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import Grade
@@ -49,7 +49,7 @@ def fit():
 
 def test_the_optimum_is_where_the_fit_is(fit):
     optimum = fit.optimum
-    assert optimum.moved == FREE
+    assert optimum.estimated_names == FREE
     for name, value in optimum.values(optimum.q).items():
         p = fit.parameters[name]
         assert abs(value - p.value) < 0.01 * p.std_error
@@ -99,14 +99,14 @@ def test_a_fit_without_its_campaign_is_refused(fit):
 
 
 def test_a_fit_of_grade_c_has_no_optimum(fit):
-    with pytest.raises(FitError, match=r"no optimum to look around from: Grade C"):
+    with pytest.raises(FitError, match=r"no optimum: Grade C"):
         _ = replace(fit, grade=Grade.C).optimum
 
 
 def test_a_campaign_of_other_files_is_refused(fit):
     digests = dict.fromkeys(fit.inputs_sha256, "0" * 64)
     other = replace(fit, provenance={**fit.provenance, "inputs_sha256": digests})
-    assert other_files(fit.campaign, fit) == ()
-    assert other_files(fit.campaign, other) == tuple(digests)
-    with pytest.raises(InputFileError, match="not as in the fit; identify anew"):
+    assert changed_files(fit.campaign, fit) == ()
+    assert changed_files(fit.campaign, other) == tuple(digests)
+    with pytest.raises(InputFileError, match="changed since the fit; identify anew"):
         _ = other.optimum

@@ -25,7 +25,7 @@ def test_numbers_keep_their_last_bit(digits):
     [
         ('{"format": "mechid-estimate/9"}', 'found "mechid-estimate/9"; this mechid reads "mechid-estimate/1"'),
         ("{}", "format: found null"),
-        ("[]", "is no table of an estimate, found []"),
+        ("[]", "is not an estimate: found [], no table"),
         ('"text"', 'found "text"'),
         ("{", "is damaged"),
     ],
@@ -62,12 +62,15 @@ DAMAGES = {
     "no status": (of_gear(status=None), "parameters.gear.damping.status: missing"),
     "no parameters": (lambda e: e.pop("parameters"), "parameters: missing"),
     "no outcome": (lambda e: e["outcome"].clear(), "outcome.code: missing"),
-    "a grade that is none": (lambda e: e.update(grade="Z"), 'grade: found "Z", none of A, B, C, failed'),
-    "a matrix that is null": (lambda e: e.update(correlation=None), "correlation: found null, no table"),
-    "a matrix that is a list": (lambda e: e.update(covariance=[]), "covariance: found [], no table"),
+    "a grade that is none": (lambda e: e.update(grade="Z"), 'grade: found "Z", expected one of A, B, C, failed'),
+    "a matrix that is null": (lambda e: e.update(correlation=None), "correlation: found null, expected a table"),
+    "a matrix that is a list": (lambda e: e.update(covariance=[]), "covariance: found [], expected a table"),
     "a matrix over no parameter": (lambda e: e["correlation"].update(names=["x"]), 'correlation.names: found "x"'),
     "a matrix over what is no name": (lambda e: e["correlation"].update(names=[[2]]), "correlation.names: found [2]"),
-    "a matrix of texts": (lambda e: e["covariance"].update(matrix=[["x"]]), 'covariance.matrix: found "x", no number'),
+    "a matrix of texts": (
+        lambda e: e["covariance"].update(matrix=[["x"]]),
+        'covariance.matrix: found "x", expected a number',
+    ),
     "a matrix of another size": (
         lambda e: e["covariance"].update(matrix=[[1.0, 2.0]]),
         "covariance.matrix: is not 1 x",
@@ -91,7 +94,7 @@ def test_damage_is_named_with_its_place(tmp_path, damage):
 
 def test_a_file_where_the_folder_should_be_is_told(tmp_path):
     (tmp_path / "fit").write_text("")
-    with pytest.raises(InputFileError, match="fit: is no folder"):
+    with pytest.raises(InputFileError, match="fit is not a folder"):
         read_estimate(tmp_path / "fit" / "estimate.json")
 
 

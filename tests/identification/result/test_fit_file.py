@@ -97,9 +97,9 @@ def test_how_a_record_was_taken_reads_back(made, tmp_path):
     taken = Reading(
         polarity=-1, direction=-1, start_angle_deg=12.5, time_offset_s=(0.001, -0.002, 0.002), left_out=True
     )
-    other = replace(fit, records=fit.records | {"full_46": replace(fit.records["full_46"], taken=taken)})
+    other = replace(fit, records=fit.records | {"full_46": replace(fit.records["full_46"], reading=taken)})
     write_estimate(other, tmp_path / "estimate.json")
-    assert read_fit(tmp_path / "estimate.json", campaign).records["full_46"].taken == taken
+    assert read_fit(tmp_path / "estimate.json", campaign).records["full_46"].reading == taken
 
 
 @pytest.fixture(scope="module")
@@ -124,10 +124,10 @@ def test_without_its_campaign_a_fit_reads_back_too(made, left):
 
 def test_without_its_campaign_another_mechanism_file_is_refused(left, tmp_path):
     (tmp_path / "estimate.json").write_bytes((left / "estimate.json").read_bytes())
-    with pytest.raises(InputFileError, match=r"mechanism\.toml: there is no such file; identify leaves it beside"):
+    with pytest.raises(InputFileError, match=r"mechanism\.toml: there is no such file; identify writes it beside"):
         read_fit(tmp_path)
     (tmp_path / "mechanism.toml").write_bytes((left / "mechanism.toml").read_bytes() + b"\n")
-    with pytest.raises(InputFileError, match="is not the file that identify left beside"):
+    with pytest.raises(InputFileError, match="is not the file that identify wrote beside"):
         read_fit(tmp_path)
 
 

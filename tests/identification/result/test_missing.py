@@ -34,13 +34,13 @@ def test_an_entry_comes_back_from_what_is_written():
 def test_a_warning_names_values_with_their_errors_and_how_to_keep_the_effect_out():
     said = missing_warning(VOLTAGE)
     assert "full_46.voltage = 24 +- 0.01 V, full_23.voltage = 26 V" in said
-    assert "chi-square 120 for 1, 75 % of what is beyond noise" in said
-    assert '[identify] disturbances = "none" keeps it out' in said
+    assert "chi-square 120 for 1, 75 % of the misfit beyond noise" in said
+    assert 'disturbances = "none" in [identify] to exclude it' in said
 
 
 def test_values_that_have_a_mean_say_how_far_it_may_be_off():
     """Truth: 24 and 26 V scatter by sqrt(2) V about 25 V, 5.66 %, and their mean by 4 % over the root of two."""
-    assert "they scatter by 5.7 %, so that it may well be 4 % off" in missing_warning(VOLTAGE)
+    assert "they scatter by 5.7 %, so it may have an undetected error of 4 %" in missing_warning(VOLTAGE)
     assert "scatter" not in missing_warning(replace(VOLTAGE, dof=2))
 
 

@@ -21,16 +21,16 @@ def record(channels, **changes):
 
 def test_a_raised_noise_level_counts_for_the_channel_and_not_for_the_record():
     raised = channel(noise_sigma=4e-3, noise_known=1e-3)
-    assert raised.known == 1e-3
+    assert raised.initial_noise == 1e-3
     assert raised.residual_over_noise == pytest.approx(1.0)
     assert record({"torque": raised}).residual_over_noise == pytest.approx(4.0)
     assert channel(noise_sigma=0.0).residual_over_noise == math.inf
 
 
 def test_a_channel_lost_or_out_of_step_is_not_followed():
-    assert channel().followed
-    assert not channel(lost_at_s=0.3).followed
-    assert not channel(out_of_step_at_s=0.3).followed
+    assert channel().is_followed
+    assert not channel(lost_at_s=0.3).is_followed
+    assert not channel(out_of_step_at_s=0.3).is_followed
 
 
 def test_a_record_is_followed_as_far_as_its_worst_channel():
@@ -62,7 +62,10 @@ def test_moments_left_out_are_those_of_the_channel_that_shows_them_most():
     )
     one = record({"torque": channel(masked=(small,)), "rotor_angle": channel(masked=(large,))})
     assert one.masked == (large,)
-    assert "one moment was left out" in one.masked_words()
-    assert "2 to 3 s, residual up to 0.5 rad, 70 times the noise; counted, it would add 4.9e+03" in one.masked_words()
-    assert record({"torque": channel()}).masked_words() == ""
+    assert "one moment was left out" in one.describe_masked()
+    assert (
+        "2 to 3 s, residual up to 0.5 rad, 70 times the noise; if counted, it would add 4.9e+03"
+        in one.describe_masked()
+    )
+    assert record({"torque": channel()}).describe_masked() == ""
     assert masks_of({"a": one, "b": record({})}) == {"a": ((20, 30),)}

@@ -33,7 +33,7 @@ def test_a_step_returns_the_next_state_and_leaves_its_own(state):
     assert (state.stages, state.solution) == ((), None)
     assert [s.name for s in after.stages] == ["joint fit"]
     assert watch.latest is after
-    assert after.converged
+    assert after.has_converged
     for name in GEAR:
         assert after.values[name] == pytest.approx(truth().value(name), rel=0.05)
 

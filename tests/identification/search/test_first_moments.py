@@ -226,7 +226,7 @@ def test_a_part_of_a_record_is_identified_without_what_was_before(one_cut):
     assert_within(fit, truth)
     states = {name: p for name, p in fit.parameters.items() if ".start." in name}
     assert len(states) == 8
-    assert any("the start is estimated too, 8 numbers" in note for note in fit.notes)
+    assert any("the start state is estimated too, 8 numbers" in note for note in fit.notes)
 
 
 def test_what_is_shown_of_it(one_cut):

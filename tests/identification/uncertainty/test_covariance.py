@@ -11,7 +11,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.search.solve import covariance, solve
-from mechid.identification.uncertainty.covariance import _colours, _score, residual, uncertainty
+from mechid.identification.uncertainty.covariance import _fit_colours, _record_score, residual, uncertainty
 from mechid.signal.autoregression import Autoregression, autocovariance
 from synthetic import COMMANDS, NOISE_NM, displaced, measuring, record, torque_of, truth, with_leading
 
@@ -76,7 +76,7 @@ def test_the_score_of_white_noise_is_in_the_triangle(linear):
     target = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), linear=linear, sigma=NOISE_NM)
     problem = Problem(SearchSpace(displaced(truth(), FREE)), (target,), substeps=2)
     white = Autoregression(np.array([1.0]), 0.003)
-    variance, parts = _score(problem, target, problem.start, (100, 801), (white,))
+    variance, parts = _record_score(problem, target, problem.start, (100, 801), (white,))
     J = problem.triangle(target, problem.start, (100, 801)).jacobian
     np.testing.assert_allclose(
         variance, J.T @ J * (0.003 / NOISE_NM) ** 2, rtol=1e-9, atol=1e-9 * np.abs(variance).max()
@@ -153,7 +153,7 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
         J[:, j] = (problem.model.predict(target, q + h, n)[0] - problem.model.predict(target, q - h, n)[0]) / 2e-6
     phi = np.vander(np.linspace(-1.0, 1.0, n), 2)
     J -= phi @ np.linalg.lstsq(phi, J, rcond=None)[0]
-    (colour,) = _colours(problem, target, q, windows["full_46"])
+    (colour,) = _fit_colours(problem, target, q, windows["full_46"])
     impulse = lfilter([colour.sigma], colour.coefficients, np.eye(1, 2000)[0])
     C = toeplitz(np.pad(autocovariance(impulse, 400) * impulse.size, (0, n - 401)))
     inverse = np.linalg.inv(J.T @ J)
@@ -166,7 +166,7 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
 def test_the_colour_of_the_residual_is_that_of_the_noise(one_fit):
     """Truth: the AR(2) process that was added; the residual at the truth is that noise without offset and drift."""
     problem, windows, _ = one_fit
-    (model,) = _colours(problem, problem.targets[0], problem.start, windows["full_46"])
+    (model,) = _fit_colours(problem, problem.targets[0], problem.start, windows["full_46"])
     assert model.order == 2
     assert model.coefficients == pytest.approx(AR, abs=0.06)
     (r,) = residual(problem, problem.targets[0], problem.start, windows["full_46"])

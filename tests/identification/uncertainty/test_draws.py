@@ -75,10 +75,10 @@ def test_the_switch_that_grazes_most_is_named(spread):
     (found,) = grazing_switches(problem, q, windows, factor**2 * narrow)
     log = switches(problem, problem.targets[0], q)
     worst = int(np.argmax(_shares(log, narrow)))
-    assert (found.record, found.count, found.of) == ("full_46", 1, log.time.size)
+    assert (found.record, found.count, found.switches) == ("full_46", 1, log.time.size)
     assert found.instant_s == pytest.approx(log.time[worst], abs=1e-12)
     assert found.spread_s / found.gap_s == pytest.approx(0.101, rel=1e-6)
-    assert f"record full_46 at {log.time[worst]:.6g} s: the instant of a stick/slip is known to" in str(found)
+    assert f"record full_46 at {log.time[worst]:.6g} s: the instant of a stick/slip is known only to" in str(found)
 
 
 def _share(problem, q, covariance):

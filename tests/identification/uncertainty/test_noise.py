@@ -15,10 +15,10 @@ from mechid.identification.result.grade import FitOutcome
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.noise import (
+    reject_outliers,
+    reject_spikes,
     release_noise,
-    with_residual_levels,
-    without_outliers,
-    without_spikes,
+    set_residual_levels,
 )
 from synthetic import (
     COMMANDS,
@@ -65,9 +65,9 @@ def test_a_clean_record_has_no_spikes(name):
     """Truth: none was added; full steps are as sharp as torque gets, the housing's peaks among them."""
     torque = measured(truth(), COMMANDS[name], np.random.default_rng(72), seconds=1.0)
     target = target_of(record(name, torque, COMMANDS[name]))
-    assert without_spikes(target) is target
+    assert reject_spikes(target) is target
     problem = Problem(SearchSpace(displaced(truth(), dict.fromkeys(GEAR, 1.0))), (target,), substeps=2)
-    assert without_outliers(problem, problem.start, problem.whole()) is problem
+    assert reject_outliers(problem, problem.start, problem.whole()) is problem
 
 
 AR = np.array([1.0, -2.0 * 0.9 * np.cos(2.0 * np.pi * 888.0 / 1e4), 0.81])
@@ -136,6 +136,6 @@ def test_a_record_that_fits_keeps_its_floor():
     torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(75), seconds=SHORT_S)
     target = target_of(record("full_46", torque, COMMANDS["full_46"]))
     problem = Problem(SearchSpace(displaced(truth(), dict.fromkeys(GEAR, 1.0))), (target,), substeps=2)
-    assert with_residual_levels(problem, problem.start).targets[0] is target
+    assert set_residual_levels(problem, problem.start).targets[0] is target
     (r,) = residual(problem, target, problem.start, (0, target.samples))
     assert float(np.std(r)) == pytest.approx(NOISE_NM, rel=0.1)

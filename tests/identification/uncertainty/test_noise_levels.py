@@ -19,7 +19,7 @@ from mechid.identification.output_error.target import target_of
 from mechid.identification.result.grade import FitOutcome, Grade
 from mechid.identification.result.record_fit import channel_noises
 from mechid.identification.search.gates import Growth
-from mechid.identification.uncertainty.noise_levels import lower_levels, moving_deviation, raise_levels, with_levels_of
+from mechid.identification.uncertainty.noise_levels import copy_levels, lower_levels, moving_deviation, raise_levels
 from mechid.identification.uncertainty.settings import NOISE
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, bench, campaign, displaced, measured, truth
 from synthetic import record as record_of
@@ -240,4 +240,4 @@ def test_no_level_falls_below_the_resolution():
 def test_levels_go_over_to_a_problem_of_the_same_records():
     made = louder_problem()
     quieter = lower_levels(made, made.start, {"full_46": LONG})
-    assert level_of(with_levels_of(made, quieter)) == level_of(quieter)
+    assert level_of(copy_levels(made, quieter)) == level_of(quieter)

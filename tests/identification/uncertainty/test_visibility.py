@@ -17,10 +17,10 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.misfit import misfit_series, misfit_series_of
 from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.identification.uncertainty.visibility import (
-    apart_at_s,
     chaos_warnings,
-    first_apart_for_good,
-    sensitivities,
+    count_sensitivities,
+    divergence_time_s,
+    first_diverged_window,
     start_warnings,
     unseen_parameters,
 )
@@ -70,7 +70,7 @@ def test_it_is_told_before_the_search_how_far_a_record_can_be_followed(tmp_path)
     (line,) = chaos_warnings(made, points=1)
     assert "stretch_s = 0.9" in line
     problem = make_problem(made, 1)
-    apart_s = apart_at_s(problem, problem.targets[0], problem.start)
+    apart_s = divergence_time_s(problem, problem.targets[0], problem.start)
     p = BENCH.mechanism.kernel_values()
     at = list(map(str, BENCH.mechanism.plant.parameters)).index("k_m")
     own = run_kernel(BENCH.mechanism, COMMAND, base(4.0)).torque
@@ -103,12 +103,12 @@ def test_runs_that_meet_again_are_not_chaotic(tmp_path):
     problem = make_problem(made, 1)
     target, q = problem.targets[0], problem.start
     size = np.maximum(np.abs(q), 1e-3 * problem.coordinates.span)
-    displaced = q + VERDICTS.displaced * size * np.random.default_rng(0).choice([-1.0, 1.0], q.size)
+    displaced = q + VERDICTS.displacement * size * np.random.default_rng(0).choice([-1.0, 1.0], q.size)
     one, other = (problem.model.predict(target, point, target.samples)[0] for point in (q, displaced))
     off = np.abs(one - other)
     assert off.max() > 2.0 * target.leading.sigma
     assert rms(off[-5000:]) < 1e-3 * rms(one)
-    assert apart_at_s(problem, target, q) is None
+    assert divergence_time_s(problem, target, q) is None
     assert chaos_warnings(made, points=1) == ()
 
 
@@ -124,7 +124,7 @@ def test_runs_that_meet_again_are_not_chaotic(tmp_path):
     ],
 )
 def test_runs_are_apart_for_good_where_most_parts_of_the_rest_show_it(apart, first):
-    assert first_apart_for_good(apart) == first
+    assert first_diverged_window(apart) == first
 
 
 def test_stretches_are_records_that_begin_where_the_one_before_ends(tmp_path):
@@ -180,7 +180,7 @@ def test_a_free_time_offset_may_stand_on_a_sample(tmp_path, offset_s):
     made = campaign(tmp_path, line, seconds=0.9)
     problem = make_problem(made, 1)
     target, q = problem.targets[0], problem.start
-    assert apart_at_s(problem, target, q) is None
+    assert divergence_time_s(problem, target, q) is None
     other = q + 1e-7 * (np.array(problem.coordinates.names) == "record.run.time_offset_s")
     pair = misfit_series_of(problem.model, target, [q, other], (0, target.samples))
     for point, (series,) in zip((q, other), pair, strict=True):
@@ -250,5 +250,5 @@ def test_nothing_free_has_nothing_to_see(folder):
     text = mechanism_text(campaign.mechanism.with_free(()))
     (folder / "mechanism.toml").write_text(text)
     known = load_campaign(folder)
-    assert sensitivities(known) == 0
+    assert count_sensitivities(known) == 0
     assert start_warnings(known) == ()

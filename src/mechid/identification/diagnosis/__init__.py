@@ -1,1 +1,1 @@
-"""What a finished fit lacks: which effects of the library its records ask for, and which they cannot tell apart."""
+"""Diagnosis of a finished fit: effects that the data support, and effects that the records cannot separate."""

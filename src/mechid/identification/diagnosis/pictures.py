@@ -1,8 +1,8 @@
-"""Data of a diagnosis' figures: where each effect acts, spectra of the residual, its worst stretch.
+"""Data of a diagnosis' figures: frequencies of each effect, spectra of the residual, its worst stretch.
 
-The share of an effect is the output of the model with all effects less that of the model without this one, each fitted:
-what no other parameter can imitate. Both are models, so that it holds no noise. As elsewhere in reports a residual is
-measured less model, offset and drift removed.
+The share of an effect is the output of the model with all effects minus that of the model without this one, each
+fitted. It is the part that no other parameter can imitate. Both are simulated, so the share contains no noise. As
+elsewhere in reports, a residual is measured minus model, with offset and drift removed.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ class ResidualSpectra:
     frequency_hz : (M,)
         Groups of bins, about equally wide on a logarithmic axis.
     before, after : (M,)
-        Of the mechanism as written, and of the model with all effects.
+        Residual of the mechanism as written, and of the model with all effects.
     shares : mapping of str to (M,)
-        Of each effect's share, by its name.
+        Share of each effect, by its name.
     noise : float
-        That of white noise as large as the channel's.
+        Root of the density of white noise at the channel's noise level.
     """
 
     record: str
@@ -56,7 +56,7 @@ class ResidualSpectra:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stretch:
-    """A channel over the stretch where the mechanism as written misses it most, (n,) each in the channel's unit.
+    """A channel over the stretch with the largest residual of the mechanism as written, (n,) in the channel's unit.
 
     Attributes
     ----------
@@ -64,9 +64,9 @@ class Stretch:
     start_s, sample_rate_hz : float
         Record time of the first sample.
     measured : (n,)
-        Less offset and drift.
+        Measured values, offset and drift removed.
     before, after : (n,)
-        The model's: the mechanism as written, and with all effects.
+        Simulated by the mechanism as written, and by the model with all effects.
     """
 
     record: str
@@ -80,16 +80,16 @@ class Stretch:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pictures:
-    """What is drawn of a diagnosis.
+    """Data of the figures of a diagnosis.
 
     Attributes
     ----------
     acts : mapping of str to mapping of str to Strongest
-        Where in frequency the share of each effect is strongest, in each record, by the effect's name and the record's.
+        Frequencies at which the share of each effect is strongest, by the names of the effect and of the record.
     spectra : tuple of ResidualSpectra
-        Of the records that the mechanism as written misses most, the worst first.
+        Spectra of the records with the largest residuals of the mechanism as written, the worst first.
     stretch : Stretch or None
-        None where nothing can be drawn.
+        None where no channel can be drawn.
     """
 
     acts: Mapping[str, Mapping[str, Strongest]]
@@ -97,12 +97,12 @@ class Pictures:
     stretch: Stretch | None
 
 
-NONE = Pictures(acts={}, spectra=(), stretch=None)
+NO_PICTURES = Pictures(acts={}, spectra=(), stretch=None)
 
 
 @dataclass(frozen=True, eq=False)
 class _Channel:
-    """A channel less offset and drift, what of it is left before and after, and the effects' shares, (N,) each."""
+    """A channel without offset and drift, its residuals before and after, and the effects' shares, (N,) each."""
 
     target: Target
     number: int
@@ -131,30 +131,30 @@ class _Channel:
         return _rms(self.shares[name]) / self.noise
 
     @property
-    def missed(self) -> float:
-        """RMS of what the mechanism as written leaves over that of the noise."""
+    def noise_ratio(self) -> float:
+        """Residual-to-noise ratio of the mechanism as written."""
         return _rms(self.before) / self.noise
 
 
-def pictures_of(found: Found, called: Mapping[str, str]) -> Pictures:
-    """Return what is drawn of where a search has ended; nothing where there was nothing to explain.
+def compute_pictures(found: Found, called: Mapping[str, str]) -> Pictures:
+    """Compute the data of the figures at the end of a search; empty where there was nothing to explain.
 
     Parameters
     ----------
     found : Found
     called : mapping of str to str
-        What each of its effects is called; those of which no share is wanted are left out.
+        Displayed name of each effect; effects without an entry get no share.
     """
     if not found.model.effects and found.before.over_noise <= NOISE.misfit:
-        return NONE
+        return NO_PICTURES
     targets = [t for t in found.model.problem.targets if t.name in found.model.setting.windows]
     done = in_threads(lambda target: list(_channels(found, target, called)), targets, found.model.problem.workers)
     channels = [channel for each in done for channel in each]
-    worst = sorted(_largest(channels, lambda one: one.missed), key=lambda one: -one.missed)
+    worst = sorted(_largest(channels, lambda one: one.noise_ratio), key=lambda one: -one.noise_ratio)
     return Pictures(
-        acts={name: _acts(name, channels) for name in called.values()},
-        spectra=tuple(map(_spectra, worst[: DIAGNOSIS.records_drawn])),
-        stretch=_stretch(worst[0]) if worst else None,
+        acts={name: _strongest_frequencies(name, channels) for name in called.values()},
+        spectra=tuple(map(_residual_spectra, worst[: DIAGNOSIS.records_drawn])),
+        stretch=_worst_stretch(worst[0]) if worst else None,
     )
 
 
@@ -163,12 +163,13 @@ def _rms(series: FloatArray) -> float:
 
 
 def _largest(channels: Iterable[_Channel], size: Callable[[_Channel], float]) -> list[_Channel]:
-    """Return that channel of each record in which something is largest."""
+    """Return the channel of each record with the largest `size`."""
+    # Later entries replace earlier ones, so the largest channel of a record remains.
     return list({one.record: one for one in sorted(channels, key=size)}.values())
 
 
 def _channels(found: Found, target: Target, called: Mapping[str, str]) -> Iterator[_Channel]:
-    """Yield the channels of a record, those alone that every model follows to the record's end."""
+    """Yield the channels of a record that every model simulates to the record's end."""
     before, after = _remainders(found.before, target.name), _remainders(found.model, target.name)
     less = {name: _remainders(found.less[effect], target.name) for effect, name in called.items()}
     for k, (was, left) in enumerate(zip(before, after, strict=True)):
@@ -180,7 +181,7 @@ def _channels(found: Found, target: Target, called: Mapping[str, str]) -> Iterat
 
 
 def _remainders(model: Model, record: str) -> list[Remainder]:
-    """Return what a model leaves of each channel of a record, offset, drift and lines removed."""
+    """Return a model's residual of each channel of a record, with offset, drift and lines removed."""
     target = next(t for t in model.problem.targets if t.name == record)
     series = misfit_series(model.problem.model, target, model.q, model.setting.windows[record])
     return [_remainder(channel, -r[:]) for channel, r in zip(target.channels, series, strict=True)]
@@ -191,33 +192,35 @@ def _remainder(channel: TargetChannel, left: FloatArray) -> Remainder:
     return Remainder(left, line, rejected=channel.rejected)
 
 
-def _acts(name: str, channels: Iterable[_Channel]) -> dict[str, Strongest]:
-    """Return where the share of an effect is strongest in each record, of the channel that has most of it."""
+def _strongest_frequencies(name: str, channels: Iterable[_Channel]) -> dict[str, Strongest]:
+    """Return the strongest frequencies of an effect in each record, from the channel with the largest share."""
     leading = _largest(channels, lambda one: one.share_over_noise(name))
     return {one.record: strongest(one.shares[name], one.rate_hz) for one in leading}
 
 
-def _spectra(one: _Channel) -> ResidualSpectra:
-    def grouped(series: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _residual_spectra(one: _Channel) -> ResidualSpectra:
+    def group_density(series: FloatArray) -> tuple[FloatArray, FloatArray]:
         return in_groups(*power_density(series, one.rate_hz), DIAGNOSIS.groups)
 
     def root(series: FloatArray) -> FloatArray:
-        return np.asarray(np.sqrt(grouped(series)[1]))
+        return np.asarray(np.sqrt(group_density(series)[1]))
 
     return ResidualSpectra(
         record=one.record,
         quantity=one.quantity,
-        frequency_hz=grouped(one.before)[0],
+        frequency_hz=group_density(one.before)[0],
         before=root(one.before),
         after=root(one.after),
         shares={name: root(series) for name, series in one.shares.items()},
+        # One-sided density of white noise: 2 sigma^2 over the sample rate.
         noise=one.noise * math.sqrt(2.0 / one.rate_hz),
     )
 
 
-def _stretch(one: _Channel) -> Stretch:
-    """Return the stretch of which the mechanism as written leaves most."""
+def _worst_stretch(one: _Channel) -> Stretch:
+    """Return the stretch in which the residual of the mechanism as written is largest."""
     size = min(max(round(_length_s(one) * one.rate_hz), 2), one.before.size)
+    # Cumulative power: the power of every window is one difference.
     power = np.concatenate([[0.0], np.cumsum(one.before**2)])
     first = int(np.argmax(power[size:] - power[:-size]))
     part = slice(first, first + size)
@@ -233,7 +236,7 @@ def _stretch(one: _Channel) -> Stretch:
 
 
 def _length_s(one: _Channel) -> float:
-    """Return some periods of the strongest line or band of what is left, within limits, s."""
+    """Return some periods of the strongest line or band of the residual, within limits, s."""
     found = strongest(one.before, one.rate_hz).frequencies_hz
     return (
         min(max(DIAGNOSIS.periods / found[0], DIAGNOSIS.shortest_s), DIAGNOSIS.longest_s)

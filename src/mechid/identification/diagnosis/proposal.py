@@ -1,4 +1,4 @@
-"""Proposal of a diagnosis: the mechanism with the effects found, its hum, its prediction of held-out records."""
+"""Proposal of a diagnosis: the mechanism with the found effects, mains hum, and prediction of held-out records."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from mechid.plant.superset import superset_of
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A mechanism with the effects of a model, and where each of these stands in it.
+    """A mechanism with the effects of a model, and the declaration of each effect.
 
     Attributes
     ----------
     mechanism : Mechanism
-        At the model's values; effects free.
+        Mechanism at the model's values, with free effects.
     own : mapping of str to mapping of str to OwnValue
-        Parameters of each effect by the names that they have in the file, by the effect's name.
+        Parameters of each effect under their names in the file, by the effect's name.
     tomls : mapping of str to str
-        What declares each effect by itself at the end of the file, or of the campaign file.
+        Declaration of each effect alone, to append to the mechanism file or the campaign file.
     """
 
     mechanism: Mechanism
@@ -41,16 +41,17 @@ class Proposal:
     tomls: dict[str, str]
 
 
-def proposal_of(model: Model) -> Proposal:
-    """Return what a model proposes."""
-    values, errors = _found(model)
+def build_proposal(model: Model) -> Proposal:
+    """Build the proposal of a model."""
+    values, errors = _values_and_errors(model)
+    # A superset of the model's terms alone: in the file, list entries are numbered without the unused ones.
     superset = superset_of(model.base, only=model.terms, further=model.further) if model.terms else None
     mechanism = superset.freeing(model.terms) if superset else model.base
-    renamed = _renamed(model, superset.term_of if superset else {})
+    renamed = _map_names(model, superset.term_of if superset else {})
     here = {renamed.get(name, name): value for name, value in values.items()}
     mechanism = mechanism.with_values({n: v for n, v in here.items() if n in mechanism.parameters})
     own: dict[str, dict[str, OwnValue]] = {}
-    for effect, names in _names(model).items():
+    for effect, names in _names_by_effect(model).items():
         own[effect] = {
             renamed.get(name, name): OwnValue(value=values[name], std_error=errors[name], unit=_unit(model, name))
             for name in names
@@ -59,26 +60,27 @@ def proposal_of(model: Model) -> Proposal:
     return Proposal(mechanism, own, {effect: _toml(model, mechanism, effect, own[effect]) for effect in own})
 
 
-def _found(model: Model) -> tuple[dict[str, float], dict[str, float]]:
-    """Return values and standard errors of all that a model moves, each record at what its residual is worth."""
+def _values_and_errors(model: Model) -> tuple[dict[str, float], dict[str, float]]:
+    """Return values and standard errors of a model's free parameters, with weights by each record's own residual."""
     weighted, _ = by_own_residuals(model.problem, model.q, model.setting.windows)
     triangle = weighted.joint(model.q, model.setting.windows)
     names, slopes = weighted.coordinates.value_slopes(model.q)
     variance = np.einsum("ij,jk,ik->i", slopes, covariance(triangle), slopes)
+    # Rounding may leave a small negative variance.
     errors = dict(zip(names, np.sqrt(np.maximum(variance, 0.0)).tolist(), strict=True))
     return model.problem.coordinates.values(model.q), errors
 
 
-def _names(model: Model) -> dict[str, list[str]]:
-    """Return the dotted names of each effect's parameters in the model's problem, phases among them."""
+def _names_by_effect(model: Model) -> dict[str, list[str]]:
+    """Return the dotted names of each effect's parameters in the model's problem, including phases."""
     terms = model.library.term_of if model.library else {}
     found = {effect: [name for name, term in terms.items() if term == effect] for effect in model.terms}
     found |= {effect: list(model.parameters[effect]) for effect in model.disturbances}
     return found | {law: list(model.law_parameters) for law in model.laws}
 
 
-def _renamed(model: Model, compact: dict[str, str]) -> dict[str, str]:
-    """Return the names in the proposed file of parameters that stand elsewhere in the library's."""
+def _map_names(model: Model, compact: dict[str, str]) -> dict[str, str]:
+    """Map the parameters' names in the library's mechanism to their names in the proposed file."""
     wide = model.library.term_of if model.library else {}
     pairs: dict[str, str] = {}
     for effect in model.terms:
@@ -100,8 +102,11 @@ def _toml(model: Model, mechanism: Mechanism, effect: str, own: dict[str, OwnVal
     return appendix_text(mechanism, own, model.setting.problem.space.mechanism)
 
 
-def hum_left(model: Model, fit: Fit) -> list[Missing]:
-    """Return the hum that a fit names and its records show beside a model too: steps have lines like the mains'."""
+def confirmed_hum(model: Model, fit: Fit) -> list[Missing]:
+    """Return the mains hum that a fit reports and the records also show with the model's effects.
+
+    Steps have lines like those of the mains, so a missing effect may look like hum.
+    """
     named = [one for one in fit.missing if one.name.startswith(MAINS_PREFIX)]
     if not named:
         return []
@@ -117,13 +122,13 @@ def hum_left(model: Model, fit: Fit) -> list[Missing]:
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOut:
-    """A record that was not fitted: RMS of what is left of it over its noise, offset and drift removed.
+    """Residual-to-noise ratio of a record that was not fitted, offset and drift removed.
 
     Attributes
     ----------
     record : str
     before, after : float
-        As written, and with the effects.
+        Ratio of the mechanism as written, and with the effects.
     """
 
     record: str
@@ -131,8 +136,8 @@ class HeldOut:
     after: float
 
 
-def held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ...]:
-    """Return how well each record that was held out is predicted, with what the fit found on its first part."""
+def predict_held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ...]:
+    """Return the prediction of each held-out record, with the parameters that the fit found on its first part."""
     campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
     kept = tuple(replace(r, use="estimate") for r in campaign.records if r.use == "validate")
     if not kept:

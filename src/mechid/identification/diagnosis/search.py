@@ -1,4 +1,4 @@
-"""Which effects the records ask for: added one at a time where the score test asks for them, each kept by real fits."""
+"""Search for missing effects: the score test proposes them one at a time, and full fits decide on each."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from mechid.identification.diagnosis.steps import (
     add_effects,
     add_hidden_laws,
     add_law,
+    compute_criteria,
     drop_effects,
     exchange_effect,
     replace_imitators,
     step,
-    with_criteria,
 )
 from mechid.identification.effects.scores import Score
 from mechid.identification.effects.selection import gain, is_needed
@@ -28,25 +28,25 @@ from mechid.identification.uncertainty.settings import NOISE
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Where the search has ended.
+    """Result of the search.
 
     Attributes
     ----------
     model : Model
-        With all effects that are needed.
+        Model with all effects that are needed.
     before : Model
-        The mechanism as written, or what the fit had instead, without any of them.
+        The mechanism as written, or its replacement in the fit, without these effects.
     steps : tuple of Step
     tried : mapping of str to str
-        Effects that were fitted and not kept, with why.
+        Effects that were fitted and not kept, with the reason.
     needed : mapping of str to Score
-        What the fit loses without each effect.
+        Loss of the fit without each effect.
     less : mapping of str to Model
         The model without each effect.
     like : mapping of str to tuple of str
-        Effects that explain the same as well, by that which is named.
+        Effects that explain the records equally well, by the reported effect.
     refused : tuple of str
-        Effects that were found and are not named, since they may stand for something else.
+        Effects that were found but are not reported, since they may compensate for another one.
     """
 
     model: Model
@@ -59,26 +59,26 @@ class Found:
     refused: tuple[str, ...] = ()
 
     @property
-    def left(self) -> float:
-        """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
+    def remaining_share(self) -> float:
+        """Remaining share of the misfit of the mechanism as written; 0 where the residual is within the noise."""
         within = self.model.over_noise <= NOISE.misfit and not self.refused
         return 0.0 if within else self.model.misfit / max(self.before.misfit, 1.0)
 
     @property
     def as_written(self) -> Step:
         """The mechanism as written, before any step."""
-        return with_criteria(self.model, [step(self.before)])[0]
+        return compute_criteria(self.model, [step(self.before)])[0]
 
 
-def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Found:
-    """Return the effects that the records ask for.
+def search_effects(before: Model, start: Model, say: Tell = lambda words: None) -> Found:
+    """Search for the effects that the data support.
 
     Parameters
     ----------
     before : Model
-        Without any effect.
+        Model without any effect.
     start : Model
-        Where to begin: with the effects that the fit has already, or `before` itself.
+        Model with the effects that the fit has already, or `before` itself.
     say : callable
         Called with each report of progress.
     """
@@ -86,46 +86,48 @@ def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Fou
     if not start.effects:
         before = start
     elif math.isfinite(before.cost):
-        before = before.fitted(before)
+        before = before.fit(before)
     steps = [step(start, added=name) for name in start.effects]
     model, added = add_effects(start, tried, say)
     model, removed = drop_effects(model, say)
     model, hidden = add_hidden_laws(model, tried, say) if model.over_noise <= NOISE.misfit else (model, [])
     model, imitated = replace_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
+    # A law in place of the mechanism's own needs fits of its own: it is tried only where terms leave a misfit.
     if model.over_noise > RULES.followed:
-        bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
+        bare = model.keep_effects(model.disturbances) if model.disturbances and not model.laws else before
         better, law_steps = add_law(bare, model, tried, say)
         if better is not model:
             model, steps = better, law_steps
-    less, needed = _needed(before, model)
-    while small := small_in_part(model, needed):
-        tried[small] = "explains less than a hundredth of what another effect does, where the records are followed"
+    less, needed = _gain_of_each(before, model)
+    while small := negligible_effect(model, needed):
+        tried[small] = "explains less than a hundredth of another effect's share, over the followed part of the records"
         model = model.without(small)
         steps.append(step(model, removed=small))
-        less, needed = _needed(before, model)
+        less, needed = _gain_of_each(before, model)
     refused: list[str] = []
-    while lost := standing_in(model, needed) or in_doubt(model, needed, less):
+    # Removing effects changes the gain of the others, so both tests run again.
+    while lost := compensating_effects(model, needed) or doubtful_effects(model, needed, less):
         refused += lost
         tried |= {name: _why_refused(needed[name].share) for name in lost}
         model = _without_all(model, lost) if len(lost) < len(needed) else before
         steps += [step(model, removed=name) for name in lost]
-        less, needed = _needed(before, model)
-    like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(with_criteria(model, steps)), tried, needed, less, like, tuple(refused))
+        less, needed = _gain_of_each(before, model)
+    like = {name: tuple(_equivalent_effects(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
+    return Found(model, before, tuple(compute_criteria(model, steps)), tried, needed, less, like, tuple(refused))
 
 
-def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Score]]:
-    """Return the model without each of its effects, fitted, and what it explains beyond that."""
+def _gain_of_each(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Score]]:
+    """Return the fitted model without each of its effects, and the gain by each effect."""
     alone = len(model.effects) == 1
     less = {name: before if alone else model.without(name) for name in model.effects}
     return less, {name: gain(without, model) for name, without in less.items()}
 
 
-def small_in_part(model: Model, needed: Mapping[str, Score]) -> str:
-    """Return the least effect that is not worth its name where records are followed in part; empty where there is none.
+def negligible_effect(model: Model, needed: Mapping[str, Score]) -> str:
+    """Return a negligible effect of a model that follows the records in part; empty where there is none.
 
-    Where a model loses a record the windows hold the beginning of that, which small effects imitate.
+    Where a model loses a record, the window contains the beginning of the departure, which small effects imitate.
     """
     if model.is_of_whole_records or not needed:
         return ""
@@ -134,12 +136,12 @@ def small_in_part(model: Model, needed: Mapping[str, Score]) -> str:
     return least if needed[least].chi_square < RULES.small * most else ""
 
 
-def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
-    """Return the effects that may stand for something else.
+def compensating_effects(model: Model, needed: Mapping[str, Score]) -> list[str]:
+    """Return the effects that may compensate for another, unknown one.
 
-    Where more than noise is left, those that take less than half of what a model without them leaves. Where many
-    effects share what there is to explain, so that several take less than half, or some of more than four: all, since
-    they imitate it together. Nothing is named for less than the share for which nothing is added.
+    Where more than noise is left, these are the effects that explain less than half of the misfit without them. Where
+    several effects explain less than half, or any effect among more than four does, all of them may imitate another
+    effect together. No effect is reported below the share that is required to add one.
     """
     weak = [name for name, score in needed.items() if score.share < RULES.mostly]
     if len(weak) > RULES.few_weak or (weak and len(needed) > RULES.few):
@@ -147,11 +149,11 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     return weak if model.over_noise > RULES.followed else [name for name in weak if needed[name].share < RULES.share]
 
 
-def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
-    """Return the effects that may stand for something else since parts of the records disagree on the values with them.
+def doubtful_effects(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
+    """Return the doubtful effects: parts of the records disagree on the values with them.
 
-    With a model that lacks nothing they agree; with one that leaves far more than noise they need not, since it may be
-    on a wrong branch. Those stay that take nearly all of what is beyond noise.
+    With a complete model the parts agree. With one that leaves far more than noise they need not, since it may be on a
+    wrong branch. Effects that explain nearly all of the misfit are not doubtful.
     """
     if not needed or not model.over_noise <= RULES.far or _agrees(model):
         return []
@@ -170,18 +172,18 @@ def _why_refused(share: float) -> str:
     return (
         f"{explains} only"
         if share < RULES.mostly
-        else f"{explains}, yet parts of the records disagree on the values with it"
+        else f"{explains}, but parts of the records disagree on the values with it"
     )
 
 
 def _without_all(model: Model, names: Sequence[str]) -> Model:
     for law in [name for name in names if name in model.laws]:
         model = model.without(law)
-    return model.keeping([name for name in model.effects if name not in names])
+    return model.keep_effects([name for name in model.effects if name not in names])
 
 
-def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
-    """Yield the effects that do as well in place of one, by the score test first and then by a fit."""
+def _equivalent_effects(model: Model, less: Model, name: str) -> Iterator[str]:
+    """Yield the effects that explain the records equally well in place of one, by the score test and then by a fit."""
     landscape = less.landscape()
     if name not in landscape.effects:
         return
@@ -193,7 +195,7 @@ def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
 
 
 def _holds_more(model: Model, effect: str, other: str) -> bool:
-    """Tell whether one disturbance is another with more that is free: a clock of each record, and one of all."""
+    """Tell whether a disturbance contains another one, as a clock for each record contains one clock for all."""
     known = {one.name: one for one in model.setting.disturbances}
     if effect not in known or other not in known:
         return False

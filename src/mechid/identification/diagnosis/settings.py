@@ -1,4 +1,4 @@
-"""Settings of what a diagnosis says and draws of a residual."""
+"""Settings for the description and the figures of a residual in a diagnosis."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DiagnosisSettings:
-    """Sizes and thresholds; all are choices: none moves a result."""
+    """Sizes and thresholds. All are choices; none changes a result."""
 
-    # What a residual goes with: the motion or time.
+    # Lines of a residual over position and over time.
 
     lines_named: int = 3
-    """Lines that are named."""
+    """Largest number of lines in a description."""
     lines_removed: int = 20
-    """Lines that are removed before what is left is looked at again."""
+    """Largest number of lines that are removed before the rest is examined again."""
     least_line_share: float = 0.05
-    """Of the residual's power, from which lines are worth a word."""
+    """Share of the residual's power from which lines are reported."""
 
-    # Spectra, and the stretch in time where the mechanism as written misses most.
+    # Spectra, and the stretch in time with the largest residual of the mechanism as written.
 
     records_drawn: int = 3
-    """Records whose spectra are drawn: those of which the mechanism as written misses most."""
+    """Number of records whose spectra are drawn, those with the largest residuals."""
     groups: int = 400
     """Groups of bins in a spectrum."""
     periods: float = 8.0
-    """Length of the stretch, in periods of the strongest line of what is missed."""
+    """Length of the stretch, in periods of the strongest line of the residual."""
     shortest_s: float = 0.05
     """Shortest stretch."""
     longest_s: float = 0.3

@@ -1,4 +1,4 @@
-"""A finished fit as the model that a diagnosis begins from, and suggestions by its derivatives alone."""
+"""Initial models of a diagnosis, built from a finished fit, and suggestions by the derivatives alone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
 from mechid.identification.result.as_fitted import campaign_as_fitted
-from mechid.identification.result.fit import MOVED, Fit
+from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.record_result import masks_of
@@ -31,10 +31,10 @@ from mechid.plant.superset import extension_named, rivals_of, with_tables, words
 def initial_models(fit: Fit, *, workers: int = 1) -> tuple[Model, Model]:
     """Return the mechanism as written at the values of a fit, and the model with the effects that the fit needs.
 
-    Both are the same where the fit has no terms beside and no disturbances. The fit holds its campaign.
+    Both are the same where the fit has neither added terms nor disturbances. The fit has to hold its campaign.
     """
     plain = _plain_model(fit, workers)
-    return plain, _with_effects_of_fit(plain, fit)
+    return plain, _add_effects_of_fit(plain, fit)
 
 
 def model_of_fit(fit: Fit, *, workers: int = 1) -> Model:
@@ -46,35 +46,36 @@ def model_of_fit(fit: Fit, *, workers: int = 1) -> Model:
 def _plain_model(fit: Fit, workers: int) -> Model:
     """Return the mechanism as written at the values of a fit."""
     campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
-    # A fit of grade C may have held a parameter for the branch it is on alone, so that all are free again.
+    # A fit of grade C may have held a parameter only because of its wrong branch, so all are free again.
     free, is_on_a_branch = campaign.mechanism.free, fit.grade is Grade.C
-    moved = tuple(p.name for p in free if is_on_a_branch or fit.parameters[p.name].status in MOVED)
+    moved = tuple(p.name for p in free if is_on_a_branch or fit.parameters[p.name].status in ESTIMATED_STATUSES)
     here = {name: value for name, value in fit.values.items() if name in campaign.mechanism.parameters}
     wide = with_tables(campaign.mechanism, _tables_of_records(fit, campaign.mechanism))
     mechanism = wide.with_values(here).with_free(moved)
     problem = with_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
     disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
-    parametric = tuple(one for one in disturbances if one.parameters)  # lines are removed already
+    # Mains lines have no parameters to fit; they are removed from the records already.
+    parametric = tuple(one for one in disturbances if one.parameters)
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
-    setting = Setting(problem, problem.whole(), parametric, _considered(campaign, known))
+    setting = Setting(problem, problem.whole(), parametric, _candidate_names(campaign, known))
     return Model(setting, mechanism).at(fit.values)
 
 
 def _tables_of_records(fit: Fit, written: Mechanism) -> frozenset[str]:
-    """Return the tables that a mechanism lacks and of which a fit has found values of single records: of gains."""
+    """Return the tables that a mechanism lacks although a fit found per-record values of theirs, such as gains."""
     own = {key_in_record(n) for one in fit.missing for n in one.parameters if n.startswith("record.")}
     replaced = {name for key, name in fit.mechanism.plant.of_record.items() if key in own}
     return frozenset(name.rpartition(".")[0] for name in replaced - written.parameters.keys())
 
 
 def _disturbances(plain: Model, fit: Fit) -> tuple[str, ...]:
-    """Return the names of the disturbances of a fit that are looked for."""
+    """Return the names of the fit's disturbances that are candidates of the diagnosis."""
     known = {one.name for one in plain.setting.disturbances} & plain.setting.considered
     return tuple(one.name for one in fit.missing if one.name in known)
 
 
-def _with_effects_of_fit(plain: Model, fit: Fit) -> Model:
-    """Return the model with the disturbances and terms of a fit that are needed, fitted without small priors."""
+def _add_effects_of_fit(plain: Model, fit: Fit) -> Model:
+    """Return the model with the fit's needed disturbances and terms, fitted without small priors."""
     model = replace(plain, disturbances=_disturbances(plain, fit))
     found = {one.name: one for one in fit.added_terms}
     own = {name: p.value for one in found.values() for name, p in one.parameters.items()}
@@ -84,13 +85,13 @@ def _with_effects_of_fit(plain: Model, fit: Fit) -> Model:
         model = replace(model, base=base, laws=(law.name,))
     terms = {name: one for name, one in found.items() if law is None or name != law.name}
     if terms:
-        return _with_terms(model, terms, fit.values).regrown()
+        return _add_terms_of_fit(model, terms, fit.values).regrow()
     model = model.at(fit.values)
-    return model.fitted(model).regrown()
+    return model.fit(model).regrow()
 
 
-def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
-    """Return the model with the terms that a fit added, and of these and the disturbances those needed, fitted."""
+def _add_terms_of_fit(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
+    """Add the terms of a fit to a model, keep the needed terms and disturbances, and fit."""
     listed = {term.name for term in model.library.terms} if model.library else set[str]()
     others = (extension_named(model.base, name) for name in found if name not in listed)
     further = (*model.further, *(one for one in others if one))
@@ -100,25 +101,25 @@ def _with_terms(model: Model, found: Mapping[str, Missing], values: Mapping[str,
     names = add_terms(library, found.keys()).names_by_term
     there = {n: v for term, one in found.items() for n, v in _values(names[term], one).items()}
     model = model.at({**values, **there})
-    return model.keeping(model.needed_effects(library.widths) & model.setting.considered)
+    return model.keep_effects(model.needed_effects(library.widths) & model.setting.considered)
 
 
 def _values(names: Sequence[str], added: Missing) -> dict[str, float]:
-    """Return the values of an added term by the names in the library, whose entries have other places."""
+    """Return the values of an added term by its names in the library, in which list entries are numbered otherwise."""
     return {
         n: p.value for n, p in zip(sorted(names), map(added.parameters.get, sorted(added.parameters)), strict=True) if p
     }
 
 
-def _considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:
-    """Return the names of the effects that are looked for.
+def _candidate_names(campaign: Campaign, known: Collection[str]) -> frozenset[str]:
+    """Return the names of the candidate effects.
 
-    A name without what tells its kind apart, as ``"stepper.detent"``, stands for all of that kind.
+    A name without a suffix, such as ``"stepper.detent"``, stands for all effects of that kind.
 
     Raises
     ------
     InputFileError
-        The campaign file names one that is not known.
+        If the campaign file names an unknown effect.
     """
     chosen: set[str] = set()
     for index, name in enumerate(campaign.considered):
@@ -126,25 +127,25 @@ def _considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:
         if not of_kind:
             near = did_you_mean(name, known) or f"; there are {', '.join(sorted(known))}"
             place = f"{campaign.path.name}: {DIAGNOSE}.{CONSIDER}[{index}], or --{CONSIDER}"
-            raise InputFileError(f'{place}: found "{name}", which no effect is called here{near}')
+            raise InputFileError(f'{place}: found "{name}", which is not an effect of this campaign{near}')
         chosen |= of_kind
     return frozenset(chosen if campaign.considered else known)
 
 
-def with_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:
-    """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
+def add_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:
+    """Add suggestions to a fit of grade B or C: single effects that its residual supports, none of them fitted.
 
-    One with added terms has found them already, and gets none.
+    A fit with added terms gets none, since its search has tested such effects.
     """
     if fit.grade not in (Grade.B, Grade.C) or fit.as_written:
         return fit
     say("asking the residual what the model is missing ...")
     with one_core_algebra():
         model = model_of_fit(fit, workers=workers)
-        return replace(fit, suggested=_suggested(model))
+        return replace(fit, suggested=_suggestions(model))
 
 
-def _suggested(model: Model) -> tuple[Suggested, ...]:
+def _suggestions(model: Model) -> tuple[Suggested, ...]:
     scores, words = model.scores(), model.words
     return tuple(
         Suggested(

@@ -1,8 +1,8 @@
-"""Effects found as far as the records are followed: growth that asks what is missing where it stalls.
+"""Search for missing effects during growth, over the part of the records that the model follows.
 
 Where a mechanism lacks two effects at once, or a law, a fit of whole records ends on a wrong branch of stick and slip,
-and what it leaves is that of the branch. The first moments have none: there the score test, and a few steps of a fit
-with each law, name what is missing; with it the growth goes on to where the next effect shows.
+and its residual is that of the branch. The first moments have no such branch. There the score test, and a few steps of
+a fit with each law, identify the missing effect; with it the growth continues to where the next effect shows.
 """
 
 from __future__ import annotations
@@ -25,46 +25,49 @@ from mechid.identification.uncertainty.noise_levels import noise_levels
 from mechid.plant.superset import rivals_of
 
 
-def in_stretches(before: Model, say: Tell) -> Model | None:
-    """Return a model with the effects found on the way to the records' ends, or as far as it follows them.
+def search_by_growth(before: Model, say: Tell) -> Model | None:
+    """Search for effects while growing to the records' ends, or as far as a model follows them.
 
-    None where no model follows enough of the records for effects to be told apart.
+    Returns None where no model follows enough of the records to separate effects.
 
     Parameters
     ----------
     before : Model
-        The mechanism as written; its values do not count, since a wrong branch may have drawn them away.
+        The mechanism as written; its values are ignored, since they may belong to a wrong branch.
     say : callable
         Called with each report of progress.
     """
-    begun = _from_best_start(before)
+    begun = _move_to_best_start(before)
     if begun is None:
         return None
-    model, growth = _followed(begun, before, RULES.first_escapes)
-    laws = cache(partial(_alternative_laws, before, say))  # their starts take long, and do not depend on the round
+    model, growth = _grow_model(begun, before, RULES.first_escapes)
+    laws = cache(partial(_alternative_laws, before, say))  # the starts are slow and do not depend on the round
     for _ in range(RULES.rounds):
         percent = 100.0 * growth.reached(model.problem)
         say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing added'}")
         if growth.complete:
-            return model.fitted(model)
-        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, laws, say))
+            return model.fit(model)
+        attempts = (
+            _grow_model(*each) for each in _attempts(model.restrict_windows(growth.horizons), before, laws, say)
+        )
         further = next((each for each in attempts if _leads_further(*each, model, growth)), None)
         if further is None:
             break
         model, growth = further
-    part = model.within(growth.horizons)
-    return part.fitted(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
+    part = model.restrict_windows(growth.horizons)
+    return part.fit(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
 
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
-    """Tell whether a model follows the records further than another does, of which it is known, at the same levels."""
+    """Tell whether a model follows the records further than another one of known growth, at the same noise levels."""
+    # A lower level ends growth earlier: shares are comparable only at the same levels.
     same = noise_levels(model.problem) == noise_levels(other.problem)
-    before = known.reached(other.problem) if same else reach(other.at_levels(model.problem))
+    before = known.reached(other.problem) if same else followed_share(other.at_levels(model.problem))
     return growth.complete or growth.reached(model.problem) > RULES.further * before
 
 
-def reach(model: Model) -> float:
-    """Return the share of all samples that a model follows where it is."""
+def followed_share(model: Model) -> float:
+    """Return the share of all samples that a model follows at its point."""
     problem = model.problem
     least = least_horizons(problem)
     reached = sum(max(followed_samples(problem, t, model.q), least[t.name]) for t in problem.targets)
@@ -72,34 +75,35 @@ def reach(model: Model) -> float:
 
 
 def _alternative_laws(before: Model, say: Tell) -> list[Model]:
-    """Return models with one law each, at the best of its own starts; the likeliest by the first moments first."""
+    """Return models with one alternative law each, at its best start, in the order of the cost of first moments."""
     found = []
     laws = {law.name: law for law in rivals_of(before.base, grown_only=True)}  # a law's sizes have one box
     for law in [law for name, law in laws.items() if name in before.setting.considered]:
         say(f"starts with {law.name}")
-        begun = _from_best_start(before.in_place_of(law, law.mechanism))
+        begun = _move_to_best_start(before.use_law(law, law.mechanism))
         found += [begun] if begun else []
     return sorted(found, key=lambda one: one.cost)
 
 
-def _from_best_start(before: Model) -> Model | None:
-    """Return a model at the best of all starts, with the cost that it has there; None where none can be simulated."""
+def _move_to_best_start(before: Model) -> Model | None:
+    """Return a model at the best of all starts, with its cost there; None where no start can be simulated."""
     problem = before.problem
     anchored = problem.anchored
     best = best_start(anchored, 0)
     return replace(before, q=problem.point_from(anchored, best.q), cost=best.cost) if best else None
 
 
-def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]:
-    """Return a model where it follows the whole records furthest, from where it is, and how far that is.
+def _grow_model(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]:
+    """Grow a model over the whole records from its point; return the model there and its growth.
 
-    With noise levels lowered to what it leaves of them: what was followed at higher ones may be lost, and found anew.
+    Noise levels are lowered to the residual. A stretch that was followed at higher levels may then be lost, and the
+    growth runs again.
     """
     whole = replace(model, setting=replace(model.setting, windows=before.setting.windows))
     for _ in range(RULES.lowered):
         growth = grow_horizons(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
         whole = replace(whole, q=growth.q)
-        quieter = whole.within(growth.horizons).lowered()
+        quieter = whole.restrict_windows(growth.horizons).lower_levels()
         if quieter.setting.problem is whole.setting.problem:
             break
         whole = replace(whole, setting=replace(quieter.setting, windows=before.setting.windows))
@@ -109,14 +113,15 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
 def _attempts(
     model: Model, before: Model, laws: Callable[[], list[Model]], say: Tell
 ) -> Iterator[tuple[Model, Model, int]]:
-    """Yield what may follow the records further, as `_followed` wants it: with one term after another, then with laws.
+    """Yield models that may follow the records further, as arguments of `_grow_model`: with terms, then with laws.
 
-    Each term may be the last one that is missing: further ones would explain what a branch that it leads away from
-    has left. Where a model leaves no more than noise terms are exchanged: those that explain a stretch alike do not
-    follow the records equally far. Laws come behind terms, since each is a kernel and a fit of its own, first from
-    where the model is, then from starts of their own. The model itself is grown more patiently behind the first law.
+    Terms are added one by one. Each one may be the last missing one, and a further one would only explain the residual
+    of a wrong branch. Where the residual is at the noise level, terms are exchanged, since terms that explain a stretch
+    equally well do not follow the records equally far. Laws come after terms, since each needs a kernel and a fit of
+    its own: first from the model's point, then from their own starts. The model itself is grown with more escapes
+    after the first law.
     """
-    here, tried = model.fitted(model), dict[str, str]()
+    here, tried = model.fit(model), dict[str, str]()
     more = here
     while (better := add_likeliest(more, tried, say)) is not None:
         more = better
@@ -126,7 +131,7 @@ def _attempts(
         yield more, before, RULES.first_escapes
     if more.over_noise <= RULES.followed:
         yield from ((other, before, RULES.first_escapes) for other in exchanged_models(more, say))
-    if model.laws:  # a second one is rarer than a branch
+    if model.laws:  # a second missing law is rarer than a wrong branch
         yield more, before, RULES.patient_escapes
     with_law, _ = add_law(here, more, tried, say)
     if with_law is not more:

@@ -1,4 +1,4 @@
-"""Residual that nothing explains: whether it goes with motion or time, and effects out of the records' reach."""
+"""Description of an unexplained residual: its lines over position or time, and effects that cannot be tested."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from mechid.signal.orders import order_amplitudes, order_signal
 
 
 @dataclass(frozen=True, kw_only=True)
-class Locked:
-    """Lines that a residual has over position or over time.
+class LockedLines:
+    """Lines of a residual over position or over time.
 
     Attributes
     ----------
     record : str
     orders : tuple of float
-        Multiples of the full-step rate, the strongest first; empty of lines over time.
+        Multiples of the full-step rate, the strongest first; empty for lines over time.
     frequencies_hz : tuple of float
-        Empty of lines over position.
+        Frequencies, the strongest first; empty for lines over position.
     share : float
-        Of the residual's power that is in these lines.
+        Share of the residual's power in these lines.
     """
 
     record: str
@@ -44,24 +44,30 @@ class Locked:
 
     @property
     def words(self) -> str:
-        """A sentence."""
+        """Description in a sentence."""
         if self.orders:
             numbers = ", ".join(f"{order:.4g}" for order in self.orders)
-            how = f"goes with the motor's motion, at {numbers} times the full-step rate"
+            place = f"follows the motor's motion, at {numbers} times the full-step rate"
         else:
-            how = f"is at {', '.join(f'{hz:.4g}' for hz in self.frequencies_hz)} Hz, whatever the rate"
-        return f"Of what is left of record {self.record} {100.0 * self.share:.0f} % {how}."
+            place = f"is at {', '.join(f'{hz:.4g}' for hz in self.frequencies_hz)} Hz at any rate"
+        return f"Of the residual of record {self.record}, {100.0 * self.share:.0f} % {place}."
 
 
-def locked(model: Model) -> tuple[Locked, ...]:
-    """Return what the residuals of records with a varying rate go with, at a model's optimum."""
+def locked_lines(model: Model) -> tuple[LockedLines, ...]:
+    """Return the lines of the residuals of all records with a varying rate, at a model's optimum."""
+    # At a constant rate, position and time are proportional: only a varying rate separates them.
     stepped = [t for t in model.problem.targets if not isinstance(t.command, MeasuredCommand)]
     varying = [t for t in stepped if t.name in model.setting.windows and len(set(t.command.rate.rates)) > 1]
-    return tuple(one for target in varying for one in _of(model, target) if one.share >= DIAGNOSIS.least_line_share)
+    return tuple(
+        one
+        for target in varying
+        for one in _lines_of_residual(model, target)
+        if one.share >= DIAGNOSIS.least_line_share
+    )
 
 
-def _of(model: Model, target: Target) -> Iterator[Locked]:
-    """Yield what a residual goes with most, and what is left without that goes with else."""
+def _lines_of_residual(model: Model, target: Target) -> Iterator[LockedLines]:
+    """Yield the stronger lines of a residual, over position or time, and then the other lines of the rest."""
     window = model.setting.windows[target.name]
     residual = misfit_series(model.problem.model, target, model.q, window)[0][:]
     if not np.all(np.isfinite(residual)):
@@ -76,7 +82,7 @@ def _of(model: Model, target: Target) -> Iterator[Locked]:
         if not lines:
             return
         numbers = tuple(line.frequency_hz for line in lines)
-        yield Locked(
+        yield LockedLines(
             record=target.name, share=min(_power(lines) / power, 1.0), **{kind: numbers[: DIAGNOSIS.lines_named]}
         )
         amplitudes, _ = order_amplitudes(residual[:, None], position, numbers)
@@ -84,7 +90,8 @@ def _of(model: Model, target: Target) -> Iterator[Locked]:
 
 
 def _lines(y: FloatArray, position: FloatArray) -> list[Line]:
-    """Return the strongest lines of a series over a position that never falls, in cycles of its unit."""
+    """Return the strongest lines of a series over a position that never decreases, in cycles per unit of position."""
+    # Interpolation needs increasing positions, and a spectrum an even grid: samples at rest are left out.
     moving = np.append(np.diff(position) > 0.0, True)
     even = np.linspace(position[0], position[-1], y.size)
     if not even[-1] > even[0]:
@@ -100,71 +107,76 @@ def _power(lines: list[Line]) -> float:
 NOT_LOOKED_FOR = "not looked for"
 
 
-def out_of_reach(before: Model, model: Model) -> dict[str, str]:
-    """Return the effects that the records could not be asked for, each with why.
+def explain_untested(before: Model, model: Model) -> dict[str, str]:
+    """Return the effects that these records cannot test, each with the reason.
 
     Parameters
     ----------
     before : Model
         The mechanism as written.
     model : Model
-        That in which the search has ended.
+        Final model of the search.
     """
     plain = (before if math.isfinite(before.cost) else model).landscape()
-    weak = _weak(model, plain if model is before else model.landscape()) if model.over_noise > RULES.followed else {}
-    return {**weak, **not_carried(plain)}
+    weak = (
+        _insignificant_effects(model, plain if model is before else model.landscape())
+        if model.over_noise > RULES.followed
+        else {}
+    )
+    return {**weak, **untestable_effects(plain)}
 
 
-def weighed(model: Model) -> dict[str, str]:
-    """Return every effect looked for beside a model that leaves nothing to explain, each with why it is not named.
+def explain_omissions(model: Model) -> dict[str, str]:
+    """Return every candidate effect of a model that leaves no misfit, each with the reason why it is not reported.
 
-    The effect that comes nearest to what is asked for is first.
+    The effect that comes nearest to its threshold is first.
     """
     landscape = model.landscape()
     scores = sorted(landscape.scores().items(), key=lambda item: item[1].excess, reverse=True)
     whys = {
-        name: f"would take {100.0 * share_of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
-        f"{s.chi_square:.3g} for {s.dof}; {_asked_for(s):.3g} is asked for"
+        name: f"would explain {100.0 * share_of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "
+        f"{s.chi_square:.3g} for {s.dof}; {_required_chi_square(s):.3g} is required"
         for name, s in scores
     }
-    return whys | not_carried(landscape)
+    return whys | untestable_effects(landscape)
 
 
-def not_carried(landscape: Landscape) -> dict[str, str]:
-    """Return the effects that a score says nothing of, each with why."""
-    free, unseen = landscape.free.shape[1], "these records do not show it, or not beside what is free already"
+def untestable_effects(landscape: Landscape) -> dict[str, str]:
+    """Return the effects for which there is no score, each with the reason."""
+    free, unseen = landscape.free.shape[1], "these records do not show it, or not separately from the free parameters"
     whys = dict.fromkeys(landscape.failed, "the simulation with it fails where the fit has ended")
     for name, J in landscape.effects.items():
         if name in landscape.too_wide:
             whys[name] = (
-                f"{J.shape[1]} numbers beside the {free} that are free are as many as the "
-                f"{landscape.effective_samples:.3g} independent samples that these records are worth"
+                f"its {J.shape[1]} parameters and the {free} free ones are as many as the "
+                f"{landscape.effective_samples:.3g} effective samples of these records"
             )
-        elif not _is_seen(landscape.free, J):
+        elif not _is_separable(landscape.free, J):
             whys[name] = unseen
     return {name: f"{NOT_LOOKED_FOR}: {why}" for name, why in whys.items()}
 
 
-def _is_seen(free: FloatArray, further: FloatArray) -> bool:
-    """Tell whether derivatives, (m, k), have a direction that those to what is free, (m, n), do not hold."""
+def _is_separable(free: FloatArray, further: FloatArray) -> bool:
+    """Tell whether derivatives, (m, k), have a direction outside the span of those by the free parameters, (m, n)."""
     size = np.linalg.norm(free, axis=0)
+    # An orthonormal basis of the free directions; the part of the others outside it is the visible one.
     U, s, _ = np.linalg.svd(free / np.where(size > 0.0, size, 1.0), full_matrices=False)
     held = U[:, s > COLLINEAR]
     rest = further - held @ (held.T @ further)
     return bool(np.any(np.linalg.norm(rest, axis=0) > COLLINEAR * np.linalg.norm(further, axis=0)))
 
 
-def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
-    """Return the effects that would take a share of what is left, which so few samples do not make sure."""
+def _insignificant_effects(model: Model, landscape: Landscape) -> Mapping[str, str]:
+    """Return the effects that would explain a share of the misfit but are not significant with so few samples."""
     scores = scores_of_misfit(model, landscape.scores())
     return {
-        name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
-        f"records are worth {s.effective_samples:.3g} independent samples, and {_asked_for(s):.3g} is asked for"
+        name: f"would explain {100.0 * s.share:.3g} % of the misfit, but with a chi-square of {s.chi_square:.3g} only: "
+        f"with {s.effective_samples:.3g} effective samples in these records, {_required_chi_square(s):.3g} is required"
         for name, s in scores.items()
         if s.share >= RULES.share and not is_significant(s, RULES)
     }
 
 
-def _asked_for(s: Score) -> float:
-    """Return the chi-square from which an effect of a score's freedom counts."""
+def _required_chi_square(s: Score) -> float:
+    """Return the chi-square required of an effect with as many degrees of freedom as a score has."""
     return max(RULES.least_chi_square, s.chi_square - s.excess)

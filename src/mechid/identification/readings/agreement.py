@@ -1,9 +1,9 @@
-"""Records that contradict the others: found by leaving them out, and read as the others' model follows them.
+"""Detection and reinterpretation of records that contradict the others.
 
 One record of the other polarity, run backwards, or started elsewhere stops the search of all: no start explains it
 together with the others. So where the first start does not grow to the ends of all records, the search is repeated
-without one or more of them, and the model of the rest judges those left out. Nothing of this runs where the records
-agree. Records that all differ from their declaration in the same way agree.
+without one or more of them, and the model of the rest judges those left out. None of this runs where the records
+agree; records that all differ from their declaration in the same way agree too.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import target_of
-from mechid.identification.readings.alternatives import ReadingScore, judge, saturation_words
+from mechid.identification.readings.alternatives import ReadingScore, describe_saturation, judge
 from mechid.identification.readings.finding import Confidence, Finding, reading_words
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import first_moments
@@ -39,7 +39,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Agreement:
-    """The problem with its records as they are read, how far it is followed, and the decision on each record.
+    """A problem with reinterpreted records, its growth, and the decision on each record.
 
     Attributes
     ----------
@@ -57,15 +57,15 @@ class Agreement:
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def taken(self) -> dict[str, Reading]:
+    def readings(self) -> dict[str, Reading]:
         """Readings of the records that are not read as declared."""
-        own = {name: after.taken for name, (_, after) in self.judged.items()}
+        own = {name: after.reading for name, (_, after) in self.judged.items()}
         return {**own, **{name: Reading(left_out=True) for name in self.left_out}}
 
 
 @dataclass(frozen=True)
-class _Rest:
-    """Records that agree, how far they are followed together, and the names of the other records."""
+class _AgreeingRecords:
+    """Records that agree, their common growth, and the names of the other records."""
 
     problem: Problem
     growth: Growth
@@ -91,12 +91,12 @@ def agreement(
         Growth from the best start, not complete.
     seed : int
     explained : bool
-        Whether that start explains the first 60 ms of all records: then only those records may contradict that it
-        does not follow through their first moments.
+        Whether that start explains the first 60 ms of all records: then only records that it does not follow through
+        their first moments are suspects.
     tell : callable
         Called with a line on each attempt.
     journal : Journal or None
-        Keeps the growths, so that a run can be resumed.
+        Stores the growths, so that a run can be resumed.
     """
     looks = {t.name: first_moments(t) for t in problem.targets}
     suspects = [name for name, look in looks.items() if not explained or growth.horizons[name] < look]
@@ -106,7 +106,7 @@ def agreement(
     return _judge_others(problem, rest, looks, seed, tell, journal) if rest else None
 
 
-def agreement_without(
+def agreement_of_others(
     problem: Problem,
     names: Sequence[str],
     q: FloatArray,
@@ -121,7 +121,7 @@ def agreement_without(
     problem : Problem
         All records as declared.
     names : sequence of str
-        Records that may contradict the others. As their first moments may be followed all the same, they are judged
+        Records that may contradict the others. Their first moments may be followed nevertheless, so they are judged
         over the whole record.
     q : (n,)
         Point at which the others are nearly followed.
@@ -133,12 +133,12 @@ def agreement_without(
     others = problem.only([name for name in looks if name not in names])
     start = others.point_from(problem, q)
     grown = grow_horizons(others, start, np.random.default_rng((seed, 1, 1)), journal=journal)
-    rest = _Rest(others, grown, tuple(names))
+    rest = _AgreeingRecords(others, grown, tuple(names))
     return _judge_others(problem, rest, looks, seed, tell, journal) if grown.complete else None
 
 
 def _judge_others(
-    problem: Problem, rest: _Rest, looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
+    problem: Problem, rest: _AgreeingRecords, looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
 ) -> Agreement:
     """Return the agreement in which the model of the rest has judged the other records."""
     judged: dict[str, tuple[ReadingScore, ReadingScore]] = {}
@@ -148,11 +148,12 @@ def _judge_others(
         declared, found = _choose_reading(problem, rest, name, looks[name], seed, journal)
         if found is None:
             target = next(t for t in problem.targets if t.name == name)
-            lost[name] = saturation_words(rest.problem, rest.growth.q, target.beginning(looks[name]))
-        elif found.taken != DECLARED:
+            lost[name] = describe_saturation(rest.problem, rest.growth.q, target.beginning(looks[name]))
+        elif found.reading != DECLARED:
             judged[name] = declared, found
     made = Agreement(problem, rest.growth, judged, lost)
-    whole = problem_as_read(problem, made.taken)
+    # All records are grown again as they are now read: a reading is judged over its first moments only.
+    whole = problem_as_read(problem, made.readings)
     grown = grow_horizons(
         whole, whole.point_from(rest.problem, rest.growth.q), np.random.default_rng((seed, 1, 0)), journal=journal
     )
@@ -167,14 +168,14 @@ def explains(problem: Problem, start: Candidate) -> bool:
 
 def _find_agreeing(
     problem: Problem, suspects: list[str], looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
-) -> _Rest | None:
-    """Return the most records that agree, found by leaving out one suspect, then two, fewer than half of all.
+) -> _AgreeingRecords | None:
+    """Find the largest set of agreeing records by leaving out one suspect, then two, up to fewer than half of all.
 
-    Of two records that contradict each other the first is believed: it fixes the reference.
+    Of two records that contradict each other, the first one counts: it fixes the reference.
     """
     points = start_points(problem, seed)
     costs = _first_look(problem, points)
-    furthest: _Rest | None = None
+    furthest: _AgreeingRecords | None = None
     for others in _sets_to_leave_out(suspects, list(looks), costs):
         rest = problem.only([name for name in looks if name not in others])
         tell(f"without {', '.join(others)}")
@@ -183,14 +184,16 @@ def _find_agreeing(
             continue
         grown = grow_horizons(rest, start.q, np.random.default_rng((seed, 1, 1)), journal=journal)
         if grown.complete:
-            return _Rest(rest, grown, others)
+            return _AgreeingRecords(rest, grown, others)
+        # Later than the first moments, a missing effect may stop the growth; the records agree all the same.
         if furthest is None and all(n >= looks[name] for name, n in grown.horizons.items()):
-            furthest = _Rest(rest, grown, others)
+            furthest = _AgreeingRecords(rest, grown, others)
     return furthest
 
 
 def _sets_to_leave_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[tuple[str, ...]]:
     """Return the sets of records to leave out: fewest first, then those whose rest contradicts itself least."""
+    # Of two records the later one is left out first: the first record fixes the reference.
     if len(names) == 2:
         return [(name,) for name in suspects[::-1]]
 
@@ -202,7 +205,7 @@ def _sets_to_leave_out(suspects: list[str], names: list[str], costs: FloatArray)
     return sorted(chain.from_iterable(combinations(suspects, size) for size in range(1, most + 1)), key=discord)
 
 
-def explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | None:
+def find_explaining_start(problem: Problem, points: list[FloatArray]) -> Candidate | None:
     """Return a refined start from some points that explains the first window of all records, or None."""
     return _find_start(problem, problem, points, _first_look(problem, points))
 
@@ -239,12 +242,12 @@ def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs
 
 
 def _choose_reading(
-    problem: Problem, rest: _Rest, name: str, look: int, seed: int, journal: Journal | None
+    problem: Problem, rest: _AgreeingRecords, name: str, look: int, seed: int, journal: Journal | None
 ) -> tuple[ReadingScore, ReadingScore | None]:
     """Return the declared reading of a record, and the one to be used; None where none is followed.
 
-    Mostly the others' model follows one reading at once. Where it does not, the others may not determine all that this
-    record shows: then the likeliest readings are grown together with them, the declared one first.
+    In most cases the others' model follows one reading at once. Where it does not, the others may not determine every
+    parameter that this record depends on. The likeliest readings are then grown together with them, the declared first.
     """
     target = next(t for t in problem.targets if t.name == name)
     declared, *others = judge(rest.problem, rest.growth.q, target, look)
@@ -252,7 +255,7 @@ def _choose_reading(
         if found.follows:
             return declared, found
     for number, option in enumerate((declared, *others[: RULES.grown_readings]), 2):
-        own = target if option.taken == DECLARED else target_as_read(target, option.taken)
+        own = target if option.reading == DECLARED else target_as_read(target, option.reading)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
         start = more.point_from(rest.problem, rest.growth.q)
         if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:
@@ -263,7 +266,7 @@ def _choose_reading(
 def disagreements(campaign: Campaign, agreed: Agreement) -> Iterator[Finding]:
     """Yield a finding for each record that is read otherwise, then for each that is left out."""
     for name, (declared, found) in agreed.judged.items():
-        yield _read_otherwise(campaign.record(name), declared, found)
+        yield _reading_finding(campaign.record(name), declared, found)
     for name, clause in agreed.left_out.items():
         why = clause or "no other sign, direction, start angle, time offset, gain or steps make their model follow it"
         yield Finding(
@@ -274,11 +277,11 @@ def disagreements(campaign: Campaign, agreed: Agreement) -> Iterator[Finding]:
         )
 
 
-def _read_otherwise(record: CampaignRecord, declared: ReadingScore, found: ReadingScore) -> Finding:
+def _reading_finding(record: CampaignRecord, declared: ReadingScore, found: ReadingScore) -> Finding:
     """Report a reading; the costs are over the record's first moments, under the others' model."""
     target = target_of(record)
     seconds = (found.samples - 1) / target.base.sample_rate_hz
-    words, remedy = reading_words(record, found.taken)
+    words, remedy = reading_words(record, found.reading)
     counted = found.samples * len(target.channels)
     before, after = (target.leading.sigma * math.sqrt(score.cost / counted) for score in (declared, found))
     return Finding(
@@ -289,5 +292,5 @@ def _read_otherwise(record: CampaignRecord, declared: ReadingScore, found: Readi
         f"the log-likelihood higher by {0.5 * (declared.cost - found.cost):.3g}",
         f"if that is right, write {remedy} for it in the campaign file",
         Confidence.CONFIRMED,
-        {record.name: found.taken},
+        {record.name: found.reading},
     )

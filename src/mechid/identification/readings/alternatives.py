@@ -1,8 +1,8 @@
 """Alternative readings of a record, judged under a model that other records have determined.
 
-A record whose torque has the other sign, whose command ran the other way or in other steps, which started from another
-position of the drive or at another instant, cannot be followed as declared, and is followed at once as it was recorded.
-Short simulations tell which reading that is.
+A record may have the other sign of torque, the other direction of the command, other steps, another start position of
+the drive, or another start time than declared. It cannot be followed as declared, but is followed at once as it was
+recorded. Short simulations identify that reading.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from mechid.signal.trend import fit_line
 from mechid.units import unit_words
 
 SAME_CYCLES = 1e-9
-"""Distance from whole cycles that is rounding."""
+"""Distance from whole cycles that counts as rounding."""
 
 
 @dataclass(frozen=True)
 class ReadingScore:
-    """A reading of a record, its cost over so many samples (sigmas squared), and whether it is followed there."""
+    """A reading of a record, its cost over some samples (sigmas squared), and whether the model follows it there."""
 
-    taken: Reading
+    reading: Reading
     cost: float
     follows: bool
     samples: int
@@ -46,11 +46,11 @@ def harmonic_orders(mechanism: Mechanism) -> tuple[float, ...]:
     return tuple(h.orders for h in mechanism.harmonics if h.of_rotor)
 
 
-def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
-    """Return the turns of the start angle that records of one mechanism can tell apart, least first.
+def distinct_turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
+    """Return the turns of the start angle that change the records of a mechanism, smallest first.
 
-    A drive may have stood at any of its microsteps, or at a half step: which of its full steps has both phases on is
-    not always known. Turns that leave all detents as they are give the same records; the least of them is returned.
+    A drive may have stood at any of its microsteps, or at a half step, since the full steps with both phases on are not
+    always known. Turns that leave all detents unchanged give the same records; the smallest of them is returned.
     """
     count = math.lcm(command.microsteps, 2) * 4
     turns = sorted(
@@ -64,7 +64,7 @@ def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
 
 
 def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
-    """Tell whether a turn of a whole record leaves its torque as it is."""
+    """Tell whether a turn of a whole record leaves its torque unchanged."""
     cycles = [turn * order / 360.0 for order in orders]
     if command.waveform == "square":
         cycles.append(turn / 90.0)
@@ -82,19 +82,19 @@ def variants(command: Command, orders: Sequence[float]) -> tuple[Reading, ...]:
         Reading(
             polarity=polarity,
             direction=direction,
-            start_angle_deg=None if turn == 0.0 else _wrapped(command.start_angle_deg + turn),
+            start_angle_deg=None if turn == 0.0 else _wrap_angle(command.start_angle_deg + turn),
         )
-        for turn in turns_deg(command, orders)
+        for turn in distinct_turns_deg(command, orders)
         for direction in (1, -1)
         for polarity in (1, -1)
     )
 
 
 def other_steppings(command: Command) -> tuple[Reading, ...]:
-    """Return the readings with twice or half as many steps to a full step.
+    """Return the readings with twice or half as many microsteps per full step.
 
-    The driver was set differently at the same rate, or the same pulses were counted as those of another setting, so
-    that the rate of full steps differs too.
+    Either the driver had another setting at the same rate, or its pulses were counted for another setting, so that the
+    rate of full steps differs too.
     """
     if isinstance(command, MeasuredCommand):
         return ()
@@ -102,15 +102,15 @@ def other_steppings(command: Command) -> tuple[Reading, ...]:
     counts = [2 * own] * (2 * own <= MOST_MICROSTEPS) + [own // 2] * (own % 2 == 0)
     for microsteps in counts:
         taken = Reading(stepping=stepping_of(microsteps), microsteps=microsteps)
-        found += [taken, replace(taken, rate=_at_share(command.rate, own / microsteps))]
+        found += [taken, replace(taken, rate=_scale_rate(command.rate, own / microsteps))]
     return tuple(found)
 
 
-def _at_share(rate: RateProfile, share: float) -> RateProfile:
+def _scale_rate(rate: RateProfile, share: float) -> RateProfile:
     return RateProfile(rate.times_s, tuple(share * one for one in rate.rates))
 
 
-def _wrapped(angle_deg: float) -> float:
+def _wrap_angle(angle_deg: float) -> float:
     """Return an angle in (-180, 180]."""
     return 180.0 - (180.0 - angle_deg) % 360.0
 
@@ -135,30 +135,33 @@ def judge(problem: Problem, q: FloatArray, target: Target, look: int) -> list[Re
     known = start.settled
     options = variants(target.command, orders)
     costs = _reading_costs(problem, here, known, options)
-    declared = _score(problem, here, known, options[0], costs[0])
+    declared = _score_reading(problem, here, known, options[0], costs[0])
     if declared.follows:
         return [declared]
     order = sorted(range(1, len(options)), key=lambda i: costs[i])
     late = _best_time_offset(problem, here, known)
-    found = [_score(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
-    longer = target.beginning(min(target.samples, RULES.judged_samples)).settled  # of a sweep, first moments are small
+    found = [_score_reading(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
+    # The first moments of a sweep are small: its gain shows only over a longer part.
+    longer = target.beginning(min(target.samples, RULES.judged_samples)).settled
     gains = dict.fromkeys(_nearest_gain(problem, here, one) for one in (known, longer))
     found += [late] if late else []
     found += [_score_gain(problem, here, known, gain) for gain in gains if gain is not None]
     if not any(one.follows for one in found):
         others = other_steppings(target.command)
         costs = _reading_costs(problem, here, known, others) if others else []
-        found += [_score(problem, here, known, o, c) for o, c in zip(others, costs, strict=True) if math.isfinite(c)]
+        found += [
+            _score_reading(problem, here, known, o, c) for o, c in zip(others, costs, strict=True) if math.isfinite(c)
+        ]
     return [declared, *_likeliest(found)]
 
 
 def _likeliest(found: list[ReadingScore]) -> list[ReadingScore]:
-    """Return readings by likelihood; of those nearly as likely as the best, the least change first."""
+    """Sort readings by likelihood; those nearly as likely as the best come in the order of least change."""
     least = min((j.cost for j in found), default=math.inf)
 
     def place(j: ReadingScore) -> tuple[bool, bool, float, float]:
         near = j.cost <= least + RULES.likelihood_margin
-        return not j.follows, not near, j.taken.changes if near else 0.0, j.cost
+        return not j.follows, not near, j.reading.changes if near else 0.0, j.cost
 
     return sorted(found, key=place)
 
@@ -170,7 +173,7 @@ def _reading_costs(problem: Problem, q: FloatArray, target: Target, options: Seq
     return [norm**2 for norm in many.norms(q, many.whole())]
 
 
-def _score(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
+def _score_reading(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
     own = target_as_read(target, replace(taken, time_offset_s=None))
     if taken.time_offset_s is not None:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
@@ -193,7 +196,7 @@ def side_by_side(problem: Problem, q: FloatArray, target: Target) -> tuple[Float
 
 
 def _nearest_gain(problem: Problem, q: FloatArray, target: Target) -> float | None:
-    """Return the factor that brings a record nearest to the model; None where that is no plausible gain error."""
+    """Return the factor that brings a record nearest to the model; None where it is no plausible gain error."""
     modelled, measured = side_by_side(problem, q, target)
     if not np.all(np.isfinite(modelled)):
         return None
@@ -206,7 +209,7 @@ def _nearest_gain(problem: Problem, q: FloatArray, target: Target) -> float | No
 
 def _score_gain(problem: Problem, q: FloatArray, target: Target, gain: float) -> ReadingScore:
     taken = Reading(scale=gain)
-    return _score(problem, q, target, taken, _reading_costs(problem, q, target, [taken])[0])
+    return _score_reading(problem, q, target, taken, _reading_costs(problem, q, target, [taken])[0])
 
 
 def _best_time_offset(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
@@ -229,7 +232,7 @@ def _best_time_offset(problem: Problem, q: FloatArray, target: Target) -> Readin
     limits = target.time_offset.value - reach * tick, target.time_offset.value + reach * tick
     if not limits[0] < fine.x < limits[1]:
         return None
-    return _score(problem, q, target, Reading(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
+    return _score_reading(problem, q, target, Reading(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
 
 
 def _offset_reach(target: Target) -> int:
@@ -238,17 +241,18 @@ def _offset_reach(target: Target) -> int:
 
 
 def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:
-    """Return the shift, in samples, at which the model's leading channel fits best; it rests before its beginning."""
+    """Return the shift in samples at which the model's leading channel fits best; before its start the model rests."""
     longer = replace(target, base=replace(target.base, samples=target.samples + reach))
     y = replace(problem, targets=(longer,)).model.predict(longer, q, longer.samples)[0]
+    # A failed simulation becomes a huge output: its shifts lose against all others.
     y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
     n, measured = target.samples, target.leading.measured[:]
     spread = [float(np.var(residual(y[reach - k : reach - k + n], measured))) for k in range(-reach, reach + 1)]
     return int(np.argmin(spread)) - reach
 
 
-def saturation_words(problem: Problem, q: FloatArray, target: Target) -> str:
-    """Return how a sensor saturates beside the model of the other records, as a clause; empty where it does not.
+def describe_saturation(problem: Problem, q: FloatArray, target: Target) -> str:
+    """Describe the saturation of a sensor relative to the other records' model, as a clause; empty without one.
 
     Parameters
     ----------
@@ -263,9 +267,10 @@ def saturation_words(problem: Problem, q: FloatArray, target: Target) -> str:
     largest = float(np.abs(modelled).max())
     if not np.isfinite(largest) or largest == 0.0:
         return ""
+    # Scaled to 1, so that the cubic term directly gives the relative shortfall at the largest value.
     y = modelled / largest
-    (gain, cubic), bent = _fitted(np.stack((y, y**3)), measured)
-    _, straight = _fitted(y[np.newaxis], measured)
+    (gain, cubic), bent = _fit_rows(np.stack((y, y**3)), measured)
+    _, straight = _fit_rows(y[np.newaxis], measured)
     short = -cubic / gain if gain > 0.0 else 0.0
     if straight < RULES.bend_gain * bent or short < RULES.least_bend:
         return ""
@@ -276,7 +281,7 @@ def saturation_words(problem: Problem, q: FloatArray, target: Target) -> str:
     )
 
 
-def _fitted(rows: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
+def _fit_rows(rows: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
     """Return the least-squares factors of rows, (k, N), to samples, and the norm of the residual."""
     factors = np.asarray(np.linalg.lstsq(rows.T, y, rcond=None)[0], dtype=np.float64)
     return factors, float(np.linalg.norm(y - factors @ rows))

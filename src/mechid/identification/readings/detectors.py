@@ -1,6 +1,6 @@
-"""Detectors of wrong declarations, which `mechid check` and the first step of `identify` run in turn.
+"""Detectors of wrong declarations, run in turn by `mechid check` and by the first step of `identify`.
 
-A new misreading is a module with a detector, and an entry in `DETECTORS`.
+To add a misreading, write a module with a detector and add the detector to `DETECTORS`.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.file_values import find_wrong_counts
 from mechid.identification.readings.finding import DeclaredRecords, Detector, Finding
 from mechid.identification.readings.hum import find_hum
-from mechid.identification.readings.misreading import find_misreadings, with_rates_compared
+from mechid.identification.readings.misreading import confirm_rates, find_misreadings
 from mechid.identification.readings.timing import find_timing
 from mechid.identification.result.search_state import SearchState
 
 DETECTORS: tuple[Detector, ...] = (find_misreadings, find_timing, find_wrong_counts, find_hum)
-"""In the order of their lines; each is given the findings of those before it."""
+"""Detectors in the order of their lines; each receives the findings of those before it."""
 
 
 def find_all(records: DeclaredRecords) -> tuple[Finding, ...]:
@@ -44,23 +44,24 @@ def declaration_warnings(campaign: Campaign) -> tuple[str, ...]:
         return tuple(finding.line() for finding in find_all(DeclaredRecords(campaign, problem)))
 
 
-def read_as_found(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campaign, SearchState]:
-    """Return a campaign that warns of all findings first, and a state with its records read as these confirm.
+def apply_findings(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campaign, SearchState]:
+    """Add the findings to the campaign's warnings, and apply the confirmed readings to the state's records.
 
-    With stages of the user's own the records are read as declared.
+    With stages of the user's own, the records are read as declared.
     """
     records = DeclaredRecords(campaign, state.problem, seed, before_search=True)
     found = find_all(records)
     if not found:
         return campaign, state
-    found = found if campaign.stages else with_rates_compared(records, found)
+    # The comparison takes further searches: it runs only where a confirmed rate would be applied.
+    found = found if campaign.stages else confirm_rates(records, found)
     used = [] if campaign.stages else [one for one in found if one.is_confirmed and one.reading]
-    readings = _readings(used)
+    readings = _merge_readings(used)
     problem = problem_as_read(state.problem, readings)
-    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), taken=readings)
+    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), readings=readings)
     lines = (finding.line(used=finding in used) for finding in found)
     return replace(campaign, warnings=(*lines, *campaign.warnings)), state
 
 
-def _readings(findings: Iterable[Finding]) -> dict[str, Reading]:
+def _merge_readings(findings: Iterable[Finding]) -> dict[str, Reading]:
     return {name: reading for one in findings for name, reading in one.reading.items()}

@@ -27,7 +27,7 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.readings.agreement import explains
 from mechid.identification.readings.finding import Confidence, DeclaredRecords, Finding
 from mechid.identification.readings.rules import RULES
-from mechid.identification.readings.trial import Trial, search_start, steps_window, strongest
+from mechid.identification.readings.trial import Trial, search_start, steps_window, strongest_records
 from mechid.identification.search.multistart import Candidate, multistart, refine
 from mechid.identification.search.settings import SEARCH
 from mechid.parameter import Parameter, Status
@@ -39,7 +39,7 @@ POLES, RATIO, INERTIA = "stepper.poles", "gear.ratio", "inertia"
 
 @dataclass(frozen=True)
 class OtherCount:
-    """Values of the mechanism file that explain the first steps, and those that the file has.
+    """Counts that explain the first steps, with the values of the mechanism file.
 
     Attributes
     ----------
@@ -62,7 +62,8 @@ class OtherCount:
 
 
 def find_wrong_counts(records: DeclaredRecords, earlier: Sequence[Finding] = ()) -> Iterator[Finding]:
-    """Yield the other counts with which a start explains the first steps; nothing where an earlier finding may."""
+    """Yield the other counts with which a start explains the first steps; nothing after an earlier finding."""
+    # An earlier finding may explain the same misfit.
     found = [] if earlier else other_counts(records)
     if found:
         yield Finding(
@@ -75,9 +76,9 @@ def find_wrong_counts(records: DeclaredRecords, earlier: Sequence[Finding] = ())
 
 
 def other_counts(records: DeclaredRecords) -> list[OtherCount]:
-    """Return the counts, and inertias, with any one of which the strongest records are explained, likeliest first."""
+    """Return the counts and inertias any one of which explains the strongest records, likeliest first."""
     problem, mechanism = records.problem, records.problem.space.mechanism
-    targets = strongest(records.readable)
+    targets = strongest_records(records.readable)
     if not targets or POLES not in mechanism.parameters:
         return []
     part = replace(problem, targets=tuple(targets))
@@ -93,7 +94,7 @@ def other_counts(records: DeclaredRecords) -> list[OtherCount]:
             if all(abs(value / of_file[name] - 1.0) < RULES.same_count for name, value in values.items()):
                 return []
             found.append(OtherCount(values, of_file, trial.cost))
-            if POLES in names:  # no ratio makes up for steps of another size
+            if POLES in names:  # no gear ratio compensates for steps of another size
                 break
     return sorted(found, key=lambda one: one.cost)
 
@@ -104,27 +105,28 @@ def _vary(problem: Problem, windows: Windows, declared: Trial) -> Iterator[tuple
     poles = mechanism.parameters[POLES]
     for other in (factor * poles.value for factor in RULES.pole_factors):
         if poles.status is Status.KNOWN and other >= poles.declaration.lower and not other % 2.0:
-            yield from _with_poles(problem, windows, declared, other)
+            yield from _vary_poles(problem, windows, declared, other)
     if not _is_known(mechanism, RATIO):
         return
     at, trial = _best_ratio(problem, windows, declared)
     yield (RATIO,), at, trial
     if not trial.explains:
         return
-    for name, q in mechanism.parameters.items():  # a ratio may stand for an inertia that is wrong
+    # Another ratio may only compensate for a wrong inertia: each known inertia is tried as well.
+    for name, q in mechanism.parameters.items():
         if name.endswith(INERTIA) and q.status is Status.KNOWN and q.value > 0.0:
-            part = _with_mechanism(problem, mechanism.with_parameters({name: _with_wide_bounds(q)}))
+            part = _replace_mechanism(problem, mechanism.with_parameters({name: _widen_bounds(q)}))
             trial = search_start(part, part.targets, windows)
             yield (name,), part.space.at(part.coordinates.of_mechanism(trial.best.q)), trial
 
 
-def _with_poles(
+def _vary_poles(
     problem: Problem, windows: Windows, declared: Trial, poles: float
 ) -> Iterator[tuple[tuple[str, ...], Mechanism, Trial]]:
     """Yield mechanisms with other poles: with detents of the same periods, and of the same orders.
 
-    Detents of the same periods have other orders, whose equations take seconds to compile: they are tried only where
-    the other steps alone bring the model nearer.
+    Detents of the same periods have other orders, and their equations take seconds to compile. They are tried only
+    where the changed step size alone brings the model nearer.
     """
     mechanism = problem.space.mechanism
     scale = mechanism.value(POLES) / poles
@@ -139,7 +141,7 @@ def _with_poles(
     table["stepper"]["poles"] = poles
     try:
         same_periods = mechanism_from_table(table, "other poles")
-    except InputFileError:  # a block of the user's own, whose file lies beside the mechanism's
+    except InputFileError:  # a user's own block is found only beside the mechanism file, not from a table in memory
         pass
     else:
         measured = same_periods.plant.measuring([*mechanism.plant.outputs])
@@ -154,7 +156,7 @@ def _detent_periods(mechanism: Mechanism) -> list[str]:
 
 def _search(problem: Problem, mechanism: Mechanism, windows: Windows) -> Trial:
     """Return the best start with another mechanism."""
-    part = _with_mechanism(problem, mechanism)
+    part = _replace_mechanism(problem, mechanism)
     return search_start(part, part.targets, windows)
 
 
@@ -169,8 +171,9 @@ def _best_ratio(problem: Problem, windows: Windows, declared: Trial) -> tuple[Me
         return problem.space.mechanism.with_parameters({RATIO: replace(q, value=factor * q.value)})
 
     def cost(factor: float) -> float:
+        # The optimum moves little between near ratios: the best start of the nearest one is a warm start.
         nearest = min(tried, key=lambda one: abs(one / factor - 1.0))
-        part = _with_mechanism(problem, at(factor))
+        part = _replace_mechanism(problem, at(factor))
         tried[float(factor)] = search_start(part, part.targets, windows, [tried[nearest].best.q])
         return tried[float(factor)].cost
 
@@ -191,33 +194,33 @@ def _is_known(mechanism: Mechanism, name: str) -> bool:
     return name in mechanism.parameters and mechanism.parameters[name].status is Status.KNOWN
 
 
-def _with_wide_bounds(q: Parameter) -> Parameter:
+def _widen_bounds(q: Parameter) -> Parameter:
     return replace(q, status=Status.FREE, min=q.value / RULES.inertia_factor, max=q.value * RULES.inertia_factor)
 
 
-def _with_mechanism(problem: Problem, mechanism: Mechanism) -> Problem:
+def _replace_mechanism(problem: Problem, mechanism: Mechanism) -> Problem:
     return replace(problem, space=SearchSpace(mechanism))
 
 
-def wrong_values(
+def find_wrong_values(
     problem: Problem, seed: int, tell: Callable[[str], None], journal: Journal | None = None
 ) -> list[Finding]:
-    """Return the values of the mechanism file with which no start explains the records, the likeliest first.
+    """Return findings on wrong values of the mechanism file, the likeliest first.
 
     Parameters
     ----------
     problem : Problem
-        Records of which no start within the file's bounds explains the first moments.
+        Records whose first moments no start within the file's bounds explains.
     seed : int
     tell : callable
         Called with the name of each searched parameter.
     journal : Journal or None
-        Keeps the starts, so that a run can be resumed.
+        Stores the starts, so that a run can be resumed.
     """
     found: list[tuple[float, Parameter, float]] = []
     for parameter in filter(_may_be_wrong, problem.space.mechanism.parameters.values()):
         tell(parameter.name)
-        other = _with_wide_range(problem, parameter)
+        other = _widen_range(problem, parameter)
         starts = multistart(other, seed, other.workers, journal=journal)[: SEARCH.batch]
         refined = mapped(partial(refine, other, steps=SEARCH.robust_steps), starts, other.workers)
         best = min(refined, key=lambda c: c.cost, default=Candidate(other.start, math.inf))
@@ -243,14 +246,14 @@ def _value_words(q: Parameter, found: float) -> str:
 
 
 def _may_be_wrong(q: Parameter) -> bool:
-    """Tell whether a parameter has a unit to be wrong in, and a size to be off by a factor."""
+    """Tell whether a parameter may be wrong by a factor: it is positive and has a unit of its own."""
     d = q.declaration
     plain = not (d.structural or q.tied_to or (d.typical and q.is_free))
     return plain and d.unit not in ("1", "deg", "rad") and q.value > 0.0 and d.lower >= 0.0
 
 
-def _with_wide_range(problem: Problem, q: Parameter) -> Problem:
-    """Return the problem in which a parameter is free in a wide range about its value, evenly by factors."""
+def _widen_range(problem: Problem, q: Parameter) -> Problem:
+    """Free a parameter in a wide range about its value, searched on a logarithmic scale."""
     d = q.declaration
     wide = replace(
         q,
@@ -265,7 +268,7 @@ def _with_wide_range(problem: Problem, q: Parameter) -> Problem:
 
 
 def _is_beyond(q: Parameter, value: float) -> bool:
-    """Tell whether a value is beyond what the file allows, or beyond what catalogues err by."""
+    """Tell whether a value lies outside the file's bounds, or outside the usual error of catalogue values."""
     if q.is_free:
         return not q.min <= value <= q.max
     return abs(math.log(value / q.value)) > math.log(q.declaration.spread)

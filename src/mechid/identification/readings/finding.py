@@ -1,4 +1,4 @@
-"""Findings: misreadings of records that are reported, and what a detector examines."""
+"""Findings about misread records, and the declared records that detectors examine."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class Finding:
     cause : str
         Kind of misreading, in one or two words.
     text : str
-        What the records show.
+        Evidence in the records.
     remedy : str
-        What to write or to look at; empty where nothing can be advised.
+        Advice to the user; empty where there is none.
     confidence : Confidence
     reading : mapping of record to Reading
-        How the records are to be read instead; empty where no single reading is proposed. `identify` reads records so
-        where the finding is confirmed.
+        Proposed reading of the records; empty where no single reading is proposed. `identify` applies it where the
+        finding is confirmed.
     parameter : str
         The parameter of the mechanism file that is wrong instead, by dotted name; empty where none is.
     """
@@ -63,7 +63,7 @@ class Finding:
         return self.confidence is Confidence.CONFIRMED
 
     def line(self, *, used: bool = False) -> str:
-        """Return the finding as one line; `used` says that the records are read so."""
+        """Return the finding as one line; `used` marks a reading that was applied."""
         names = (" and " if len(self.records) == 2 else ", ").join(self.records)
         where = f"record{'s' * (len(self.records) > 1)} {names}" if names else "all records"
         return f"{where}: {self.text}{' (read so in this fit)' * used}{'; ' * bool(self.remedy)}{self.remedy}"
@@ -71,13 +71,13 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class DeclaredRecords:
-    """The records of a campaign as they are declared, before any search.
+    """The records of a campaign as declared, before any search.
 
     Attributes
     ----------
     campaign : Campaign
     problem : Problem
-        All records that are to be estimated from.
+        All records to be fitted.
     seed : int
         Seed of the starting points.
     before_search : bool
@@ -96,7 +96,7 @@ class DeclaredRecords:
 
     @property
     def readable(self) -> list[Target]:
-        """The records that have such spectra."""
+        """The records with a readable spectrum."""
         return [spectrum.whole for spectrum in self.spectra.values()]
 
     def unit_factor(self, name: str) -> float:
@@ -106,11 +106,11 @@ class DeclaredRecords:
 
 
 Detector = Callable[[DeclaredRecords, Sequence[Finding]], Iterable[Finding]]
-"""Examines the records as declared, given the findings of the detectors before it."""
+"""Function that examines the declared records, given the findings of the detectors before it."""
 
 
 def misread_names(findings: Iterable[Finding]) -> frozenset[str]:
-    """Return the names of single records that are read otherwise, or that no reading explains."""
+    """Return the names of single records that have another reading, or that no reading explains."""
     return frozenset(
         name for one in findings if one.reading or one.cause == UNEXPLAINED for name in (*one.records, *one.reading)
     )
@@ -127,12 +127,12 @@ SAME_UNIT = 1e-6
 
 
 def reading_words(record: CampaignRecord, reading: Reading) -> tuple[str, str]:
-    """Return what a reading changes beside the declaration, and what to write for it."""
+    """Describe the changes of a reading relative to the declaration, and the entries to write for it."""
     changes, remedies = [], []
     if reading.polarity < 0:
-        what = record.leading.replace("_", " ")
-        changes.append(f"its {what} of the other sign (polarity -1, declared +1)")
-        remedies.append(f"the other sign of its {what} channel's gain (gain = -1.0 where there is none)")
+        quantity = record.leading.replace("_", " ")
+        changes.append(f"its {quantity} of the other sign (polarity -1, declared +1)")
+        remedies.append(f"the other sign of its {quantity} channel's gain (gain = -1.0 where there is none)")
     if reading.direction < 0:
         changes.append("its commanded rate of the other sign")
         remedies.append("the other sign of its rate")
@@ -146,7 +146,7 @@ def reading_words(record: CampaignRecord, reading: Reading) -> tuple[str, str]:
         )
         remedies.append(_stepping_entry(reading.stepping, reading.microsteps))
     if reading.rate is not None:
-        entry = ", ".join(f"{key} = {_rounded(value)}" for key, value in rate_entry(reading.rate).items())
+        entry = ", ".join(f"{key} = {_format_rate(value)}" for key, value in rate_entry(reading.rate).items())
         changes.append(f"{entry} full steps/s (declared {_declared_rate(record.command)})")
         remedies.append(entry)
     if reading.start_angle_deg is not None:
@@ -162,7 +162,7 @@ def reading_words(record: CampaignRecord, reading: Reading) -> tuple[str, str]:
 
 
 def unit_remedy(record: CampaignRecord, scale: float) -> str:
-    """Return what to write for a torque whose samples are to be multiplied by a scale."""
+    """Return the entry to write for a torque channel whose samples have to be multiplied by a scale."""
     assert record.data is not None
     factor = record.data.channel(record.leading).scale * scale
     unit = next((u for u in TORQUE_UNITS if abs(to_si_factor(u, "torque") / factor - 1.0) < SAME_UNIT), "")
@@ -170,7 +170,7 @@ def unit_remedy(record: CampaignRecord, scale: float) -> str:
 
 
 def _stepping_entry(stepping: str, microsteps: int | None) -> str:
-    """Return a stepping as a campaign file writes it."""
+    """Return the entry of a stepping in a campaign file."""
     own = f", microsteps = {microsteps}" if stepping == "micro" else ""
     return f'stepping = "{stepping}"{own}'
 
@@ -179,8 +179,8 @@ def _declared_rate(command: Command) -> str:
     return ", ".join(f"{value}" for value in rate_entry(command.rate).values())
 
 
-def _rounded(value: object) -> str:
-    """Return a rate, or the points of a profile, to five digits."""
+def _format_rate(value: object) -> str:
+    """Format a rate, or the points of a profile, to five digits."""
     if isinstance(value, list):
-        return "[" + ", ".join(_rounded(one) for one in value) + "]"
+        return "[" + ", ".join(_format_rate(one) for one in value) + "]"
     return f"{value:.5g}"

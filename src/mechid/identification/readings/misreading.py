@@ -1,4 +1,4 @@
-"""Detector of records whose spectra contradict their declaration; each remedy is tried before it is offered."""
+"""Detector of records whose spectra contradict their declaration; each remedy is tested before it is proposed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mechid.identification.readings.finding import (
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import own_rates
 from mechid.identification.readings.suspicion import Suspicions, suspect
-from mechid.identification.readings.trial import Trial, as_declared, compare_readings, strongest
+from mechid.identification.readings.trial import Trial, compare_readings, declared_readings, strongest_records
 from mechid.identification.search.settings import SEARCH
 from mechid.units import to_si_factor
 
@@ -29,25 +29,30 @@ RATE = "rate"
 
 
 def find_misreadings(records: DeclaredRecords, earlier: Sequence[Finding] = ()) -> Iterator[Finding]:
-    """Yield findings about all records, then about single ones, last those that no reading explains."""
+    """Yield findings on all records, then on single ones; records that no reading explains come last."""
     suspicions = suspect(records.problem, records.spectra, records.seed)
     if suspicions.common_scale != 1.0:
         yield from _common_unit(records, suspicions.common_scale)
     if suspicions.failing:
-        yield _unstable(suspicions.failing)
+        yield _unstable_finding(suspicions.failing)
     if suspicions.cut_off_hz:
-        yield _low_passed(suspicions.cut_off_hz)
-    found = [one for names, readings in _suspected(records, suspicions) for one in _judge(records, names, readings)]
+        yield _low_pass_finding(suspicions.cut_off_hz)
+    found = [
+        one for names, readings in _suspected_readings(records, suspicions) for one in _judge(records, names, readings)
+    ]
     explained = [one for one in found if one.cause != UNEXPLAINED]
-    yield from (_doubted(one, suspicions) for one in explained)
+    yield from (_mark_ambiguous(one, suspicions) for one in explained)
     yield from sorted((one for one in found if one.cause == UNEXPLAINED), key=lambda one: one.records)
 
 
-def _suspected(records: DeclaredRecords, suspicions: Suspicions) -> Iterator[tuple[tuple[str, ...], list[Readings]]]:
-    """Yield the records of each suspicion with the readings that may be meant, the suggested one first."""
+def _suspected_readings(
+    records: DeclaredRecords, suspicions: Suspicions
+) -> Iterator[tuple[tuple[str, ...], list[Readings]]]:
+    """Yield the records of each suspicion with its candidate readings, the suggested one first."""
     for name, reading in suspicions.readings.items():
         if reading.swapped is not None:
             pair = (name, reading.swapped)
+            # Both records of a swap carry the suspicion: the pair is yielded once.
             if name < reading.swapped:
                 yield pair, [{one: suspicions.readings[one] for one in pair}]
         elif reading.scale != 1.0:
@@ -62,7 +67,7 @@ def _suspected(records: DeclaredRecords, suspicions: Suspicions) -> Iterator[tup
 
 
 def _usual_scales(suggested: Sequence[float], factor: float) -> list[float]:
-    """Return suggested scales, and those of usual units near any of them, each once."""
+    """Return the suggested scales and the scales of usual units near them, without duplicates."""
     units = [to_si_factor(unit, "torque") / factor for unit in TORQUE_UNITS]
     most = RULES.unit_factor
     near = [u for u in units if any(1.0 / most < u / scale < most for scale in suggested) and abs(u - 1.0) > SAME_UNIT]
@@ -74,16 +79,16 @@ def _usual_scales(suggested: Sequence[float], factor: float) -> list[float]:
 
 
 def _judge(records: DeclaredRecords, names: tuple[str, ...], readings: Sequence[Readings]) -> Iterator[Finding]:
-    """Yield the finding of a suspicion: the readings that make the records fit, or that none does.
+    """Yield the finding on a suspicion: the readings with which the records fit, or that there is none.
 
-    Nothing where the records fit as declared.
+    Yields nothing where the records fit as declared.
     """
-    declared, *tried = compare_readings(records.problem, [as_declared(names), *readings])
+    declared, *tried = compare_readings(records.problem, [declared_readings(names), *readings])
     if declared.explains:
         return
-    helping = _helping(declared, tried)
+    helping = _helping_trials(declared, tried)
     if not helping:
-        yield from map(_unexplained, names)
+        yield from map(_unexplained_finding, names)
         return
     best, *rivals = (readings[k] for k in helping)
     if len(names) == 2:
@@ -96,10 +101,10 @@ def _judge(records: DeclaredRecords, names: tuple[str, ...], readings: Sequence[
             best,
         )
     else:
-        yield _misread(records, names[0], best, rivals)
+        yield _misreading_finding(records, names[0], best, rivals)
 
 
-def _misread(records: DeclaredRecords, name: str, best: Readings, rivals: Sequence[Readings]) -> Finding:
+def _misreading_finding(records: DeclaredRecords, name: str, best: Readings, rivals: Sequence[Readings]) -> Finding:
     record, reading = records.campaign.record(name), best[name]
     words, remedy = reading_words(record, reading)
     others = "".join(f" or {reading_words(record, rival[name])[0]}" for rival in rivals)
@@ -113,22 +118,22 @@ def _misread(records: DeclaredRecords, name: str, best: Readings, rivals: Sequen
     )
 
 
-def with_rates_compared(records: DeclaredRecords, findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return the findings, with another rate confirmed only where missing terms of the mechanism do not explain it.
+def confirm_rates(records: DeclaredRecords, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Confirm another rate only where missing terms of the mechanism do not explain it.
 
-    What a mechanism lacks may look like another rate: offsets of the phases repeat after four steps, as do steps at
-    half the rate. So the first moments of the record and of the strongest others are compared with all terms free, as
-    declared and at the other rate.
+    A missing term may look like another rate: offsets of the phases repeat after four steps, as do steps at half the
+    rate. So the first moments of the record and of the strongest others are compared with all terms free, as declared
+    and at the other rate.
     """
-    return tuple(_with_rate_compared(records, one) for one in findings)
+    return tuple(_confirm_rate(records, one) for one in findings)
 
 
-def _with_rate_compared(records: DeclaredRecords, finding: Finding) -> Finding:
+def _confirm_rate(records: DeclaredRecords, finding: Finding) -> Finding:
     if finding.cause != RATE or not finding.is_confirmed:
         return finding
     others = [t for t in records.readable if t.name not in finding.records]
-    names = (*finding.records, *(t.name for t in strongest(others)[: RULES.trial_records - 1]))
-    readings = [as_declared(names), {**as_declared(names), **finding.reading}]
+    names = (*finding.records, *(t.name for t in strongest_records(others)[: RULES.trial_records - 1]))
+    readings = [declared_readings(names), {**declared_readings(names), **finding.reading}]
     declared, other = compare_readings(records.problem, readings, with_terms=True)
     if not declared.explains and other.is_better_than(declared):
         return finding
@@ -136,29 +141,29 @@ def _with_rate_compared(records: DeclaredRecords, finding: Finding) -> Finding:
     return replace(finding, text=finding.text + why, confidence=Confidence.AMBIGUOUS)
 
 
-def _doubted(finding: Finding, suspicions: Suspicions) -> Finding:
-    """Return a finding as ambiguous where the lines of its swapped records fit the declared rates as well."""
+def _mark_ambiguous(finding: Finding, suspicions: Suspicions) -> Finding:
+    """Mark a finding as ambiguous where the lines of its swapped records fit the declared rates as well."""
     return replace(finding, confidence=Confidence.AMBIGUOUS) if suspicions.doubtful & set(finding.records) else finding
 
 
-def _helping(declared: Trial, tried: Sequence[Trial]) -> list[int]:
-    """Return which trials help, the best first, without those that fit clearly worse than the best."""
+def _helping_trials(declared: Trial, tried: Sequence[Trial]) -> list[int]:
+    """Return the indices of the trials that help, the best first, without those clearly worse than the best."""
     order = sorted((k for k, one in enumerate(tried) if one.is_better_than(declared)), key=lambda k: tried[k].cost)
     most = max(RULES.trial_gain * tried[order[0]].cost, SEARCH.good_cost) if order else 0.0
     return [k for k in order if tried[k].cost <= most]
 
 
 def _common_unit(records: DeclaredRecords, suspected: float) -> Iterator[Finding]:
-    """Yield the unit that makes the strongest records fit, if any does; nothing where they fit as declared."""
-    names = [t.name for t in strongest(records.readable)]
+    """Yield a finding on the unit of all records, tested on the strongest; nothing where they fit as declared."""
+    names = [t.name for t in strongest_records(records.readable)]
     scales = _usual_scales([suspected], records.unit_factor(names[0]))
     readings = [dict.fromkeys(names, Reading(scale=k)) for k in scales]
-    declared, *tried = compare_readings(records.problem, [as_declared(names), *readings])
+    declared, *tried = compare_readings(records.problem, [declared_readings(names), *readings])
     if declared.explains:
         return
-    found = [scales[k] for k in _helping(declared, tried)]
+    found = [scales[k] for k in _helping_trials(declared, tried)]
     if not found:
-        yield _wrong_level("far larger" if suspected < 1.0 else "far smaller")
+        yield _level_finding("far larger" if suspected < 1.0 else "far smaller")
         return
     record = next(r for r in records.campaign.estimated if r.leading == "torque")
     yield Finding(
@@ -171,28 +176,28 @@ def _common_unit(records: DeclaredRecords, suspected: float) -> Iterator[Finding
     )
 
 
-def _wrong_level(size: str) -> Finding:
+def _level_finding(size: str) -> Finding:
     return Finding(
         (),
         "level",
         f"measured torque is {size} than the simulated torque at every start point, and no usual unit of torque makes "
         "the first steps fit",
-        "look at how their numbers were read (raw counts, a scale factor, decimal and thousands marks), or for a wrong "
-        "unit in the mechanism file",
+        "check how their numbers were read (raw counts, a scale factor, decimal and thousands marks), or look for a "
+        "wrong unit in the mechanism file",
     )
 
 
-def _unexplained(name: str) -> Finding:
+def _unexplained_finding(name: str) -> Finding:
     return Finding(
         (name,),
         UNEXPLAINED,
         "its spectrum is not that of its declaration, and no other rate, stepping or unit that was tried makes its "
         "first steps fit",
-        "look at how its numbers and times were read (mechid look), and at what the campaign file says of it",
+        "check how its numbers and times were read (mechid look), and its entry in the campaign file",
     )
 
 
-def _unstable(points: int) -> Finding:
+def _unstable_finding(points: int) -> Finding:
     return Finding(
         (),
         "unstable model",
@@ -201,7 +206,7 @@ def _unstable(points: int) -> Finding:
     )
 
 
-def _low_passed(cut_off_hz: Mapping[str, float]) -> Finding:
+def _low_pass_finding(cut_off_hz: Mapping[str, float]) -> Finding:
     """Report a low-pass; the frequency is that of a coarse grid, and mostly above the filter's own."""
     return Finding(
         tuple(cut_off_hz),

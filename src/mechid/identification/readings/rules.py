@@ -1,4 +1,4 @@
-"""Thresholds for reports of wrong declarations, each with what fixed its value.
+"""Thresholds for reports of wrong declarations, each with the origin of its value.
 
 "Clean campaigns" are those of benchmarks/first_sight.py, which have no fault: a report about one is a false alarm.
 """
@@ -37,9 +37,9 @@ class ReadingRules:
     torque_scales: tuple[float, ...] = (1e-3, 1e-2, 1e2, 1e3)  # mN m and N cm for N m, and the reverse
     cut_offs_hz: tuple[float, ...] = (30.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0, 560.0)  # grid; not measured
     tried_microsteps: int = 16  # stands for all microsteps: their number changes little in this band; not measured
-    nearer: float = 1.2  # distance as declared over that of another rate, a swap or a unit of all records
-    stepping_nearer: float = 1.15  # the same for another stepping; also the margin of a swap over single causes
-    much_nearer: float = 2.5  # the same for one record's unit (1.2 was wrong without detents) and a low-pass
+    nearer_ratio: float = 1.2  # distance as declared over that of another rate, a swap or a unit of all records
+    stepping_ratio: float = 1.15  # the same for another stepping; also the margin of a swap over single causes
+    much_nearer_ratio: float = 2.5  # the same for one record's unit (1.2 was wrong without detents) and a low-pass
 
     # Short search over the first steps (trial.py)
     trial_points: int = 512  # box points of a trial; 0.4 s of CPU a record
@@ -80,7 +80,7 @@ class ReadingRules:
     # Mains hum (hum.py)
     least_hum: float = 0.5  # amplitude over the noise level; `identify` removes smaller lines by itself
     skirt_bins: tuple[int, ...] = (3, 4, 5, 6)  # bins beside a line in which a resonance is still high
-    narrow: float = 0.5  # highest share of the line there: hum of benches gave 0.23, resonances 0.8 to 1.1
+    narrow_share: float = 0.5  # highest share of the line there: hum of benches gave 0.23, resonances 0.8 to 1.1
     order_parts: int = 4  # lines at quarters of the step rate may be the motor's (theory)
     order_bins: float = 1.0  # bins within which a line is at such an order; not measured
 
@@ -104,7 +104,7 @@ class ReadingRules:
     grown_readings: int = 3  # readings that are grown together with the other records; not measured
     bend_gain: float = 2.0  # residual of a straight sensor over that of a bent one; not measured
     least_bend: float = 0.05  # shortfall at the largest torque; not measured
-    much_further: float = 2.0  # factor by which a common reading has to follow more samples; not measured
+    further_ratio: float = 2.0  # factor by which a common reading has to follow more samples; not measured
     late_s: float = 0.02  # largest common trigger error that is searched; not measured
     least_late_s: float = 1e-3  # smallest that is reported: an undeclared filter delays by less; not measured
 

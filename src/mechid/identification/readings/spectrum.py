@@ -1,4 +1,4 @@
-"""Spectrum of a record: the step rate and stepping that it shows, and its distance from a simulated spectrum."""
+"""Spectrum of a record: its step rate and stepping, and its distance from a simulated spectrum."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mechid.signal.settings import SERIES
 
 @dataclass(frozen=True, eq=False)
 class RecordSpectrum:
-    """First steps of a record, whose spectra are compared, and the whole record.
+    """Spectra of a record's first steps, for comparison with a model, and of the whole record.
 
     Attributes
     ----------
@@ -56,24 +56,24 @@ class RecordSpectrum:
         return noise_power(self.target.leading.sigma, self.target.samples // self.pieces)
 
     @cached_property
-    def own(self) -> SuggestedRate | None:
-        """Rate and stepping that the lines of the whole record suggest."""
+    def suggested_rate(self) -> SuggestedRate | None:
+        """Rate and stepping suggested by the lines of the whole record."""
         fs = self.whole.base.sample_rate_hz
-        y = self.whole.leading.measured[: round(self.own_s * fs)]
+        y = self.whole.leading.measured[: round(self.read_s * fs)]
         found = prominence(y, fs)
         return suggested_beside_hum(y, found, spectral_lines(found))
 
     @property
-    def own_s(self) -> float:
-        """Length of the record that is read for them, s."""
+    def read_s(self) -> float:
+        """Length of the record that is read for the suggested rate, s."""
         return min(RULES.own_lines_s if _is_constant(self.command) else RULES.own_ridge_s, self.whole.base.duration_s)
 
     @cached_property
-    def fastest(self) -> float:
+    def fastest_rate(self) -> float:
         """Largest declared rate within that length, full steps/s."""
         rate = self.command.rate
-        inside = [one for time, one in zip(rate.times_s, rate.rates, strict=True) if time < self.own_s]
-        return max(map(abs, (*inside, float(np.interp(self.own_s, rate.times_s, rate.rates)))))
+        inside = [one for time, one in zip(rate.times_s, rate.rates, strict=True) if time < self.read_s]
+        return max(map(abs, (*inside, float(np.interp(self.read_s, rate.times_s, rate.rates)))))
 
     @property
     def command(self) -> Command:
@@ -85,7 +85,7 @@ class RecordSpectrum:
         return self.target if taken == DECLARED else target_as_read(self.target, replace(taken, scale=1.0))
 
     def simulated_power(self, problem: Problem, own: Target, q: FloatArray) -> FloatArray | None:
-        """Return the model's power under the command of a target, or None where the simulation fails."""
+        """Return the model's power under the command of `own`, or None where the simulation fails."""
         y = problem.model.predict(own, q, own.samples)[0]
         return power_over_time(y, self.pieces)[:, : self.bins] if np.all(np.isfinite(y)) else None
 
@@ -96,7 +96,7 @@ class RecordSpectrum:
         return [spectral_distance(self.power, simulated / scale**2, self.noise) for scale in scales]
 
     def low_passed_distances(self, simulated: FloatArray | None, cut_offs_hz: Sequence[float]) -> list[float]:
-        """Return the same for a record that passed a low-pass with its noise, for each cut-off frequency, Hz."""
+        """Return the distance for each cut-off frequency, Hz, of a low-pass that filtered the record's signal."""
         if simulated is None:
             return [math.inf] * len(cut_offs_hz)
         size = self.target.samples // self.pieces
@@ -113,7 +113,7 @@ def has_readable_spectrum(target: Target) -> bool:
 
 
 def spectrum_of(target: Target) -> RecordSpectrum:
-    """Return the spectrum of a record, its own parameters at their values."""
+    """Return the spectrum of a record, with its own parameters at their declared values."""
     rate, base = target.base.sample_rate_hz, target.base
     rest = max(round((target.time_offset.value - base.start_s) * rate), 0)
     steps = max(samples_until(target, RULES.look_steps), rest + round(RULES.least_look_s * rate))
@@ -127,23 +127,24 @@ def _is_constant(command: Command) -> bool:
     return all(rate == rates[0] for rate in rates)
 
 
-def _times(rate: RateProfile, factor: float) -> RateProfile:
+def _scale_rate(rate: RateProfile, factor: float) -> RateProfile:
     return RateProfile(rate.times_s, tuple(factor * one for one in rate.rates))
 
 
 def own_rates(record: RecordSpectrum) -> list[RateProfile]:
-    """Return the rates that a record's own lines suggest, where these contradict the declared rate."""
-    own, multiples = record.own, RULES.rate_multiples
+    """Return the rates suggested by a record's own lines, where these contradict the declared rate."""
+    own, multiples = record.suggested_rate, RULES.rate_multiples
     if own is None or agrees_with_declared_rate(own, record):
         return []
     sign = math.copysign(1.0, max(record.command.rate.rates, key=abs))
     if own.is_constant and own.stepping == "full":
-        return [_times(own.profile, sign)]
+        return [_scale_rate(own.profile, sign)]
+    # Microsteps leave only the lines at which the motion repeats: the rate is one of several multiples of them.
     factors = [k * own.repetition_hz / own.rate for k in multiples] if own.is_constant else multiples[:2]
-    return [_times(_to_the_end(own.profile, record.whole.base.duration_s), sign * factor) for factor in factors]
+    return [_scale_rate(_extend_to_end(own.profile, record.whole.base.duration_s), sign * factor) for factor in factors]
 
 
-def _to_the_end(rate: RateProfile, seconds: float) -> RateProfile:
+def _extend_to_end(rate: RateProfile, seconds: float) -> RateProfile:
     """Return a rate extended linearly to the end of a record."""
     if len(rate.rates) == 1:
         return rate
@@ -153,15 +154,15 @@ def _to_the_end(rate: RateProfile, seconds: float) -> RateProfile:
 
 def contradicts_declaration(record: RecordSpectrum) -> bool:
     """Tell whether a record's own lines contradict its declared rate, or its full steps or microsteps."""
-    own, coarse = record.own, record.command.microsteps <= RULES.coarse_microsteps
+    own, coarse = record.suggested_rate, record.command.microsteps <= RULES.coarse_microsteps
     if own is None:
         return False
     return not agrees_with_declared_rate(own, record) or (own.stepping != "" and (own.stepping == "full") != coarse)
 
 
 def has_lines_of(record: RecordSpectrum, reading: Reading, multiples: Sequence[float]) -> bool:
-    """Tell whether lines of full steps, where a record has them, are at such multiples of the rate of a reading."""
-    own, command = record.own, command_as_read(record.command, reading)
+    """Tell whether a record's full-step lines, if any, are at given multiples of the rate of a reading."""
+    own, command = record.suggested_rate, command_as_read(record.command, reading)
     if own is None or own.stepping != "full" or command.microsteps > RULES.coarse_microsteps:
         return True
     rate = max(abs(rate) for rate in command.rate.rates) * command.microsteps
@@ -169,7 +170,7 @@ def has_lines_of(record: RecordSpectrum, reading: Reading, multiples: Sequence[f
 
 
 def fits_declared_rate_too(record: RecordSpectrum, swapped: Reading) -> bool:
-    """Tell whether the rate of the other record is a multiple of the declared one that the lines do not exclude."""
+    """Tell whether the lines of a swapped record fit its declared rate as well as the other record's rate."""
     if swapped.rate is None:
         return False
     declared, read = (max(abs(rate) for rate in rate.rates) for rate in (record.command.rate, swapped.rate))
@@ -180,7 +181,7 @@ def fits_declared_rate_too(record: RecordSpectrum, swapped: Reading) -> bool:
 
 def agrees_with_declared_rate(own: SuggestedRate, record: RecordSpectrum) -> bool:
     """Tell whether the lines of a record may come from the declared rate."""
-    command, declared = record.command, record.fastest
+    command, declared = record.command, record.fastest_rate
     if own.is_constant != _is_constant(command):
         return False
     if command.microsteps == 1 and own.stepping == "full":

@@ -1,10 +1,10 @@
-"""Suspicions about records before any search, by their spectra: rate, stepping, unit, low-pass, two records swapped.
+"""Suspicions from spectra before any search: wrong rate, stepping or unit, a low-pass, two swapped records.
 
-A record's spectrum shows how its motor was stepped, whatever the mechanism's values: full steps fill it with lines,
+A record's spectrum shows the stepping of its motor, whatever the mechanism's values: full steps fill it with lines,
 microsteps leave it nearly empty, and all lines are multiples of the step rate. So the model is simulated under the
-declared command at a few points of the box in which the search starts, and under what the record might be instead at
-those points that fit all records best. Spectra are compared in decades: values that are wrong by factors of two or
-three count little, a unit that is wrong by a hundred or a thousand counts most, phases and start angles do not count.
+declared command at a few points of the box in which the search starts, and under alternative commands at the points
+that fit all records best. Spectra are compared on a logarithmic scale: values wrong by factors of two or three count
+little, a unit wrong by a hundred or a thousand counts most, and phases and start angles do not count.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ SCALES = (1.0, *RULES.torque_scales)
 
 @dataclass(frozen=True)
 class Suspicions:
-    """Declarations that the spectra contradict, before any of them is tried.
+    """Declarations that the spectra contradict; no trial has confirmed them yet.
 
     Attributes
     ----------
     common_scale : float
-        Factor by which the torque of all records alike seems to be off; 1 where it does not.
+        Factor by which the torque of all records seems to be wrong; 1 without suspicion.
     readings : mapping of record to Reading
         Likelier readings of single records.
     doubtful : frozenset of str
@@ -92,14 +92,15 @@ def _suspect(
 ) -> Suspicions:
     """Return the suspicions from each record's distances, (points, scales + cut-offs)."""
     coarse = [name for name in distances if spectra[name].command.microsteps <= RULES.coarse_microsteps]
-    low_passed = _low_passed({name: np.min(distances[name], axis=0) for name in coarse})
+    low_passed = _find_low_passes({name: np.min(distances[name], axis=0) for name in coarse})
     distances = {name: some[:, : len(SCALES)] for name, some in distances.items()}
     total = np.sum(np.sqrt(list(distances.values())), axis=0)
     least = np.min(total, axis=0)
     common = int(np.argmin(least))
+    # One filter or one unit for all records is a simpler cause than one for each: it is decided first.
     if low_passed and len(low_passed) == len(coarse) > 1:
         return Suspicions(cut_off_hz=low_passed)
-    if common and least[0] > RULES.nearer * least[common]:
+    if common and least[0] > RULES.nearer_ratio * least[common]:
         return Suspicions(SCALES[common])
     best = np.argsort(total[:, 0], kind="stable")[: RULES.best_points]
     comparison = _Comparison(problem, [points[i] for i in best], {name: spectra[name] for name in distances})
@@ -107,16 +108,16 @@ def _suspect(
     return replace(seen, cut_off_hz={name: hz for name, hz in low_passed.items() if name not in seen.readings})
 
 
-def _low_passed(least: Mapping[str, FloatArray]) -> dict[str, float]:
-    """Return the cut-off frequency of each record that is much nearer behind a low-pass than in any unit.
+def _find_low_passes(least: Mapping[str, FloatArray]) -> dict[str, float]:
+    """Return the cut-off frequency of each record that a low-pass explains much better than any unit.
 
-    `least` are the least distances of records in full or half steps, (scales + cut-offs,): microsteps leave the
-    spectrum too empty to tell.
+    `least` holds the least distances of records in full or half steps, (scales + cut-offs,): the nearly empty spectrum
+    of microsteps does not show a low-pass.
     """
     found = {}
     for name, some in least.items():
         in_units, behind = some[: len(SCALES)], some[len(SCALES) :]
-        if behind.size and in_units.min() > RULES.much_nearer * behind.min():
+        if behind.size and in_units.min() > RULES.much_nearer_ratio * behind.min():
             found[name] = RULES.cut_offs_hz[int(np.argmin(behind))]
     return found
 
@@ -131,42 +132,45 @@ def _distances(
 
 @dataclass(frozen=True)
 class _Comparison:
-    """Readings of records beside their declarations, at the points that fit all declarations best."""
+    """Comparison of readings with the declarations, at the points that fit all declarations best."""
 
     problem: Problem
     points: Sequence[FloatArray]
     spectra: Mapping[str, RecordSpectrum]
 
     def suspect(self, distances: Mapping[str, FloatArray]) -> Suspicions:
-        """Return the readings that are clearly nearer; two records swapped are one cause for both.
+        """Return the readings that are clearly nearer; a swap of two records is one cause for both.
 
-        `distances` are those as declared, (points, scales) by record.
+        `distances` holds the distances of the declared readings, (points, scales), by record.
         """
         declared = {name: float(some[:, 0].min()) for name, some in distances.items()}
         each = in_threads(
-            lambda name: self._likeliest(self.spectra[name], distances[name]), list(distances), self.problem.workers
+            lambda name: self._likeliest_reading(self.spectra[name], distances[name]),
+            list(distances),
+            self.problem.workers,
         )
         singles = dict(zip(distances, each, strict=True))
-        swapped = self._swapped(declared, {name: distance for name, (distance, _) in singles.items()})
+        swapped = self._find_swap(declared, {name: distance for name, (distance, _) in singles.items()})
         readings = {**{name: one for name, (_, one) in singles.items() if one != DECLARED}, **swapped}
         doubtful = {name for name, one in swapped.items() if fits_declared_rate_too(self.spectra[name], one)}
         partners = {name for name, one in swapped.items() if one.swapped in doubtful}
         return Suspicions(1.0, readings, frozenset(doubtful | partners))
 
     def _distance(self, spectrum: RecordSpectrum, reading: Reading, declared: float) -> float:
-        """Return a record's distance in a reading; at the first point alone where that is far from the declared one."""
+        """Return a record's distance in a reading, the least over the points."""
+        # A reading that is far off at the first point is not simulated at the others.
         least, read = math.inf, spectrum.read_as(reading)
         for q in self.points:
             least = min(least, *spectrum.distances(spectrum.simulated_power(self.problem, read, q), [1.0]))
-            if least > RULES.much_nearer * declared:
+            if least > RULES.much_nearer_ratio * declared:
                 break
         return least
 
-    def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Reading]:
-        """Return the clearest two records that are nearer by each other's command.
+    def _find_swap(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Reading]:
+        """Return the readings of the two records that most clearly fit each other's command.
 
-        Empty where each by itself is nearer still in another way, where its own lines are at another rate, or where no
-        own line contradicts a declaration.
+        Empty where single readings fit better still, where a record's own lines are at another rate, or where no line
+        contradicts a declaration.
         """
         found: list[tuple[float, dict[str, Reading]]] = []
         contradicting = {name for name in declared if contradicts_declaration(self.spectra[name])}
@@ -182,17 +186,17 @@ class _Comparison:
             distance = sum(self._distance(self.spectra[name], readings[name], declared[name]) for name in pair)
             before = sum(declared[name] for name in pair)
             alone = sum(singles[name] for name in pair)
-            if before > RULES.nearer * distance and distance <= RULES.stepping_nearer * alone:
+            if before > RULES.nearer_ratio * distance and distance <= RULES.stepping_ratio * alone:
                 found.append((before / distance, readings))
         _, best = max(found, key=lambda one: one[0], default=(0.0, {}))
         agreed = all(has_lines_of(self.spectra[name], one, RULES.full_step_lines) for name, one in best.items())
         return best if agreed else {}
 
-    def _likeliest(self, spectrum: RecordSpectrum, distances: FloatArray) -> tuple[float, Reading]:
-        """Return the likeliest reading of one record by itself with its distance; the declared one mostly."""
+    def _likeliest_reading(self, spectrum: RecordSpectrum, distances: FloatArray) -> tuple[float, Reading]:
+        """Return the distance and the likeliest reading of a single record, in most cases the declared one."""
         declared = float(distances[:, 0].min())
         units = [
-            (float(distances[:, k].min()), RULES.much_nearer, Reading(scale=scale))
+            (float(distances[:, k].min()), RULES.much_nearer_ratio, Reading(scale=scale))
             for k, scale in enumerate(SCALES[1:], 1)
         ]
         others = [(self._distance(spectrum, one, declared), least, one) for least, one in _other_commands(spectrum)]
@@ -212,8 +216,8 @@ def _command_of(other: Target) -> Reading:
 
 
 def _other_commands(spectrum: RecordSpectrum) -> list[tuple[float, Reading]]:
-    """Return the other commands that a record may have had, each with how much nearer it has to be."""
-    command, own = spectrum.command, spectrum.own
+    """Return alternative commands of a record, each with the ratio of distances that it has to reach."""
+    command, own = spectrum.command, spectrum.suggested_rate
     full = own is not None and own.stepping == "full"
     steppings = []
     if command.microsteps <= RULES.coarse_microsteps and not full:
@@ -221,6 +225,6 @@ def _other_commands(spectrum: RecordSpectrum) -> list[tuple[float, Reading]]:
     elif command.microsteps > RULES.coarse_microsteps and full:
         steppings = [Reading(stepping="full", microsteps=1), Reading(stepping="half", microsteps=2)]
     return [
-        *((RULES.stepping_nearer, one) for one in steppings),
-        *((RULES.nearer, Reading(rate=rate)) for rate in own_rates(spectrum)),
+        *((RULES.stepping_ratio, one) for one in steppings),
+        *((RULES.nearer_ratio, Reading(rate=rate)) for rate in own_rates(spectrum)),
     ]

@@ -1,4 +1,4 @@
-"""Detector of wrong times, read in the records themselves: clocks, triggers, lost rows, sweeps and long rests."""
+"""Detector of wrong times in the records themselves: clocks, triggers, lost rows, sweeps and long rests."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.readings.finding import DeclaredRecords, Finding, misread_names
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import RecordSpectrum
-from mechid.identification.readings.trial import as_declared, compare_readings
+from mechid.identification.readings.trial import compare_readings, declared_readings
 from mechid.identification.search.rest import motion_begins
 from mechid.identification.search.settings import SEARCH
 from mechid.records.settings import STEP_RATE
@@ -26,7 +26,7 @@ PERIOD_STEPS = 4.0
 def find_timing(records: DeclaredRecords, earlier: Sequence[Finding] = ()) -> Iterator[Finding]:
     """Yield clock errors, then sweeps at other rates, late starts and lost rows, then rests that are too long.
 
-    Records whose rate, stepping or unit contradicts the declaration already are passed over.
+    Records with an earlier finding on their rate, stepping or unit are skipped.
     """
     known = misread_names(earlier)
     constant = [t for t in records.readable if len(t.command.rate.rates) == 1 and t.name not in known]
@@ -37,14 +37,15 @@ def find_timing(records: DeclaredRecords, earlier: Sequence[Finding] = ()) -> It
     ]
     for target in constant:
         found.append(_find_late_start(records.problem, target))
+        # At another rate every period shifts, which would look like lost rows.
         found += [find_lost_rows(target)] if target.name not in ratios else []
     found += map(find_long_rest, records.problem.targets)
     yield from (one for one in found if one is not None)
 
 
 def rate_ratio(spectrum: RecordSpectrum) -> float | None:
-    """Return the ratio of the rate of a record's own lines to the declared one, where it is a few per cent off."""
-    own, declared = spectrum.own, spectrum.fastest
+    """Return the ratio of the rate shown by a record's lines to the declared one, where it is off by a few per cent."""
+    own, declared = spectrum.suggested_rate, spectrum.fastest_rate
     if own is None or not own.is_constant or not declared:
         return None
     ratio = min((own.repetition_hz * whole / declared for whole in STEP_RATE.readable), key=lambda one: abs(one - 1.0))
@@ -53,14 +54,14 @@ def rate_ratio(spectrum: RecordSpectrum) -> float | None:
 
 
 def _clock_errors(ratios: Mapping[str, float], constant: Sequence[Target]) -> Iterator[Finding]:
-    """Yield the records that run at another rate; the same error in all of them is one clock's."""
+    """Yield findings on records that run at another rate; an error common to all records is attributed to one clock."""
     if len(ratios) > 1 and len(ratios) == len(constant) and float(np.ptp(list(ratios.values()))) < RULES.same_clock:
         ratio = float(np.median(list(ratios.values())))
         yield Finding(
             (),
             "clock",
             f"their lines are at {ratio:.5g} times the declared rates: the recorder's clock, the sample rate or the "
-            f"time stamps seem {_percent(1.0 / ratio)} % off, or all rates {_percent(ratio)} %",
+            f"time stamps seem {_format_percent(1.0 / ratio)} % off, or all rates {_format_percent(ratio)} %",
         )
         return
     for target in constant:
@@ -70,19 +71,20 @@ def _clock_errors(ratios: Mapping[str, float], constant: Sequence[Target]) -> It
                 (target.name,),
                 "clock",
                 f"its lines are those of {ratio * declared:.5g} full steps/s (declared {declared:.5g}): the rate is "
-                f"{_percent(ratio)} % off, or the record's sample rate (its clock) {_percent(1.0 / ratio)} %",
+                f"{_format_percent(ratio)} % off, or the record's sample rate (its clock) "
+                f"{_format_percent(1.0 / ratio)} %",
             )
 
 
-def _percent(ratio: float) -> str:
+def _format_percent(ratio: float) -> str:
     return f"{100.0 * (ratio - 1.0):+.2g}"
 
 
 def _find_late_start(problem: Problem, target: Target) -> Finding | None:
-    """Report a record that rests while its motor is commanded two full steps, where it does not fit as declared.
+    """Report a record that rests during the first two commanded full steps, where it does not fit as declared.
 
-    Two steps move any load that is not held. The remedy is offered where a later command makes the first steps fit.
-    Motion that begins too early is not reported: a rotor that starts off its detents' rest moves before any step.
+    Two steps move any load that is not held. The remedy is proposed where a later command makes the first steps fit.
+    Motion that begins too early is not reported: a rotor that starts outside a detent's rest moves before any step.
     """
     if target.command.microsteps > RULES.coarse_microsteps or not target.command.rate.rates[0]:
         return None
@@ -94,14 +96,14 @@ def _find_late_start(problem: Problem, target: Target) -> Finding | None:
     value = commanded - step_s  # so much too early the command seems to begin
     least, most = value - step_s, value + step_s
     reading = {target.name: Reading(time_offset_s=(value, least, most))}
-    declared, moved = compare_readings(problem, [as_declared([target.name]), reading])
+    declared, moved = compare_readings(problem, [declared_readings([target.name]), reading])
     if declared.explains:
         return None
     remedy = (
         f"is the recorder's trigger some {value:.2g} s early? write "
         f"time_offset_s = {{ value = {value:.3g}, min = {least:.3g}, max = {most:.3g} }}"
         if moved.is_better_than(declared)
-        else "a later command does not make it fit: look at how its numbers and times were read (mechid look)"
+        else "a later command does not make it fit: check how its numbers and times were read (mechid look)"
     )
     steps = int(commanded / step_s)
     text = f"it rests until {moves:.4g} s, although its command has made {steps} full steps by then"
@@ -109,7 +111,7 @@ def _find_late_start(problem: Problem, target: Target) -> Finding | None:
 
 
 def _first_motion(target: Target) -> float | None:
-    """Return the record time at which a torque leaves its rest; None where it begins in motion, or never moves."""
+    """Return the record time at which a torque leaves its rest; None if it begins in motion or never moves."""
     rate = target.base.sample_rate_hz
     width = max(round(RULES.rest_s * rate), 1)
     if width >= target.samples:  # so short a record shows no rest
@@ -139,16 +141,16 @@ def find_long_rest(target: Target) -> Finding | None:
 
 
 def find_lost_rows(target: Target) -> Finding | None:
-    """Report a steady motion that goes on at another phase from some period on: lost rows, or a clock that jumped.
+    """Report a steady motion whose phase jumps at some period: lost rows, or a jump of the clock.
 
-    The two periods beside the jump have to show it as well: a motion that settles comes to its phase bit by bit.
+    The two periods next to the jump have to show it as well: a motion that settles approaches its phase gradually.
     """
     rate = abs(target.command.rate.rates[0])
     if not rate or target.begins_in_motion:
         return None
     fs, period_s = target.base.sample_rate_hz, PERIOD_STEPS / rate
     spread = max(RULES.steady_share * RULES.least_jump_steps * fs / rate, 1.0)
-    shifts, alike = _shifts(target.leading.measured[: RULES.most_samples], period_s * fs)
+    shifts, alike = _period_shifts(target.leading.measured[: RULES.most_samples], period_s * fs)
     fewest = RULES.least_periods
     for k in range(fewest + 1, shifts.size - fewest):  # the first period has the beginning of the motion
         sides = shifts[1:k], shifts[k + 1 :]
@@ -160,11 +162,11 @@ def find_lost_rows(target: Target) -> Finding | None:
         steps = jump / fs * rate
         whole = abs(round(steps))
         if abs(steps) >= RULES.least_jump_steps and abs(abs(steps) - whole) >= RULES.lost_step_margin * min(whole, 1):
-            return _jump(target, target.base.start_s + k * period_s, jump)
+            return _jump_finding(target, target.base.start_s + k * period_s, jump)
     return None
 
 
-def _jump(target: Target, at_s: float, samples: float) -> Finding:
+def _jump_finding(target: Target, at_s: float, samples: float) -> Finding:
     rows, way = ("lost", "ahead") if samples > 0.0 else ("too many, or lost elsewhere", "behind")
     return Finding(
         (target.name,),
@@ -175,8 +177,8 @@ def _jump(target: Target, at_s: float, samples: float) -> Finding:
     )
 
 
-def _shifts(y: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
-    """Return by how many samples each period lies behind the last one, (k,), and their correlation then, (k,)."""
+def _period_shifts(y: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
+    """Return the shift of each period against the last one, samples, (k,), and the correlation at that shift, (k,)."""
     if not RULES.points_a_step <= period < y.size:
         return np.zeros(0), np.zeros(0)
     count, size = int(y.size / period), int(period)
@@ -185,6 +187,7 @@ def _shifts(y: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
     places = np.arange(size) + period * np.arange(count)[:, np.newaxis]
     blocks = np.interp(places, np.arange(y.size), y)
     blocks -= blocks.mean(axis=1, keepdims=True)
+    # Circular cross-correlation of all periods with the last one, by one transform each.
     spectra = np.fft.rfft(blocks)
     product = np.fft.irfft(spectra * np.conj(spectra[-1]), size)
     at = np.argmax(product, axis=1)
@@ -195,12 +198,12 @@ def _shifts(y: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
 
 
 def find_sweep_rate(target: Target) -> Finding | None:
-    """Report a sweep whose lines run at another rate; in a right one they lag by a turn or two."""
+    """Report a sweep whose lines are at another rate; with the right rate they lag by one or two turns."""
     rates = np.array(target.command.rate.rates)
     if np.any(rates < 0.0) and np.any(rates > 0.0):
         return None
-    steps, y = _over_steps(target)
-    unknown = _unknown_steps(target)
+    steps, y = _resample_over_steps(target)
+    unknown = _trigger_range_steps(target)
     clear = [found for order in RULES.sweep_orders if (found := _clear_line(steps, y, order, unknown))]
     if not clear:
         return None
@@ -214,8 +217,8 @@ def find_sweep_rate(target: Target) -> Finding | None:
     )
 
 
-def _over_steps(target: Target) -> tuple[float, FloatArray]:
-    """Return how many full steps are read, and the torque at equal distances of travel at a level amplitude."""
+def _resample_over_steps(target: Target) -> tuple[float, FloatArray]:
+    """Resample the torque over equal distances of travel at a constant amplitude; also return the full steps read."""
     base, points = target.base, RULES.points_a_step
     y = target.leading.measured[: RULES.most_samples]
     time = base.start_s + np.arange(y.size) / base.sample_rate_hz - target.time_offset.value
@@ -223,6 +226,7 @@ def _over_steps(target: Target) -> tuple[float, FloatArray]:
     last = min(float(travelled[-1]), RULES.sweep_steps)
     if last < PERIOD_STEPS:
         return 0.0, np.zeros(0)
+    # Smoothed over a quarter of a travel sample at the fastest rate: interpolation would alias faster content.
     width = max(int(base.sample_rate_hz / (4.0 * points * max(map(abs, target.command.rate.rates)))), 1)
     smooth = np.convolve(y - np.mean(y), np.full(width, 1.0 / width), "same")
     own = np.interp(np.arange(0.0, last, 1.0 / points), travelled, smooth)
@@ -231,8 +235,8 @@ def _over_steps(target: Target) -> tuple[float, FloatArray]:
     return last, np.divide(own, level, out=np.zeros_like(own), where=level > 0.0)
 
 
-def _unknown_steps(target: Target) -> tuple[float, float]:
-    """Return by how many full steps a record may be behind its command, and ahead, by a trigger that is free."""
+def _trigger_range_steps(target: Target) -> tuple[float, float]:
+    """Return the full steps by which a free trigger may put a record behind its command, and ahead of it."""
     delay, fastest = target.time_offset, float(np.max(np.abs(target.command.rate.rates)))
     if not delay.is_free:
         return 0.0, 0.0
@@ -242,10 +246,11 @@ def _unknown_steps(target: Target) -> tuple[float, float]:
 def _clear_line(
     steps: float, y: FloatArray, order: float, unknown: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[float, float] | None:
-    """Return the clearness of a line at another rate, and that rate over the declared one; None where it is right."""
+    """Return the clearness of a line at a wrong rate, and its ratio to the declared rate; None for a right rate."""
     turns, lag, lead = order * steps, *(order * one for one in unknown)
     if turns < (RULES.sweep_lag_turns + RULES.sweep_lead_turns) / RULES.sweep_reach:
         return None
+    # Zero padding by four: a line between two bins keeps its height.
     power = np.abs(np.fft.rfft(y, 4 * y.size)) ** 2
     ratio = np.fft.rfftfreq(4 * y.size, 1.0 / RULES.points_a_step) / order
     near = np.abs(ratio - 1.0) < RULES.sweep_reach

@@ -1,8 +1,8 @@
-"""Short search over the first steps of some records, as declared or read otherwise.
+"""Short search over the first steps of some records, as declared or reinterpreted.
 
-A spectrum, a rest or a level may suggest what is wrong with a declaration, but a file that was misread suggests wrong
-causes. The search tells them apart: with the right cause the first steps are explained down to the noise, or to what
-the model lacks; with a wrong one hardly better than by a model at rest.
+A spectrum, a rest or a level may suggest the error of a declaration, but a file that was misread suggests wrong causes.
+The search separates them. With the right cause the first steps are explained down to the noise, or to the model error;
+with a wrong one hardly better than by a model at rest.
 """
 
 from __future__ import annotations
@@ -41,27 +41,27 @@ class Trial:
     best : Candidate
         The best start, refined.
     cost : float
-        Its robust cost a sample, sigmas squared.
-    still : float
-        That of a model at rest.
+        Robust cost per sample at that start, sigmas squared.
+    resting : float
+        Robust cost per sample of a model at rest, sigmas squared.
     """
 
     best: Candidate
     cost: float
-    still: float
+    resting: float
 
     @property
     def explains(self) -> bool:
-        """Whether the records are explained down to their noise."""
+        """Whether the model explains the records down to their noise."""
         return self.cost <= SEARCH.good_cost
 
     @property
     def follows(self) -> bool:
-        """Whether most of the records is explained."""
-        return self.explains or self.cost <= RULES.follows_share * self.still
+        """Whether the model explains most of the records' motion."""
+        return self.explains or self.cost <= RULES.follows_share * self.resting
 
     def is_better_than(self, other: Trial) -> bool:
-        """Tell whether it explains clearly more, and most of the records."""
+        """Tell whether it explains most of the records' motion, and clearly more than another trial."""
         return self.follows and other.cost > RULES.trial_gain * max(self.cost, 1.0)
 
 
@@ -77,10 +77,11 @@ def compare_readings(
     readings : sequence of mapping of record to Reading
         Readings of one or more records; `DECLARED` is a reading too.
     with_terms : bool
-        Whether the best start is refined with all terms free that the blocks of the mechanism may have: what the
-        mechanism file lacks must not pass for a wrong declaration.
+        Whether the best start is refined with all optional terms of the mechanism's blocks free, so that a missing term
+        is not mistaken for a wrong declaration.
     """
     read = [[target_as_read(t, one[t.name]) for t in problem.targets if t.name in one] for one in readings]
+    # One window a record for all readings, since their costs are compared.
     windows: dict[str, Window] = {}
     for target in (t for targets in read for t in targets):
         first, stop = steps_window(target)
@@ -94,25 +95,25 @@ def compare_readings(
     return in_threads(search, read, problem.workers)
 
 
-def as_declared(names: Sequence[str]) -> dict[str, Reading]:
-    """Return the reading of records as they are declared."""
+def declared_readings(names: Sequence[str]) -> dict[str, Reading]:
+    """Return the declared reading of each record."""
     return dict.fromkeys(names, DECLARED)
 
 
-def strongest(targets: Sequence[Target]) -> list[Target]:
-    """Return the few records whose first windows stand out of their noise most."""
+def strongest_records(targets: Sequence[Target]) -> list[Target]:
+    """Return the few records whose first windows have the highest energy relative to their noise."""
     return sorted(targets, key=first_energy, reverse=True)[: RULES.trial_records]
 
 
 def samples_until(target: Target, steps: float) -> int:
-    """Return the samples until the command has travelled so many full steps; all of them where it never has."""
+    """Return the samples until the command has travelled `steps` full steps; all samples where it never does."""
     base = target.base
 
-    def travelled(k: int) -> float:
+    def travel(k: int) -> float:
         time = base.start_s + np.array([k]) / base.sample_rate_hz - target.time_offset.value
         return float(steps_travelled(target.command.rate, time)[0])
 
-    return bisect_left(range(base.samples), steps, key=travelled)
+    return bisect_left(range(base.samples), steps, key=travel)
 
 
 def first_moments(target: Target) -> int:
@@ -131,13 +132,14 @@ def steps_window(target: Target) -> Window:
 def search_start(
     problem: Problem, targets: Sequence[Target], windows: Windows, points: Sequence[FloatArray] = ()
 ) -> Trial:
-    """Return the best start for some records over their windows, from points of the box or from given ones."""
+    """Search for the best start of some records over their windows, from points of the box or from given ones."""
     part = replace(problem, targets=tuple(targets), workers=1)
     tail = part.coordinates.of_records(part.start)
     drawn = points or [np.concatenate([row, tail]) for row in sample_box(part.space, RULES.trial_points, 0)]
-    align = not points  # given ones come from a trial, whose records are in step already
+    align = not points  # given points come from a trial, whose records are aligned already
     costs: list[float] = []
     for first in range(0, len(drawn), SETS):
+        # A point is abandoned as soon as its cost exceeds the worst of those that would be refined.
         cap = sorted(costs)[RULES.trial_starts - 1] if len(costs) >= RULES.trial_starts else math.inf
         some = drawn[first : first + SETS]
         costs += capped_costs(part, some, targets=part.targets, cap=cap, windows=windows, align=align)
@@ -153,7 +155,7 @@ def search_start(
 
 
 def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Windows, found: Trial) -> Trial:
-    """Return a trial whose best start was refined further with all terms free, from their null values."""
+    """Refine the best start of a trial with all terms free, from their null values."""
     superset = superset_of(problem.space.mechanism, grown_only=True)
     if superset is None or not math.isfinite(found.cost):
         return found

@@ -1,1 +1,1 @@
-"""A finished fit taken up again: the likelihood's profile, the scatter of refits."""
+"""Refits around the optimum of a finished fit: profile likelihood and parametric bootstrap."""

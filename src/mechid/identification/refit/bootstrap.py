@@ -1,9 +1,9 @@
-"""Parametric bootstrap: records simulated at the estimate, with noise like theirs, and fitted again and again.
+"""Parametric bootstrap: records simulated at the estimate, with noise like theirs, and refitted.
 
-What the refits scatter by is what the estimates would if the campaign were repeated, as far as the model and its
-noise hold: no derivative enters (Efron and Tibshirani 1993, chapter 6). Noise is what is left of each record, white
-or drawn from the autoregressive model of its residual, and a prior is drawn anew as if it were measured. Each draw
-has a generator of its own, so the numbers are the same whatever the number of workers.
+The scatter of the refits is that of the estimates over repetitions of the campaign, as far as the model and its noise
+hold; no derivative enters (Efron and Tibshirani 1993, chapter 6). The noise is white or drawn from the autoregressive
+model of each record's residual, and each prior is drawn as if it were measured anew. Each draw has its own random
+generator, so the results do not depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target
-from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
+from mechid.identification.refit.chord import Chord, DrawOptimum, chord_at, chord_optima
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.fit import Optimum
 from mechid.identification.search.settings import SEARCH
@@ -39,15 +39,15 @@ from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.units import angle_difference
 
 QUANTILES = (0.025, 0.975)
-"""Of an interval of 95 %."""
+"""Quantiles of a 95 % interval."""
 
 
 class DrawOutcome(Enum):
-    """How the refit of a draw ended; the value is the sentence its reader sees."""
+    """Outcome of the refit of a draw; the value is the sentence for the user."""
 
     CONVERGED = "converged near the estimate"
     ELSEWHERE = "converged farther off than the covariance allows: another branch of stick and slip"
-    CLIFF = "stopped at a stick/slip threshold, where the cost should still fall but does not"
+    CLIFF = "stopped at a stick/slip threshold, where the derivatives predict a fall of the cost that does not occur"
     NOT_CONVERGED = "stopped at its limit of steps"
     FAILED = "could not be simulated"
 
@@ -59,7 +59,7 @@ class DrawOutcome(Enum):
 
 @dataclass(frozen=True)
 class Draw:
-    """One refit: its number, how it ended, its cost in sigmas squared, and the file's values."""
+    """One refit: its number, its outcome, its cost in sigmas squared, and the values in the file's units."""
 
     number: int
     outcome: DrawOutcome
@@ -69,16 +69,16 @@ class Draw:
 
 @dataclass(frozen=True)
 class Spread:
-    """What the refits say of one parameter, in the file's unit; angles are unwrapped around the estimate.
+    """Scatter of one parameter over the refits, in the file's unit; angles are unwrapped around the estimate.
 
     Attributes
     ----------
     mean_shift : float
-        Mean of the refits less the estimate.
+        Mean of the refits minus the estimate.
     deviation : float
-        Their standard deviation.
+        Standard deviation of the refits.
     interval : (float, float)
-        Their 2.5 % and 97.5 % quantiles.
+        2.5 % and 97.5 % quantiles of the refits.
     """
 
     name: str
@@ -92,7 +92,7 @@ class Spread:
 
 @dataclass(frozen=True, repr=False)
 class Bootstrap(Shown):
-    """All draws, in order, and what they say of each parameter. Only failed ones are in no quantile."""
+    """All draws, in order, and the scatter of each parameter. Quantiles exclude failed draws only."""
 
     draws: tuple[Draw, ...]
     spreads: tuple[Spread, ...]
@@ -103,7 +103,7 @@ class Bootstrap(Shown):
 
     @property
     def tally(self) -> dict[DrawOutcome, int]:
-        """How many draws ended in which way."""
+        """Number of draws with each outcome."""
         return {outcome: sum(d.outcome is outcome for d in self.draws) for outcome in DrawOutcome}
 
 
@@ -117,26 +117,27 @@ def bootstrap(
     journal: Journal | None = None,
     on_draw: Callable[[Draw], None] = lambda draw: None,
 ) -> Bootstrap:
-    """Return so many draws; those that the journal holds are taken from there.
+    """Refit `draws` draws; draws in the journal are read from there.
 
-    Threads do the work, or the workers of an executor, as `distributed.Client.get_executor()`.
+    The work runs on threads, or on the workers of an executor such as `distributed.Client.get_executor()`.
 
     Raises
     ------
     FitError
-        No draw could be refitted.
+        If no draw could be refitted.
     """
-    world = _world(optimum)
+    world = _build_basis(optimum)
     at, windows = optimum.q, optimum.windows
 
-    def ended(task: tuple[int, int], found: Sequence[Mapping[str, Any]]) -> None:
+    def report_batch(task: tuple[int, int], found: Sequence[Mapping[str, Any]]) -> None:
         for number, one in enumerate(found[: draws - task[1]], task[1]):
             on_draw(_draw(number, one))
 
-    work = partial(_refitted, world, at, windows)
+    work = partial(_refit_batch, world, at, windows)
+    # Whole batches of SETS draws, the last one too; surplus refits are dropped below.
     tasks = [(seed, first) for first in range(0, draws, SETS)]
     with working_on(executor):
-        found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, ended)
+        found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, report_batch)
     done = tuple(_draw(number, one) for number, one in enumerate(islice(chain(*found), draws)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise, seed)
@@ -147,8 +148,8 @@ def _draw(number: int, found: Mapping[str, Any]) -> Draw:
 
 
 @dataclass(frozen=True, eq=False)
-class _World:
-    """What draws are made from: each record's channels at the estimate, their noise, region, slopes."""
+class _Basis:
+    """Basis of the draws: each record's simulated channels, their noise, the covariance and the chord."""
 
     problem: Problem
     signals: Mapping[str, tuple[FloatArray, ...]]
@@ -158,10 +159,10 @@ class _World:
     chord: Chord | None
 
 
-def _world(optimum: Optimum) -> _World:
+def _build_basis(optimum: Optimum) -> _Basis:
     problem, q, windows = replace(optimum.problem, workers=1), optimum.q, optimum.windows
     used = [t for t in problem.targets if t.name in windows]
-    noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
+    noise = {t.name: _fit_noise(problem, t, q, windows[t.name]) for t in used}
     triangle = combine_triangles(problem.triangles(q, windows))
     counted = seen_coordinates(problem, triangle) & ~problem.coordinates.on_bound(q)
     robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
@@ -169,34 +170,32 @@ def _world(optimum: Optimum) -> _World:
     root = vectors / np.sqrt(np.maximum(values, 1e-14 * values.max(initial=1e-300)))
     signals = {t.name: problem.model.predict(t, q, t.samples) for t in used}
     chord = chord_at(problem, q, windows, ~problem.coordinates.on_bound(q))
-    return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root, chord)
+    return _Basis(replace(problem, targets=tuple(used)), signals, noise, counted, root, chord)
 
 
-def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
-    """Return the model of what is left of each channel."""
+def _fit_noise(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
+    """Fit an autoregressive model to the residual of each channel."""
     return tuple(
         fit_autoregression(r, rejected=channel.rejected_within(window))
         for channel, r in zip(target.channels, residual(problem, target, q, window), strict=True)
     )
 
 
-def _refitted(world: _World, at: FloatArray, windows: Windows, task: tuple[int, int]) -> list[dict[str, object]]:
-    """Return the refits of as many draws as go side by side, by seed and first number, from the estimate `at`.
-
-    Always of as many: to the last bit each is what it is in this company.
-    """
+def _refit_batch(world: _Basis, at: FloatArray, windows: Windows, task: tuple[int, int]) -> list[dict[str, object]]:
+    """Return the refits of one batch of draws, by seed and first number, from the estimate `at`."""
     seed, first = task
+    # Always a full batch: rounding depends on the draws simulated together, and refits must repeat to the last bit.
     draws = [_problem(world, at, np.random.default_rng((seed, number))) for number in range(first, first + SETS)]
-    near = arrived(world.chord, draws, at, windows) if world.chord else [None] * len(draws)
+    near = chord_optima(world.chord, draws, at, windows) if world.chord else [None] * len(draws)
     return [
-        _near(world, at, draw, end) if end else _solved(world, at, windows, draw)
+        _convert_optimum(world, at, draw, end) if end else _refit_draw(world, at, windows, draw)
         for draw, end in zip(draws, near, strict=True)
     ]
 
 
-def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem:
+def _problem(world: _Basis, at: FloatArray, rng: np.random.Generator) -> Problem:
     """Return the problem of one draw."""
-    targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
+    targets = tuple(_draw_target(t, world, rng) for t in world.problem.targets)
     here = world.problem.coordinates.values(at)
     priors = {
         name: (here[name] + sigma * rng.standard_normal(), sigma)
@@ -206,14 +205,14 @@ def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem
     return replace(world.problem, targets=targets, priors=priors)
 
 
-def _near(world: _World, at: FloatArray, problem: Problem, end: Arrived) -> dict[str, object]:
+def _convert_optimum(world: _Basis, at: FloatArray, problem: Problem, end: DrawOptimum) -> dict[str, object]:
     far = _distance(world, end.q - at) > chdtri(int(world.counted.sum()), REFIT.elsewhere)
     outcome = DrawOutcome.ELSEWHERE if far else DrawOutcome.CONVERGED
     return {"outcome": outcome.code, "cost": end.cost, "values": problem.coordinates.values(end.q)}
 
 
-def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -> dict[str, object]:
-    """Return the refit of one draw as of any record."""
+def _refit_draw(world: _Basis, at: FloatArray, windows: Windows, problem: Problem) -> dict[str, object]:
+    """Return the refit of one draw by the general solver."""
     solution = solve(problem, at, windows)
     outcome = DrawOutcome.CONVERGED
     if not np.all(np.isfinite(solution.triangle.jacobian)):
@@ -227,8 +226,8 @@ def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -
     return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.coordinates.values(solution.q)}
 
 
-def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
-    """Return a target that measures what the estimate gives, in noise like its own."""
+def _draw_target(target: Target, world: _Basis, rng: np.random.Generator) -> Target:
+    """Return a target with the simulated output plus noise like that of the record."""
     drawn = [
         replace(channel, measured=y + _noise(model, target.samples, rng))
         for channel, y, model in zip(target.channels, world.signals[target.name], world.noise[target.name], strict=True)
@@ -238,10 +237,11 @@ def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
 
 def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
     white = model.sigma * rng.standard_normal(samples + (REFIT.warm_up if model.order else 0))
+    # A coloured series starts from a zero memory: its first samples are dropped, since they are too quiet.
     return model.coloured(white, np.zeros(model.order))[0][-samples:]
 
 
-def _distance(world: _World, step: FloatArray) -> float:
+def _distance(world: _Basis, step: FloatArray) -> float:
     """Return the squared distance of a step from the estimate, in sigmas of the robust covariance."""
     return float(np.sum((step[world.counted] @ world.root) ** 2))
 
@@ -250,11 +250,11 @@ def _spreads(optimum: Optimum, draws: tuple[Draw, ...]) -> tuple[Spread, ...]:
     good = [d for d in draws if d.outcome is not DrawOutcome.FAILED]
     if not good:
         raise FitError(f"none of {len(draws)} draws could be simulated at the estimate; identify anew")
-    return tuple(_spread(optimum, name, good) for name in optimum.moved)
+    return tuple(_spread(optimum, name, good) for name in optimum.estimated_names)
 
 
 def _spread(optimum: Optimum, name: str, draws: list[Draw]) -> Spread:
-    own, value = optimum.one(name), optimum.values(optimum.q)[name]
+    own, value = optimum.estimate_of(name), optimum.values(optimum.q)[name]
     off = np.array([d.values[name] for d in draws]) - value
     if own.unit == "deg" and own.min is None:
         off = angle_difference(off)

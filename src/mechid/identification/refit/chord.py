@@ -1,9 +1,9 @@
-"""Draws near the estimate, brought to their optima side by side along the estimate's derivatives.
+"""Chord method for the optima of draws near the estimate, for many draws at once.
 
-A draw differs from what the estimate gives by noise alone, so its optimum is near, and the derivatives there are
-those at the estimate, next to nothing apart: Newton's method with one and the same derivative (the chord method)
-needs no sensitivities but the estimate's own, and what is left of all draws at once. It comes to where the gradient
-along these derivatives is zero. A draw that it does not bring there is refitted as any record is.
+A draw differs from the simulation at the estimate by noise alone, so its optimum is near, and the derivatives there are
+nearly those at the estimate. Newton's method with a fixed derivative (the chord method) needs only the estimate's
+sensitivities, and simulates the residuals of all draws together. It converges to a zero of the gradient along these
+derivatives. A draw for which it does not converge is refitted by the general solver.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.search.settings import SEARCH
 
-ENOUGH = 0.1 * SEARCH.negligible_fall
-"""Promised fall of the cost, in sigmas squared, at which a draw has arrived: less than elsewhere, as the slopes err."""
+CONVERGED_FALL = 0.1 * SEARCH.negligible_fall
+"""Predicted fall of the cost, in sigmas squared, at which a draw has converged. It is smaller than elsewhere, since the
+slopes are not exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +33,9 @@ class Chord:
     Attributes
     ----------
     slopes : mapping of str to tuple of (m, n)
-        dr/dq of each record's channels over its window, weighted, without what is projected out.
+        dr/dq of each record's channels over its window, weighted, with offset and drift projected out.
     inverse : (m, m)
-        Of the sum of their products and the priors', for the coordinates that move.
+        Inverse of J^T J over records and priors, zero for coordinates that do not move.
     """
 
     slopes: Mapping[str, tuple[FloatArray, ...]]
@@ -42,7 +43,7 @@ class Chord:
 
 
 @dataclass(frozen=True)
-class Arrived:
+class DrawOptimum:
     """The optimum of a draw: its point, and the cost there in sigmas squared."""
 
     q: FloatArray
@@ -50,7 +51,7 @@ class Arrived:
 
 
 def chord_at(problem: Problem, q: FloatArray, windows: Windows, moving: BoolArray) -> Chord | None:
-    """Return the derivatives of a problem at `q`; None where they are too many to keep."""
+    """Return the derivatives of a problem at `q`; None where they need too much memory."""
     used = [t for t in problem.targets if t.name in windows]
     samples = sum((windows[t.name][1] - windows[t.name][0]) * len(t.channels) for t in used)
     if samples * problem.size > REFIT.most_numbers:
@@ -81,6 +82,7 @@ def _slopes(problem: Problem, target: Target, q: FloatArray, window: Window) -> 
 
 def _inverse(J: FloatArray) -> FloatArray:
     """Return (J^T J)^-1, without the directions that the records do not see."""
+    # Scaled to unit columns: the threshold on eigenvalues then does not depend on the coordinates' units.
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     values, vectors = np.linalg.eigh((J / scale).T @ (J / scale))
     seen = values > REFIT.weak * values.max(initial=0.0)
@@ -88,30 +90,33 @@ def _inverse(J: FloatArray) -> FloatArray:
     return np.asarray(half @ half.T)
 
 
-def arrived(chord: Chord, draws: Sequence[Problem], start: FloatArray, windows: Windows) -> list[Arrived | None]:
-    """Return where each draw's optimum is; None where the chord method does not bring it there.
+def chord_optima(
+    chord: Chord, draws: Sequence[Problem], start: FloatArray, windows: Windows
+) -> list[DrawOptimum | None]:
+    """Return the optimum of each draw; None where the chord method does not converge.
 
     Parameters
     ----------
     chord : Chord
     draws : sequence of Problem
-        Which differ by what was measured, and by the values of their priors.
+        Problems that differ in their measured samples and in the values of their priors.
     start : (m,)
     windows : mapping of str to (first, stop)
     """
-    found: list[Arrived | None] = [None] * len(draws)
+    found: list[DrawOptimum | None] = [None] * len(draws)
     points, left = [start.copy() for _ in draws], list(range(len(draws)))
     for _ in range(REFIT.chord_steps):
-        gradients, costs = _looked_at([draws[k] for k in left], [points[k] for k in left], chord, windows)
+        gradients, costs = _gradients_and_costs([draws[k] for k in left], [points[k] for k in left], chord, windows)
         going = []
         for k, gradient, cost in zip(left, gradients, costs, strict=True):
             step = -chord.inverse @ gradient
             if not np.isfinite(cost):
                 continue
-            if -gradient @ step < ENOUGH:
-                found[k] = Arrived(points[k], cost)
+            if -gradient @ step < CONVERGED_FALL:
+                found[k] = DrawOptimum(points[k], cost)
                 continue
             points[k] = points[k] + step
+            # A step beyond a bound leaves the draw to the general solver, which handles bounds.
             if np.array_equal(points[k], draws[k].coordinates.clip(points[k])):
                 going.append(k)
         left = going
@@ -120,7 +125,7 @@ def arrived(chord: Chord, draws: Sequence[Problem], start: FloatArray, windows: 
     return found
 
 
-def _looked_at(
+def _gradients_and_costs(
     draws: Sequence[Problem], points: Sequence[FloatArray], chord: Chord, windows: Windows
 ) -> tuple[list[FloatArray], list[float]]:
     """Return the gradient of each draw at its point along the chord's derivatives, and the cost."""
@@ -142,7 +147,7 @@ def _looked_at(
 
 
 def _sums(misfits: Sequence[Misfit], slopes: Sequence[FloatArray]) -> tuple[list[FloatArray], list[float]]:
-    """Return slopes times residual, and the residual's sum of squares without what is projected out, of each misfit."""
+    """Return J^T r and the sum of squares of each misfit, with offset and drift projected out of the residual."""
     target, window = misfits[0].target, misfits[0].window
     rows = [WeightedRows(misfit) for misfit in misfits]
     whole = [np.zeros((width, window[1] - window[0])) for width in rows[0].widths]
@@ -156,7 +161,8 @@ def _sums(misfits: Sequence[Misfit], slopes: Sequence[FloatArray]) -> tuple[list
             own[k][here] = block[target.channels[k].removed, :n]
         done[k] += n
     gradients, costs = [], []
-    for misfit, own in zip(misfits, series, strict=True):  # one by one: a product of many rounds otherwise
+    # One by one: a matrix product over many residuals would round differently.
+    for misfit, own in zip(misfits, series, strict=True):
         gradient, cost = np.zeros(len(slopes[0])), 0.0 if misfit.succeeded else np.inf
         for k, channel in enumerate(target.channels):
             removed, r = whole[k][: channel.removed], own[k] / channel.scale

@@ -1,10 +1,10 @@
-"""Profile likelihood: one parameter held at value after value, all others refitted.
+"""Profile likelihood: one parameter held at a sequence of values, all others refitted.
 
-The cost over the held value is the likelihood's own shape, where the standard error knows only its curvature at
-the optimum. Its 95 % interval ends where the cost has risen by the 95 % quantile of chi-square with one degree of
-freedom, 3.84 sigmas squared (Venzon and Moolgavkar 1988). Behind coloured residuals the cost counts every sample
-as a new one and rises too fast; there the quantile times the ratio of the robust variance to the white one is
-the level (Rotnitzky and Jewell 1990).
+The cost over the held value shows the shape of the likelihood, while the standard error uses only its curvature at the
+optimum. The 95 % interval ends where the cost has risen by the 95 % quantile of chi-square with one degree of freedom,
+3.84 sigmas squared (Venzon and Moolgavkar 1988). With coloured residuals the cost counts every sample as independent
+and rises too fast; the level is then the quantile times the ratio of the robust variance to the white one (Rotnitzky
+and Jewell 1990).
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from mechid.identification.search.solve import promised_fall, solve
 from mechid.identification.stages.freeze import without
 
 QUANTILE = float(chdtri(1, 0.05))
-"""Of chi-square of one degree: an interval of 95 %."""
+"""95 % quantile of chi-square with one degree of freedom."""
 
 
 class SideEnd(Enum):
-    """How a side of a profile ended; the value is the sentence its reader sees."""
+    """End of a side of a profile; the value is the sentence for the user."""
 
     CROSSED = "The cost has risen by its level."
     BOUND = "The bound of the mechanism file comes first."
@@ -48,7 +48,7 @@ class SideEnd(Enum):
 
 @dataclass(frozen=True)
 class Point:
-    """A value held: how far the cost has risen, in sigmas squared, where the others went, and how that ended."""
+    """A held value: the rise of the cost, in sigmas squared, the refitted coordinates, and a note on the refit."""
 
     value: float
     rise: float
@@ -57,13 +57,13 @@ class Point:
 
     @property
     def root(self) -> float:
-        """Square root of the rise, which is linear in the value where the cost is a parabola."""
+        """Square root of the rise; it is linear in the value where the cost is a parabola."""
         return math.sqrt(max(self.rise, 0.0))
 
 
 @dataclass(frozen=True)
 class Cliff:
-    """Two neighbouring values between which the cost jumps, and by how much, in sigmas squared."""
+    """Two neighbouring values between which the cost jumps, and the jump in sigmas squared."""
 
     below: float
     above: float
@@ -82,9 +82,9 @@ class Profile:
         Rises of the cost at which the intervals end, in sigmas squared; the second is None where the residuals
         are white.
     interval, interval_coloured : (float or None, float or None)
-        95 % intervals; None on a side that has not come to its level.
+        95 % intervals; None on a side that has not reached its level.
     ends : (SideEnd, SideEnd)
-        How the sides of `interval` ended.
+        Ends of the sides of `interval`.
     """
 
     name: str
@@ -102,7 +102,7 @@ class Profile:
 
     @property
     def gain(self) -> float:
-        """By how much a refit has come below the cost of the estimate, in sigmas squared: 0 at an optimum."""
+        """Largest fall of a refit below the cost of the estimate, in sigmas squared: 0 at an optimum."""
         return -min(p.rise for p in self.points)
 
 
@@ -119,88 +119,87 @@ def profiles(
     journal: Journal | None = None,
     on_point: TellPoint = lambda name, point: None,
 ) -> list[Profile]:
-    """Return the profile of each parameter; both sides of all are worked on at once.
+    """Return the profile of each parameter; all sides are computed in parallel.
 
-    Threads do the work, or the workers of an executor, as `distributed.Client.get_executor()`.
+    The work runs on threads, or on the workers of an executor such as `distributed.Client.get_executor()`.
 
     Raises
     ------
     UsageError
-        The fit did not move a parameter.
+        If the fit did not estimate a parameter.
     """
     for name in names:
-        optimum.one(name)
+        optimum.estimate_of(name)
     inner = replace(optimum, problem=replace(optimum.problem, workers=1))
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
     refit = partial(_refit, inner)
     with working_on(executor):
-        done = directed(
-            lambda task: _Side(inner, refit, *task, journal or Journal(), on_point).walked(), tasks, workers
-        )
+        done = directed(lambda task: _Side(inner, refit, *task, journal or Journal(), on_point).walk(), tasks, workers)
     return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
 
 
 class _Side:
-    """One side of a profile: from the estimate outward, until the cost has risen by the level or nothing is left."""
+    """One side of a profile: from the estimate outward, until the cost reaches its level or the steps run out."""
 
     def __init__(
         self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, on_point: TellPoint
     ) -> None:
         self.optimum, self.refit, self.name, self.sign = optimum, refit, name, sign
         self.journal, self.on_point = journal, on_point
-        self.own = optimum.one(name)
+        self.own = optimum.estimate_of(name)
         self.value = optimum.values(optimum.q)[name]
         self.cliffs: list[Cliff] = []
 
-    def walked(self) -> tuple[list[Point], list[Cliff]]:
-        """Return the points outward from the estimate, and the cliffs between them."""
-        _, q = held(self.optimum, self.name, self.value)
+    def walk(self) -> tuple[list[Point], list[Cliff]]:
+        """Compute the points outward from the estimate, and the cliffs between them."""
+        _, q = hold_parameter(self.optimum, self.name, self.value)
         points = [Point(self.value, 0.0, q)]
         step, limit = self.sign * self._first_step(), self._limit()
         level = max(_levels(self.own))
         while len(points) < REFIT.most_steps and points[-1].rise < level and points[-1].value != limit:
             value = points[-1].value + step
             value = limit if self.sign * (value - limit) >= 0.0 else value
-            point = self._refitted(value, points)
+            point = self._refit_point(value, points)
             before = points[-1].root
-            points += [*self._between(points, point, REFIT.halvings), point]
+            points += [*self._bisect_gap(points, point, REFIT.halvings), point]
             step *= self._growth(before, point)
         return points, self.cliffs
 
     @staticmethod
     def _growth(before: float, point: Point) -> float:
-        """Return the factor by which the next step is longer, so that the root grows as wanted."""
+        """Return the factor on the next step with which the root grows by `REFIT.step`."""
         if point.rise < 0.0:
             return 1.0
         grown = point.root - before
         return min(max(REFIT.step / grown, 0.3), 3.0) if grown > 0.0 else 3.0
 
     def _first_step(self) -> float:
-        """Return the step by which the root of the rise should grow as wanted, from the local error."""
+        """Return the first step, from the standard error, with which the root should grow by `REFIT.step`."""
         error = self.own.std_error_white or self.own.std_error
         return float(REFIT.step * error) if error else 1e-3 * max(abs(self.value), 1e-6)
 
     def _limit(self) -> float:
-        """Return the bound on this side; of an angle that has none, half a turn away."""
+        """Return the bound on this side; half a turn away for an angle without bounds."""
         bound = self.own.min if self.sign < 0.0 else self.own.max
         return float(bound) if bound is not None else self.value + self.sign * 180.0
 
-    def _between(self, points: Sequence[Point], far: Point, halvings: int) -> list[Point]:
-        """Return points between the last one and a further one that show whether the cost jumps there."""
+    def _bisect_gap(self, points: Sequence[Point], far: Point, halvings: int) -> list[Point]:
+        """Bisect the gap to a further point where the cost may jump, and record the jump as a cliff."""
         near = points[-1]
+        # Not (a > b), so that a NaN of a failed refit counts as no jump.
         if not abs(far.root - near.root) > REFIT.jump:
             return []
         if halvings == 0:
             first, second = sorted((near.value, far.value))
             self.cliffs.append(Cliff(first, second, far.rise - near.rise))
             return []
-        middle = self._refitted(0.5 * (near.value + far.value), points)
-        inner = self._between(points, middle, halvings - 1)
+        middle = self._refit_point(0.5 * (near.value + far.value), points)
+        inner = self._bisect_gap(points, middle, halvings - 1)
         here = [*points, *inner, middle]
-        return [*inner, middle, *self._between(here, far, halvings - 1)]
+        return [*inner, middle, *self._bisect_gap(here, far, halvings - 1)]
 
-    def _refitted(self, value: float, points: Sequence[Point]) -> Point:
-        """Return the point of a held value, refitted from the last one or from where the last two lead."""
+    def _refit_point(self, value: float, points: Sequence[Point]) -> Point:
+        """Refit at a held value, from the last point or from the linear extrapolation of the last two."""
         starts = [points[-1].q]
         if len(points) > 1 and points[-1].value != points[-2].value:
             share = (value - points[-1].value) / (points[-1].value - points[-2].value)
@@ -211,8 +210,8 @@ class _Side:
         return point
 
 
-def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray]:
-    """Return the problem in which one parameter is known, and its point at the optimum of all others."""
+def hold_parameter(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray]:
+    """Return the problem with one parameter held at a value, and the point with the others at their optimum."""
     problem, q = optimum.problem, optimum.q
     names = [p.name for p in problem.space.mechanism.free if p.name != name]
     if name in problem.space.mechanism.parameters:
@@ -223,9 +222,9 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
 
 
 def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> dict[str, object]:
-    """Return the refit of all others where the parameter of a name is held at a value, from the best of some starts."""
+    """Refit all other parameters with one held at a value, from the best of some starts."""
     name, value, starts = task
-    problem, q = held(optimum, name, value)
+    problem, q = hold_parameter(optimum, name, value)
     if not problem.size:
         return {"cost": problem.total_norm(q, optimum.windows) ** 2, "q": q, "note": ""}
     inside = [problem.coordinates.clip(q) for q in starts]
@@ -240,20 +239,20 @@ def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> d
 
 
 def _levels(own: ParameterEstimate) -> list[float]:
-    """Return the level of white residuals, and where they are coloured the level of theirs."""
+    """Return the level for white residuals, followed by that for coloured ones where colour counts."""
     error, white = own.std_error, own.std_error_white
     ratio = (error / white) ** 2 if error and white else 1.0
     return [QUANTILE, QUANTILE * ratio] if max(ratio, 1.0 / ratio) > REFIT.coloured else [QUANTILE]
 
 
-Walked = tuple[list[Point], list[Cliff]]
+SidePoints = tuple[list[Point], list[Cliff]]
 
 
-def _profile(optimum: Optimum, name: str, below: Walked, above: Walked) -> Profile:
-    own = optimum.one(name)
+def _profile(optimum: Optimum, name: str, below: SidePoints, above: SidePoints) -> Profile:
+    own = optimum.estimate_of(name)
     levels = _levels(own)
     sides = [below, above]
-    at = [[_crossing(points, cliffs, level) for points, cliffs in sides] for level in levels]
+    at = [[_find_crossing(points, cliffs, level) for points, cliffs in sides] for level in levels]
     coloured = at[1] if len(levels) > 1 else [(None, SideEnd.OPEN)] * 2
     return Profile(
         name=name,
@@ -271,14 +270,15 @@ def _profile(optimum: Optimum, name: str, below: Walked, above: Walked) -> Profi
     )
 
 
-def _crossing(points: Sequence[Point], cliffs: Sequence[Cliff], level: float) -> tuple[float | None, SideEnd]:
-    """Return where a side rises over a level, and how it ended."""
+def _find_crossing(points: Sequence[Point], cliffs: Sequence[Cliff], level: float) -> tuple[float | None, SideEnd]:
+    """Return the value at which a side crosses a level, None if it does not, and the end of the side."""
     i = next((i for i, p in enumerate(points) if p.rise >= level), None)
     if i is None:
         return None, SideEnd.OPEN if len(points) >= REFIT.most_steps else SideEnd.BOUND
     inside, outside = points[i - 1], points[i]
     if any({c.below, c.above} == {inside.value, outside.value} for c in cliffs):
         return inside.value, SideEnd.CLIFF
+    # The value is interpolated over the root, in which it is nearly linear; monotone, so it cannot overshoot.
     root = math.sqrt(level)
     roots = np.array([p.root for p in points[: i + 2]])
     values = np.array([p.value for p in points[: i + 2]])

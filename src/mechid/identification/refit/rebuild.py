@@ -1,4 +1,4 @@
-"""Optimum of a finished fit rebuilt from its campaign: the problem that the search solved, at the values it found."""
+"""Reconstruction of a finished fit's optimum from its campaign: the final problem of the search, at its values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mechid.identification.identify import make_problem
 from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.as_fitted import campaign_as_fitted
-from mechid.identification.result.fit import MOVED, Fit, Optimum
+from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit, Optimum
 from mechid.identification.result.grade import grade_words
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
@@ -23,39 +23,40 @@ from mechid.identification.search.masks import with_masks
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
-from mechid.identification.uncertainty.noise import release_noise, without_outliers
-from mechid.identification.uncertainty.noise_levels import with_saved_levels
+from mechid.identification.uncertainty.noise import reject_outliers, release_noise
+from mechid.identification.uncertainty.noise_levels import restore_levels
 from mechid.parameter import Status
 
 
 def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
-    """Return the optimum of a fit that holds its campaign; the weights of its records follow from the residuals.
+    """Rebuild the optimum of a fit that holds its campaign; the weights of its records follow from the residuals.
 
     Raises
     ------
     UsageError
-        The fit does not hold its campaign.
+        If the fit does not hold its campaign.
     InputFileError
-        The files of the campaign are not those of the fit.
+        If the files of the campaign are not those of the fit.
     FitError
-        The fit has no optimum.
+        If the fit has no optimum.
     """
-    refuse_other_files(fit)
+    refuse_changed_files(fit)
     if not fit.grade.good:
-        raise FitError(" ".join(["the fit has no optimum to look around from:", *grade_lines(fit)]))
+        raise FitError(" ".join(["the fit has no optimum:", *grade_lines(fit)]))
     campaign = campaign_as_fitted(replace(fit.required_campaign, mechanism=fit.start_mechanism), fit)
-    values = {name: p.value for name, p in fit.parameters.items() if p.status in (*MOVED, Status.FROZEN)}
+    values = {name: p.value for name, p in fit.parameters.items() if p.status in (*ESTIMATED_STATUSES, Status.FROZEN)}
+    # The order of these steps is that of the search: each one changes the residuals that set the next weights.
     with one_core_algebra():
-        # Small priors hold added terms near their null value, where the fit ended with such.
+        # Small priors hold added terms near their null value, if the fit ended with such priors.
         small = {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
         problem = replace(make_problem(campaign, workers), shrinkage=small)
-        problem = with_masks(with_saved_levels(problem, fit.records), masks_of(fit.records))
+        problem = with_masks(restore_levels(problem, fit.records), masks_of(fit.records))
         problem, q, windows = _first_point(campaign, problem, values)
-        problem, q = _as_moved(problem, q, fit, values)
+        problem, q = _hold_as_fitted(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
         options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
         if options.spikes == "reject" and not campaign.stages:
-            problem = without_outliers(problem, q, windows)
+            problem = reject_outliers(problem, q, windows)
         problem, _ = release_noise(problem, q, windows, options)
         if options.priors == "search":
             problem = replace(problem, priors={})
@@ -68,17 +69,19 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
 def _first_point(
     campaign: Campaign, problem: Problem, values: Mapping[str, float]
 ) -> tuple[Problem, FloatArray, Windows]:
-    """Return the problem at the values found, with its windows; by the user's stages where the campaign has some."""
+    """Return the problem at the fit's values, with its windows; user-defined stages set them up if there are any."""
     if not campaign.stages:
         return problem, problem.coordinates.point(values), problem.whole()
     state = begin(SearchState(problem, problem.start, problem.whole()), campaign, campaign.stages, values)
     return state.problem, state.q, state.windows
 
 
-def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, float]) -> tuple[Problem, FloatArray]:
+def _hold_as_fitted(
+    problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, float]
+) -> tuple[Problem, FloatArray]:
     """Hold the parameters that the fit held, and search detents at their limit in the coordinates that it used."""
     status = {n: p.status for n, p in fit.parameters.items()}
-    moved = [p.name for p in problem.space.mechanism.free if status[p.name] in MOVED]
+    moved = [p.name for p in problem.space.mechanism.free if status[p.name] in ESTIMATED_STATUSES]
     known = problem.space.mechanism.parameters
     held = {n: v for n, v in values.items() if status[n] == Status.FROZEN and n in known}
     problem, q = without(problem, q, moved, held)
@@ -88,21 +91,21 @@ def _as_moved(problem: Problem, q: FloatArray, fit: Fit, values: Mapping[str, fl
 
 
 def grade_lines(fit: Fit) -> Iterable[str]:
-    """Return the grade of a fit in words, and its first reason with the next step."""
+    """Return the description of a fit's grade, and its first reason with the next step."""
     return [
         grade_words(fit.grade, fit.outcome),
         *(f"{reason.text} Next: {reason.next_command}" for reason in fit.reasons[:1]),
     ]
 
 
-def refuse_other_files(fit: Fit) -> None:
-    """Raise InputFileError where a fit is of other files than its campaign has now."""
+def refuse_changed_files(fit: Fit) -> None:
+    """Raise InputFileError if files of the campaign have changed since the fit."""
     campaign = fit.required_campaign
-    if other := other_files(campaign, fit):
-        raise InputFileError(f"{campaign.path}: {', '.join(other)}: not as in the fit; identify anew")
+    if other := changed_files(campaign, fit):
+        raise InputFileError(f"{campaign.path}: {', '.join(other)} changed since the fit; identify anew")
 
 
-def other_files(campaign: Campaign, fit: Fit) -> tuple[str, ...]:
-    """Return the names of a campaign's files that are not those the fit was made of."""
+def changed_files(campaign: Campaign, fit: Fit) -> tuple[str, ...]:
+    """Return the names of the campaign's files that have changed since the fit."""
     found = fit.inputs_sha256
     return tuple(name for name, digest in file_digests(campaign).items() if found.get(name) != digest)

@@ -1,1 +1,1 @@
-"""What an identification returns, how well records are predicted, and the files of it."""
+"""Results of an identification: estimates, the fit of each record, the grade, and their files."""

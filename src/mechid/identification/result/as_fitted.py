@@ -1,4 +1,4 @@
-"""A finished fit in use: records as it read them, refusal of a failed fit, covariance by the standard errors."""
+"""Use of a finished fit: records as the fit read them, refusal of a failed fit, covariance of the estimates."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mechid.identification.result.grade import GRADE_WORDS, Grade
 
 
 def campaign_as_fitted(campaign: Campaign, fit: Fit, *, disturbances: bool = True) -> Campaign:
-    """Return a campaign with each of its records as its fit read it."""
+    """Return a campaign with its records as the fit read them."""
     records = (record_as_fitted(record, fit, disturbances=disturbances) for record in campaign.records)
     return replace(campaign, records=tuple(records))
 
@@ -25,26 +25,26 @@ def campaign_as_fitted(campaign: Campaign, fit: Fit, *, disturbances: bool = Tru
 def record_as_fitted(record: CampaignRecord, fit: Fit, *, disturbances: bool = True) -> CampaignRecord:
     """Return a record as a fit read it.
 
-    It has the sign, command and use that the fit found, no mains hum, and as known values what was fitted of it on its
-    first part if it is held out. With `disturbances` it also has, as free parameters, those that the fit added because
-    the records ask for them.
+    The record gets the sign, command and use that the fit found, and no mains hum. A held-out record gets the
+    parameters fitted on its first part as known values. With `disturbances`, the parameters of the disturbances that
+    the fit added become free parameters.
     """
     own = fit.records.get(record.name)
     if own is not None:
-        record = record_as_read(record, own.taken)
+        record = record_as_read(record, own.reading)
         record = record.with_known_values(own.nuisance.values) if own.nuisance else record
         record = with_lines(record, own.lines)
-    return recalled_record(record, _added_of_records(fit), fit.mechanism.plant) if disturbances else record
+    return recalled_record(record, _added_declarations(fit), fit.mechanism.plant) if disturbances else record
 
 
-def _added_of_records(fit: Fit) -> dict[str, Declared]:
-    """Return the parameters of disturbances that the fit added, as it started with them, by dotted name."""
+def _added_declarations(fit: Fit) -> dict[str, Declared]:
+    """Return the declarations of the added disturbances' parameters, with their start values, by dotted name."""
     own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
     return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 
 def refuse_failed(fit: Fit, error: type[MechidError], remedy: str = "Identify anew") -> None:
-    """Raise an error where a fit has failed: it has no values to carry on."""
+    """Raise an error if the fit failed: it has no values to use."""
     if fit.grade is Grade.FAILED:
         raise error(f"{fit.source}: {GRADE_WORDS[fit.grade]} {fit.outcome.value} {remedy}")
 
@@ -52,10 +52,11 @@ def refuse_failed(fit: Fit, error: type[MechidError], remedy: str = "Identify an
 def error_covariance(fit: Fit) -> tuple[tuple[str, ...], FloatArray]:
     """Return the parameters that have a standard error, and their covariance in the file's units.
 
-    It is the correlation times the standard errors, so it holds where the model lacks something too, as they do.
-    `Fit.covariance` is of noise alone.
+    It is the correlation times the standard errors, so it includes model error, as they do. `Fit.covariance` counts
+    noise alone.
     """
     errors = np.array([fit.parameters[name].std_error for name in fit.correlation_names], dtype=np.float64)
+    # Unknown entries are null in the file and NaN here.
     known = np.flatnonzero(np.isfinite(errors) & np.isfinite(np.diag(fit.correlation)))
     covariance = fit.correlation * np.outer(errors, errors)
     return tuple(fit.correlation_names[k] for k in known), covariance[np.ix_(known, known)]

@@ -1,4 +1,4 @@
-"""diagnose.json: a diagnosis written down, read again."""
+"""Reader of diagnose.json, the stored result of a diagnosis."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ REMEDY = "diagnose anew (mechid diagnose FIT --out DIR)"
 
 
 def read_diagnosis(path: Path | str) -> dict[str, Any]:
-    """Return what a diagnose.json holds; its ``missing`` are `Missing`.
+    """Return the content of a diagnose.json; the entries of its ``missing`` become `Missing`.
 
     Raises
     ------
     InputFileError
-        The file is missing, damaged, or not of the format.
+        If the file is missing, damaged, or of another format.
     """
     path = Path(path)
     try:
@@ -31,21 +31,22 @@ def read_diagnosis(path: Path | str) -> dict[str, Any]:
     except FileNotFoundError as error:
         raise InputFileError(f'{path}: there is no such file; "mechid diagnose" writes it') from error
     except NotADirectoryError as error:
-        raise InputFileError(f"{path.parent}: is no folder; give the result folder of mechid diagnose") from error
+        raise InputFileError(f"{path.parent} is not a folder; give the result folder of mechid diagnose") from error
     except (OSError, ValueError) as error:
-        raise InputFileError(f"{path}: cannot be read ({' '.join(str(error).split())}); {REMEDY}") from error
+        raise InputFileError(f"{path} cannot be read ({' '.join(str(error).split())}); {REMEDY}") from error
     found = content.get("format") if isinstance(content, dict) else None
     if found != FORMAT:
         raise InputFileError(f'{path}: format: found {json.dumps(found)}; this mechid reads "{FORMAT}", {REMEDY}')
     try:
-        return _checked(content)
+        return _convert_entries(content)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = " ".join(str(error).split()) or type(error).__name__
-        raise InputFileError(f"{path}: is damaged at {what}; {REMEDY}") from error
+        place = " ".join(str(error).split()) or type(error).__name__
+        raise InputFileError(f"{path} is damaged at {place}; {REMEDY}") from error
 
 
-def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content with what every reader rests on; KeyError or TypeError where that is not there."""
+def _convert_entries(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Convert the entries that every reader needs; KeyError or TypeError where one is absent or of another type."""
+    # Keys that a later version may add are left out, so that its files stay readable.
     known = {field.name for field in fields(Missing)}
     missing = [Missing.from_dict({k: v for k, v in one.items() if k in known}) for one in content["missing"]]
     tried = [{key: str(one[key]) for key in ("name", "words", "why")} for one in content["tried"]]

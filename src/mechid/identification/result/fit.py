@@ -27,23 +27,23 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ESTIMATE_NAME, FORMAT = "estimate.json", "mechid-estimate/1"
-MOVED = (Status.FREE, Status.AT_BOUND)
-"""Statuses of the parameters that a fit moves."""
+ESTIMATED_STATUSES = (Status.FREE, Status.AT_BOUND)
+"""Statuses of the parameters that a fit estimates."""
 OPTIMUM = "_optimum"
 """Attribute under which a fit keeps its optimum."""
 LINEAR = "mechid.exports.linear.linear"
-"""Makes linear models of a fit. It stands above this module, which names it and does not import it."""
+"""Module of the linear models of a fit. It lies in a higher layer, so it is imported by name on first use."""
 REBUILD = "mechid.identification.refit.rebuild"
-"""Rebuilds the optimum of a fit, likewise."""
+"""Module that rebuilds the optimum of a fit; imported likewise."""
 PLOT = "mechid.analysis.fit_plot"
-"""Draws a fit, likewise."""
+"""Module that draws a fit; imported likewise."""
 MECHANISM_FILE = "mechid.identification.result.estimate_file"
-"""Reads the mechanism file beside an estimate; likewise."""
+"""Module that reads the mechanism file beside an estimate; imported likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StageReport:
-    """One stage of the search: what it used, what it moved, and what that did to the cost."""
+    """One stage of the search: seconds used of each record, free parameters, cost, evaluations and time."""
 
     name: str
     records: Mapping[str, float]
@@ -61,13 +61,13 @@ class Optimum:
     Attributes
     ----------
     problem : Problem
-        Its free parameters are those that the fit moved; the records have the weights of the last fit.
+        Its free parameters are those that the fit estimated; the records have the weights of the last fit.
     q : (n,)
     windows : mapping of str to (int, int)
     triangle : Triangle
-        At `q`.
+        Linearization at `q`.
     parameters : mapping of str to ParameterEstimate
-        Those of the fit.
+        Estimates of the fit.
     """
 
     problem: Problem
@@ -77,20 +77,20 @@ class Optimum:
     parameters: Mapping[str, ParameterEstimate]
 
     @property
-    def moved(self) -> tuple[str, ...]:
-        """Names of the parameters that the fit moved."""
-        return tuple(name for name, p in self.parameters.items() if p.status in MOVED)
+    def estimated_names(self) -> tuple[str, ...]:
+        """Names of the parameters that the fit estimated."""
+        return tuple(name for name, p in self.parameters.items() if p.status in ESTIMATED_STATUSES)
 
-    def one(self, name: str) -> ParameterEstimate:
-        """Return the estimate of a parameter; UsageError where the fit did not move it."""
-        if name not in self.moved:
+    def estimate_of(self, name: str) -> ParameterEstimate:
+        """Return the estimate of a parameter; UsageError if the fit did not estimate it."""
+        if name not in self.estimated_names:
             known = self.parameters.get(name)
-            state = f"is {known.status}" if known else f"is not in the fit{did_you_mean(name, self.moved)}"
-            raise UsageError(f"--parameter {name}: {state}; the fit moved {', '.join(self.moved)}")
+            state = f"is {known.status}" if known else f"is not in the fit{did_you_mean(name, self.estimated_names)}"
+            raise UsageError(f"--parameter {name}: {state}; the fit estimated {', '.join(self.estimated_names)}")
         return self.parameters[name]
 
     def values(self, q: FloatArray) -> dict[str, float]:
-        """Return the file's values of the parameters that the fit moved, at a point."""
+        """Return the estimated parameters at a point, in the file's units."""
         return self.problem.coordinates.values(q)
 
 
@@ -101,47 +101,47 @@ class Fit(Shown):
     Attributes
     ----------
     mechanism : Mechanism
-        The one that was graded, with the estimated values and the terms that the records needed.
+        The graded mechanism, with the estimated values and the added terms.
     parameters : mapping of dotted name to ParameterEstimate
     correlation_names : tuple of str, (n,)
         The free parameters.
     correlation, covariance : (n, n)
-        In the file's coordinates and units; the covariance is the one robust to colour.
+        In the file's coordinates and units; the covariance is robust to coloured noise.
     records : mapping of name to RecordFit
     stages : tuple of StageReport
     outcome : FitOutcome
     path : tuple of str
-        Names of the ways by which the search has tried to come to the records' ends, in order; the last one led. Empty
+        Names of the strategies that the search tried, in order; the last one reached the records' ends. Empty
         where the file has stages, or the values were given.
     warnings : tuple of str
-        What may spoil the result, each with its remedy.
+        Possible causes of a wrong result, each with its remedy.
     notes : tuple of str
-        What records of this kind can never tell.
+        Ambiguities that records of this kind cannot resolve.
     provenance : mapping
         Versions, digests of the inputs, seed, wall time.
     consistency : Consistency or None
-        Whether parts of the records contradict one another; None where it was not tested.
+        Agreement between parts of the records; None where it was not tested.
     grade : Grade
-        What the fit is worth.
+        Usability of the values and their errors.
     reasons : tuple of Reason
-        Why it has no better grade.
+        Reasons why the grade is not better.
     synthetic : bool
         Whether the records were simulated.
     missing : tuple of Missing
         Effects that the files do not declare and the records need, added to the fit: terms and laws of the mechanism,
         and disturbances of the records.
     suggested : tuple of Suggested
-        What a fit of grade B or C without added terms leaves to be explained, the likeliest first.
+        Candidate effects for the residual of a fit of grade B or C without added terms, the likeliest first.
     as_written : AsWritten or None
-        How the mechanism as written does at these values; None where nothing was added to it.
+        Prediction by the mechanism as written at these values; None where nothing was added to it.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
     mains_hz : float or None
         Frequency of the grid, Hz, whose hum was removed or is left in the records; None where none is evident.
     campaign : Campaign or None
-        Of which it was identified, where it is at hand: of fits that `mechid.identify` and `mechid.load_fit` give.
+        The identified campaign, where it is available: in fits from `mechid.identify` and `mechid.load_fit`.
     folder : Path or None
-        Result folder that it was read from; None of a fit that was not read.
+        Result folder from which the fit was read; None for a fit that was not read from a file.
     """
 
     mechanism: Mechanism
@@ -168,12 +168,13 @@ class Fit(Shown):
     campaign: Campaign | None = field(default=None, compare=False)
     folder: Path | None = field(default=None, compare=False)
 
-    if not TYPE_CHECKING:  # it is called for the mechanism that was not read yet, and for what no fit has
+    # Hidden from type checkers: with a visible __getattr__ they would accept any misspelt attribute of a fit.
+    if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
             """Read the mechanism file of a fit whose numbers alone were read (`read_numbers`)."""
             if name != "mechanism" or not vars(self).get("folder"):
-                # Raised anew for a property, whose own AttributeError Python drops before it comes here.
+                # Where a property raised AttributeError, Python discards that and calls this: raise it again.
                 return object.__getattribute__(self, name)
             read = import_module(MECHANISM_FILE).read_estimated_mechanism
             object.__setattr__(self, name, read(self.provenance, Path(self.source)))
@@ -181,7 +182,7 @@ class Fit(Shown):
 
     @property
     def source(self) -> str:
-        """Path of the estimate.json that it was read from, or "the fit" of one in memory: the place in messages."""
+        """Path of the estimate.json, or "the fit" for one in memory; messages name this place."""
         return str(self.folder / ESTIMATE_NAME) if self.folder else "the fit"
 
     @property
@@ -198,12 +199,12 @@ class Fit(Shown):
 
     @property
     def added_terms(self) -> tuple[Missing, ...]:
-        """Entries of `missing` that are terms or laws of the mechanism, and no disturbances of the records."""
+        """Entries of `missing` that are terms or laws of the mechanism, without the disturbances of the records."""
         return tuple(one for one in self.missing if one.block)
 
     @property
     def start_mechanism(self) -> Mechanism:
-        """The mechanism with the values that the fit started from."""
+        """The mechanism with the start values of the fit."""
         names = {p.name for p in self.mechanism.free}
         return self.mechanism.with_values({n: p.start for n, p in self.parameters.items() if n in names})
 
@@ -214,7 +215,7 @@ class Fit(Shown):
 
     @property
     def inputs_sha256(self) -> Mapping[str, str]:
-        """Digests of the files that the fit was made of, by file name; empty where it does not know them."""
+        """Digests of the input files by file name; empty where the provenance has none."""
         found = self.provenance.get("inputs_sha256")
         return found if isinstance(found, Mapping) else {}
 
@@ -225,16 +226,16 @@ class Fit(Shown):
         Raises
         ------
         UsageError
-            The fit does not hold its campaign.
+            If the fit does not hold its campaign.
         InputFileError
-            The files of the campaign are not those of the fit.
+            If the files of the campaign are not those of the fit.
         FitError
-            The fit has no optimum.
+            If the fit has no optimum.
         """
         return self.optimum_on(os.cpu_count() or 1)
 
     def optimum_on(self, workers: int) -> Optimum:
-        """Return `optimum` with a number of threads. It is rebuilt from the campaign once, and kept by this fit."""
+        """Return `optimum` with a number of threads. It is rebuilt from the campaign once and cached on this fit."""
         if OPTIMUM not in vars(self):
             # Not a field: copies with other values must not inherit it, and it is neither compared nor pickled.
             vars(self)[OPTIMUM] = import_module(REBUILD).rebuild_optimum(self, workers)
@@ -242,7 +243,7 @@ class Fit(Shown):
         return replace(kept, problem=replace(kept.problem, workers=workers))
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: everything but the optimum, which is rebuilt where it is asked for."""
+        """Return the attributes to pickle: all but the optimum, which is rebuilt on demand."""
         return {name: value for name, value in vars(self).items() if name != OPTIMUM}
 
     def linear(
@@ -257,10 +258,10 @@ class Fit(Shown):
         stand: bool = False,
         anyway: bool = False,
     ) -> Any:
-        """Return uncertain linear models at holding and the torque at steady rates: `mechid.exports.linear`.
+        """Return uncertain linear models at holding, and the torque at steady rates; see `mechid.exports.linear`.
 
-        With the campaign it was identified from, the first record's start angle is held and the records' stepping is
-        run; without, 0 deg and no rates. The keywords are those of `Options` there; `anyway` takes a failed fit too.
+        With the identified campaign, the models hold the first record's start angle and use the records' stepping
+        rates; without it, 0 deg and no rates. The keywords are those of `Options` there; `anyway` accepts a failed fit.
         """
         return import_module(LINEAR).linear_of_fit(
             self,
@@ -275,14 +276,14 @@ class Fit(Shown):
         )
 
     def plot(self, record: str | None = None, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draw what was measured of a record, what the fit says of it and what is left, in SI units over time in s.
+        """Plot measurement, model and residual of a record, in SI units over time in s.
 
         Parameters
         ----------
         record, quantity : str or None
-            None takes the campaign's first record, and its leading channel.
+            Defaults: the campaign's first record and its leading channel.
         ax : matplotlib.axes.Axes or None
-            None makes new ones.
+            None creates new axes.
 
         Returns
         -------
@@ -291,7 +292,7 @@ class Fit(Shown):
         Raises
         ------
         UsageError
-            There is no such record or quantity, or the fit does not hold its campaign.
+            If there is no such record or quantity, or the fit does not hold its campaign.
         """
         axes: Axes = import_module(PLOT).plot_fit(self, record, quantity, ax)
         return axes

@@ -15,7 +15,7 @@ from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.identity import file_digest
 from mechid.identification.result.estimate_file import (
-    WITH_ERRORS,
+    ERROR_TABLES,
     is_synthetic,
     read_estimate,
     read_estimated_mechanism,
@@ -29,21 +29,21 @@ from mechid.plant.mechanism import Mechanism
 
 
 def _keys(kind: type, *others: str) -> tuple[str, ...]:
-    """Return the fields of a dataclass whose entries of estimate.json have its names and values."""
+    """Return the fields of a dataclass that estimate.json stores under the same names, without `others`."""
     return tuple(field.name for field in fields(kind) if field.name not in others)
 
 
-ESTIMATED = _keys(RecordFit, "name", "channels", "taken", "nuisance", "followed_of_whole", "validation")
+ESTIMATED = _keys(RecordFit, "name", "channels", "reading", "nuisance", "followed_of_whole", "validation")
 STAGE = _keys(StageReport, "free")
 PARAMETER = _keys(ParameterEstimate, "name", "prior", "at_physical_limit", "one_sided", "std_error_clock", "added")
 NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
-"""Entries of which null means that there is no such number."""
+"""Entries whose null is read as NaN."""
 
 NOT_READ: Any = None
-NEEDED = (*WITH_ERRORS, "records")
-"""Tables of estimate.json without which there is no fit."""
-BESIDE = "an earlier version graded the model with further terms, and left the values of the one without them"
-"""What is wrong with an estimate that has this table."""
+NEEDED = (*ERROR_TABLES, "records")
+"""Required tables of estimate.json."""
+BESIDE = "an earlier version graded the model with further terms but wrote the values of the model without them"
+"""Fault of an estimate that has the table ``beside``."""
 
 
 def estimate_path(place: Path | str) -> Path:
@@ -60,19 +60,19 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
     place : Path
         Result folder, or its estimate.json.
     campaign : Campaign or None
-        The one that was identified, its records read. Without it the mechanism is the file that identify left beside
-        the estimate, and no record is read.
+        The identified campaign with its records. Without it the mechanism is read from the file beside the estimate,
+        and no record is read.
 
     Returns
     -------
     Fit
-        Its `folder` is where it was read from; it holds the campaign where that is given.
+        Its `folder` is the place from which it was read; it holds the campaign if one is given.
 
     Raises
     ------
     InputFileError
-        The file is missing or damaged, a file of the campaign is no longer the one that was identified, or without a
-        campaign the mechanism file is not the one that identify left.
+        If the file is missing or damaged, if a file of the campaign has changed since the identification, or, without
+        a campaign, if the mechanism file has.
     """
     path = estimate_path(place)
     content = read_estimate(path, needs=NEEDED)
@@ -80,48 +80,49 @@ def read_fit(place: Path | str, campaign: Campaign | None = None) -> Fit:
         mechanism = read_estimated_mechanism(content.get("provenance"), path)
     else:
         mechanism = campaign.mechanism
-    fit = _checked(content, path, mechanism, campaign)
+    fit = _build_checked(content, path, mechanism, campaign)
     return replace(fit, campaign=campaign, synthetic=fit.synthetic or (campaign is not None and campaign.synthetic))
 
 
 def read_numbers(place: Path | str) -> Fit:
-    """Read a finished fit whose mechanism is not needed, as `read_fit` does without a campaign.
+    """Read the numbers of a finished fit, as `read_fit` does without a campaign, but without its mechanism.
 
-    Its mechanism file is read, and checked to be the one that identify left, when `Fit.mechanism` is first asked for:
-    fits can be compared whose mechanism files or own blocks have changed since.
+    The mechanism file is read and checked on first use of `Fit.mechanism`. Fits can thus be compared after their
+    mechanism files or own blocks have changed.
     """
     path = estimate_path(place)
-    return _checked(read_estimate(path, needs=NEEDED), path)
+    return _build_checked(read_estimate(path, needs=NEEDED), path)
 
 
-def _checked(
+def _build_checked(
     content: Mapping[str, Any], path: Path, mechanism: Mechanism | None = None, campaign: Campaign | None = None
 ) -> Fit:
-    """Return the fit that the content of an estimate.json describes, of the campaign's files where one is given."""
+    """Build the fit from the content of an estimate.json; check the campaign's files against it if one is given."""
     if "grade" not in content:
-        raise InputFileError(f"{path.name}: grade: missing; it was written by an earlier version, identify anew")
+        raise InputFileError(f"{path.name}: grade: missing; the file is of an earlier version, identify anew")
     if content.get("beside"):
         raise InputFileError(f"{path}: beside: {BESIDE}; identify anew")
     try:
         if campaign is not None:
             _refuse_changed(content["provenance"]["inputs_sha256"], campaign, path)
-        fit = _fit(content, mechanism, path.parent)
-        fit.to_dict()  # a fit that cannot be written again is damaged
+        fit = _build_fit(content, mechanism, path.parent)
+        # A fit that cannot be written again is damaged.
+        fit.to_dict()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = " ".join(str(error).split()) or type(error).__name__
-        raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
+        place = " ".join(str(error).split()) or type(error).__name__
+        raise InputFileError(f"{path} is damaged at {place}; identify anew") from error
     return fit
 
 
 def _has_added_terms(content: Mapping[str, Any]) -> bool:
-    """Return whether the mechanism of an estimate has terms that its campaign's mechanism file lacks."""
+    """Tell whether the mechanism of an estimate has terms that its campaign's mechanism file lacks."""
     parameters = content.get("parameters")
     entries = parameters.values() if isinstance(parameters, Mapping) else ()
     return any(isinstance(p, Mapping) and bool(p.get("added")) for p in entries)
 
 
-def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) -> Fit:
-    """Return the fit that the content of an estimate.json describes, without a mechanism where none is given."""
+def _build_fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) -> Fit:
+    """Build the fit from the content of an estimate.json; without a mechanism if none is given."""
     parameters = {
         name: ParameterEstimate(
             name=name,
@@ -130,7 +131,7 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
             one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
             std_error_clock=p.get("std_error_clock"),  # absent from files of earlier versions
             added=bool(p.get("added")),
-            **_kept(p, PARAMETER),
+            **_select_entries(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
     }
@@ -140,12 +141,14 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
     records = {
         name: RecordFit(
             name=name,
-            channels={quantity: _channel(_kept(own, tuple(own))) for quantity, own in r["channels"].items()},
-            taken=Reading.from_dict(r["taken"]),
+            channels={
+                quantity: _build_channel(_select_entries(own, tuple(own))) for quantity, own in r["channels"].items()
+            },
+            reading=Reading.from_dict(r["taken"]),
             nuisance=Nuisance.from_dict(r["nuisance"]) if r.get("nuisance") else None,
             followed_of_whole=r.get("followed_percent"),  # absent from files of earlier versions
             validation=r.get("validation"),
-            **_kept(r, ESTIMATED),
+            **_select_entries(r, ESTIMATED),
         )
         for name, r in content["records"].items()
     }
@@ -153,10 +156,10 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
         mechanism=mechanism.with_values(values) if mechanism else NOT_READ,
         parameters=parameters,
         correlation_names=tuple(names),
-        correlation=_square(matrix, len(names)),
-        covariance=_square(content["covariance"]["matrix"], len(names)),
+        correlation=_build_matrix(matrix, len(names)),
+        covariance=_build_matrix(content["covariance"]["matrix"], len(names)),
         records=records,
-        stages=tuple(StageReport(free=tuple(s["free"]), **_kept(s, STAGE)) for s in content["stages"]),
+        stages=tuple(StageReport(free=tuple(s["free"]), **_select_entries(s, STAGE)) for s in content["stages"]),
         outcome=FitOutcome[str(content["outcome"]["code"]).upper()],
         warnings=tuple(content["warnings"]),
         notes=tuple(content["notes"]),
@@ -174,27 +177,28 @@ def _fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: Path) 
         folder=folder,
     )
     if mechanism is None:
-        del vars(fit)["mechanism"]  # `Fit` reads it when it is asked for
+        # Only an absent attribute reaches `Fit.__getattr__`, which then reads the mechanism file.
+        del vars(fit)["mechanism"]
     return fit
 
 
-def _channel(own: Mapping[str, Any]) -> ChannelFit:
+def _build_channel(own: Mapping[str, Any]) -> ChannelFit:
     runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
     lines = tuple((float(hz), float(amplitude), float(phase)) for hz, amplitude, phase in own.get("lines", ()))
     masked = tuple(MaskedMoment(**moment) for moment in own.get("masked", ()))
     return ChannelFit(**{**own, "rejected_runs": runs, "lines": lines, "masked": masked})
 
 
-def _kept(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
+def _select_entries(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
     return {k: math.nan if entries[k] is None and k in NUMBERS else entries[k] for k in keys}
 
 
-def _square(matrix: list[list[float | None]], size: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _build_matrix(matrix: list[list[float | None]], size: int) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.array(matrix, dtype=np.float64).reshape(size, size)
 
 
 def _refuse_changed(digests: Mapping[str, str], campaign: Campaign, path: Path) -> None:
-    """Compare the files as they are with those that were identified; samples in memory by their own digest."""
+    """Refuse files that differ from those that were identified; samples in memory are compared by their own digest."""
     files = [(file, file_digest(file)) for file in (campaign.path, campaign.mechanism_path)]
     read = [r.data for r in campaign.records if r.data is not None]
     for file, found in [*files, *((data.path, file_digest(data.path) or data.digest) for data in read)]:

@@ -1,4 +1,4 @@
-"""Grade of a fit: outcome of its search, agreement of its parts, and the reasons, each with the next step."""
+"""Grade of a fit: outcome of the search, agreement between parts of the records, and reasons with the next step."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from typing import Any, Self
 from mechid.identification.result.settings import GRADE
 
 UNEXAMINED = (
-    "The run was ended before this fit was examined: its records are not validated, what is left of them was not asked "
-    "for missing effects, and there is no report. mechid identify with --resume goes on from here."
+    "The run ended before this fit was examined: its records are not validated, its residuals were not searched for "
+    "missing effects, and there is no report. mechid identify with --resume continues from here."
 )
-"""Warning of a fit whose search has ended, until all that is optional has been done; its grade is the search's."""
+"""Warning of a fit whose search has ended, until all optional steps are done; its grade is that of the search."""
 
 
 class FitOutcome(Enum):
-    """How the search of a fit ended; the value is the sentence its reader sees. What it is worth is its grade."""
+    """Outcome of the search of a fit; the value is the sentence for the user. The grade judges the result."""
 
     CONVERGED = "The joint fit of all records has converged."
-    STAGES_DONE = "The stages of the campaign file have been worked through."
+    STAGES_DONE = "The stages of the campaign file have been completed."
     EVENT_MISSED = (
-        "The joint fit has converged, but for a moment it leaves a record by more than its residual elsewhere: "
-        "a stick/slip falls the other way there."
+        "The joint fit has converged, but for a moment it misses a record by more than its residual elsewhere: "
+        "a stick-slip event there turns out differently than measured."
     )
     HORIZON = (
         "No start was found from which the model follows all records to their ends; the values come from the parts "
         "that it follows."
     )
     CLIFF = (
-        "The joint fit stopped at a stick/slip threshold: beyond it a stick/slip falls the other way, and the cost "
-        "rises where it should still fall."
+        "The joint fit stopped at a stick/slip threshold: beyond it a stick-slip event turns out differently, and the "
+        "cost rises where the derivatives predict a fall."
     )
     NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
     FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
@@ -39,17 +39,17 @@ class FitOutcome(Enum):
 
     @property
     def good(self) -> bool:
-        """Whether the search came to its end."""
+        """Whether the search reached its end."""
         return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
 
     @property
     def stopped_short(self) -> bool:
-        """Whether the derivatives may still promise a step, which counts in the errors."""
+        """Whether the derivatives may still predict a step, which then counts in the errors."""
         return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
 
     @property
     def has_optimum(self) -> bool:
-        """Whether all that was to be fitted was, up to an optimum or near it."""
+        """Whether all records and parameters were fitted, up to an optimum or near it."""
         return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
 
     @property
@@ -60,18 +60,18 @@ class FitOutcome(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
-    """How much the parts of one kind scatter, beside what noise alone explains.
+    """Scatter between the parts of one kind, relative to the scatter that noise alone explains.
 
     Attributes
     ----------
     ratio : float
-        Of the scatter of the parts' scores to that which the noise explains, 1 where there is no model error.
+        Scatter of the parts' scores over the scatter by noise; 1 without model error.
     z : float
-        By how many standard deviations of chance its square is above what is expected.
+        Excess of its square over the expectation, in standard deviations of chance.
     clusters : int
-        Parts compared.
+        Number of compared parts.
     by_ratio : float or None
-        The ratio from which parts contradict each other where noise has no model to count chance by; None where it has.
+        Limit of the ratio where the noise has no white model for a z score; None where it has one.
     """
 
     ratio: float
@@ -81,15 +81,15 @@ class Scatter:
 
     @property
     def agrees(self) -> bool:
-        """Whether noise alone explains it."""
-        return self.z <= GRADE.by_chance if self.by_ratio is None else self.ratio < self.by_ratio
+        """Whether noise alone explains the scatter."""
+        return self.z <= GRADE.chance_limit if self.by_ratio is None else self.ratio < self.by_ratio
 
 
 @dataclass(frozen=True, kw_only=True)
 class Consistency:
     """Scatter between the phases of a step, between records and over time, each None where it was not tested.
 
-    `parameter` and `contested_record` are what is contested most; None where all agrees.
+    `parameter` and `contested_record` name the parameter and the record that disagree most; None where all agree.
     """
 
     phase: Scatter | None = None
@@ -100,10 +100,10 @@ class Consistency:
 
     @property
     def agrees(self) -> bool:
-        """Whether the parts of the records agree: noise alone explains how they scatter.
+        """Whether noise alone explains the scatter of the records' parts.
 
-        Stretches of time count where there are neither phases nor several records: a hum, which stays in phase over a
-        stretch, scatters them without moving any value.
+        Stretches of time count only where there are neither phases nor several records: mains hum, which stays in phase
+        over a stretch, scatters them without shifting any value.
         """
         tests = [test for test in (self.phase, self.record) if test is not None]
         if tests:
@@ -116,13 +116,13 @@ class Consistency:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any]) -> Self:
-        """Return what an entry of estimate.json says."""
+        """Read an entry of estimate.json."""
         tests = {key: Scatter(**entry[key]) if entry[key] else None for key in ("phase", "record", "time")}
         return cls(parameter=entry["parameter"], contested_record=entry["contested_record"], **tests)
 
 
 class Grade(StrEnum):
-    """What a fit is worth; `GRADE_WORDS` say it."""
+    """Usability of a fit; `GRADE_WORDS` describes each grade."""
 
     A = "A"
     B = "B"
@@ -131,7 +131,7 @@ class Grade(StrEnum):
 
     @property
     def good(self) -> bool:
-        """Whether the values may be used with their error bars."""
+        """Whether the values may be used with their standard errors."""
         return self in (Grade.A, Grade.B)
 
 
@@ -175,13 +175,13 @@ class Cause(StrEnum):
 
     @property
     def grade(self) -> Grade:
-        """The best grade that it allows."""
+        """The best grade that the cause allows."""
         if self in (Cause.NOT_SIMULATED, Cause.INTERRUPTED):
             return Grade.FAILED
-        return Grade.B if self in OF_USE else Grade.C
+        return Grade.B if self in USABLE_CAUSES else Grade.C
 
 
-OF_USE = (
+USABLE_CAUSES = (
     Cause.INCOMPLETE,
     Cause.PHYSICAL_LIMIT,
     Cause.PARTS_DISAGREE,
@@ -192,9 +192,9 @@ OF_USE = (
     Cause.UNEXPLAINED,
     Cause.HELD_OUT,
 )
-"""Causes that leave the values of use."""
-OF_MECHANISM_FILE = (Cause.VALUE_CONTRADICTED, Cause.BOUND_CONTRADICTED)
-"""Causes that stand in the mechanism file, and are mostly why records are not followed."""
+"""Causes that leave the values usable."""
+MECHANISM_FILE_CAUSES = (Cause.VALUE_CONTRADICTED, Cause.BOUND_CONTRADICTED)
+"""Causes in the mechanism file, which mostly explain why records are not followed."""
 CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.NOT_SIMULATED: "no simulation",
     Cause.INTERRUPTED: "interrupted",
@@ -227,13 +227,13 @@ class Reason:
     ----------
     cause : Cause
     text : str
-        What was found, where, as a sentence.
+        The finding and its place, as a sentence.
     record, parameter : str or None
-        Whom it concerns; of parts that disagree what is contested most.
+        The record and the parameter concerned; where parts disagree, those that disagree most.
     instant_s : float or None
-        Record time at which it begins.
+        Record time at which the problem begins.
     next_command : str
-        What to do next, as typed.
+        The next command to type.
     widened_most, widened_median : float or None
         Ratio of the standard error to that of noise alone, largest and median over the parameters.
     """
@@ -253,17 +253,18 @@ class Reason:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any]) -> Self:
-        """Return what an entry of estimate.json says."""
+        """Read an entry of estimate.json."""
         return cls(**{**entry, "cause": Cause(entry["cause"])})
 
 
 def grade_of(reasons: tuple[Reason, ...]) -> Grade:
-    """Return the grade that some reasons leave, A without any.
+    """Return the worst grade of some reasons, A without any.
 
     Examples
     --------
     >>> str(grade_of(())), str(grade_of((Reason(cause=Cause.THRESHOLD, text=""),)))
     ('A', 'B')
     """
+    # Grades are declared from best to worst.
     order = list(Grade)
     return max((reason.cause.grade for reason in reasons), key=order.index, default=Grade.A)

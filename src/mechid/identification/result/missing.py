@@ -1,4 +1,4 @@
-"""Effects that the files do not declare and the records ask for: entries of ``missing`` in estimate.json."""
+"""Effects that the data support and the files do not declare: entries of ``missing`` in estimate.json."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ class OwnValue:
 
 @dataclass(frozen=True, kw_only=True)
 class Missing:
-    """What the files lack.
+    """An effect that the files do not declare.
 
     Attributes
     ----------
     name : str
-        As ``"clock"`` or ``"record.voltage"``.
+        Such as ``"clock"`` or ``"record.voltage"``.
     words : str
-        What it is.
+        Description of the effect.
     parameters : mapping of dotted name to OwnValue
     chi_square : float
-        By how much the sum of squares falls with it, each record's samples counted for what they are worth.
+        Fall of the sum of squares by the effect, by each record's effective sample count.
     dof : int
     share : float
-        Of what the records hold beyond their noise.
+        Explained share of the records' misfit beyond noise.
     p_value : float
-        Chance of such a fall, or a larger one, from noise.
+        Probability of such a fall, or a larger one, by noise.
     records : tuple of str
-        Those it is in.
+        Records that show the effect.
     toml : str
-        Text that declares it at the end of the campaign file, or for a term or law at the end of the mechanism file.
+        Declaration to append to the campaign file, or to the mechanism file for a term or law.
     block : str
-        Table of the mechanism file that holds it; empty for a disturbance of the records.
+        Table of the mechanism file for a term or law; empty for a disturbance of the records.
     aliases : tuple of str
-        What explains the same as well.
+        Effects that explain the records equally well.
     """
 
     name: str
@@ -72,7 +72,7 @@ class Missing:
 
     @classmethod
     def from_dict(cls, own: Mapping[str, Any]) -> Missing:
-        """Return what `to_dict` wrote down."""
+        """Read an entry of estimate.json."""
         lists = {key: tuple(own[key]) for key in ("records", "aliases")}
         parameters = {name: OwnValue(**p) for name, p in own["parameters"].items()}
         return cls(**{**own, **lists, "parameters": parameters})
@@ -80,16 +80,16 @@ class Missing:
 
 @dataclass(frozen=True, kw_only=True)
 class Suggested:
-    """An effect that what a fit leaves asks for by its derivative alone; no fit has tested it.
+    """An effect that the residual of a fit suggests by the derivative alone; no fit has tested it.
 
     Attributes
     ----------
     name, words : str
     chi_square, p_value : float
     dof : int
-        As of `Missing`.
+        As in `Missing`.
     share : float
-        Of the sum of squares that is left.
+        Explained share of the remaining sum of squares.
     """
 
     name: str
@@ -100,8 +100,8 @@ class Suggested:
     p_value: float
 
 
-class HummedChannel(Protocol):
-    """A channel as it was fitted: its lines removed, each with frequency in Hz, amplitude and phase, and its unit."""
+class ChannelWithLines(Protocol):
+    """A fitted channel: the removed lines, each with frequency in Hz, amplitude and phase, and its unit."""
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]: ...  # noqa: D102
@@ -110,11 +110,11 @@ class HummedChannel(Protocol):
     def unit(self) -> str: ...  # noqa: D102
 
 
-class HummedRecord(Protocol):
-    """A record as it was fitted, its leading channel first."""
+class RecordWithLines(Protocol):
+    """A fitted record, its leading channel first."""
 
     @property
-    def channels(self) -> Mapping[str, HummedChannel]: ...  # noqa: D102
+    def channels(self) -> Mapping[str, ChannelWithLines]: ...  # noqa: D102
 
     @property
     def residual_rms(self) -> float: ...  # noqa: D102
@@ -123,13 +123,13 @@ class HummedRecord(Protocol):
     def samples(self) -> int: ...  # noqa: D102
 
 
-def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, HummedRecord]) -> Missing:
-    """Return the entry of a disturbance that was put into a fit, with the values that the fit gives it.
+def missing_entry(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, RecordWithLines]) -> Missing:
+    """Return the entry of a disturbance that was added to a fit, with its estimated values.
 
-    Of mains hum these are the grid's frequency and the amplitude of each line in each record.
+    For mains hum these are the grid's frequency and the amplitude of each line in each record.
     """
     one = found.disturbance
-    own = {p.name: values[p.name] for p in one.parameters} | _hum(one, records)
+    own = {p.name: values[p.name] for p in one.parameters} | _hum_values(one, records)
     return Missing(
         name=one.name,
         words=one.words,
@@ -143,8 +143,8 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
     )
 
 
-def _hum(one: Disturbance, records: Mapping[str, HummedRecord]) -> dict[str, OwnValue]:
-    """Return what a fit gives of mains hum, by dotted name; nothing of other disturbances."""
+def _hum_values(one: Disturbance, records: Mapping[str, RecordWithLines]) -> dict[str, OwnValue]:
+    """Return the estimated values of mains hum by dotted name; empty for other disturbances."""
     grid_hz, seen_hz = one.mains_hz, one.seen_hz
     if grid_hz is None or seen_hz is None:
         return {}
@@ -157,54 +157,56 @@ def _hum(one: Disturbance, records: Mapping[str, HummedRecord]) -> dict[str, Own
     return own
 
 
-def _amplitude_near(record: HummedRecord, hz: float) -> OwnValue | None:
-    """Return the amplitude of the lines of one multiple of the grid; None where there is none.
+def _amplitude_near(record: RecordWithLines, hz: float) -> OwnValue | None:
+    """Return the amplitude of the lines at one multiple of the grid frequency; None where there is no line.
 
-    Of several lines, which follow a slow drift, it is that of one sine of the same power.
+    Several lines describe a slow drift; their amplitude is that of one sine of the same power.
     """
     channel = next(iter(record.channels.values()), None)
     near = [line for line in (channel.lines if channel else ()) if abs(line[0] / hz - 1.0) < GRADE.near_multiple]
     if channel is None or not near:
         return None
+    # Standard error of a sine's amplitude in white noise, fitted to N samples: sigma sqrt(2 / N).
     error = record.residual_rms * math.sqrt(2.0 / max(record.samples, 1))
     return OwnValue(value=together(near), std_error=error, unit=channel.unit)
 
 
 def missing_warning(missing: Missing) -> str:
-    """Say what was added to a fit, and how to declare it or to keep it out."""
-    values = [f"{name} = {_with_error(p)}" for name, p in missing.parameters.items()]
+    """Describe an effect that was added to a fit, and how to declare or to exclude it."""
+    values = [f"{name} = {_format_value(p)}" for name, p in missing.parameters.items()]
     found = ", ".join([*values[: GRADE.most_named], "..."] if len(values) > GRADE.most_named else values)
-    where = "what declares it is in missing of estimate.json"
+    where = "its declaration is in missing of estimate.json"
     option = 'disturbances = "none"'
     if missing.block:  # a term or law of the mechanism
         where, option = f"{where} and in the mechanism file beside it", "terms = false"
     return (
-        f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
-        f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "
-        f"estimated with the rest, {found}{_common(missing)}; {where}, and [identify] {option} keeps it out"
+        f"{missing.name}: {missing.words}, which the data support and the files do not declare (chi-square "
+        f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of the misfit beyond noise): it is "
+        f"estimated with the rest, {found}{_common_error(missing)}; {where}; write {option} in [identify] to exclude it"
     )
 
 
-def _common(missing: Missing) -> str:
-    """Say what a common part of values that have a mean would be, which no record shows."""
+def _common_error(missing: Missing) -> str:
+    """Estimate the common error of per-record values whose mean is fixed; empty where the mean is free."""
+    # One degree of freedom fewer than values: the mean of the values is tied to the mechanism's value.
     values = [p.value for p in missing.parameters.values()]
     if len(values) - missing.dof != 1 or not np.mean(values):
         return ""
     scatter = 100.0 * float(np.std(values, ddof=1) / abs(np.mean(values)))
     return (
-        f" (their mean counts as the mechanism's value: they scatter by {scatter:.2g} %, so that it may well be "
-        f"{scatter / math.sqrt(len(values)):.2g} % off, unseen, which the standard errors count)"
+        f" (their mean is taken as the mechanism's value; they scatter by {scatter:.2g} %, so it may have an "
+        f"undetected error of {scatter / math.sqrt(len(values)):.2g} %, which the standard errors include)"
     )
 
 
-def _with_error(p: OwnValue) -> str:
+def _format_value(p: OwnValue) -> str:
     error = f" +- {p.std_error:.2g}" if p.std_error is not None else ""
     return f"{p.value:.6g}{error} {p.unit}".removesuffix(" 1")
 
 
 @dataclass(frozen=True, kw_only=True)
 class AsWritten:
-    """How the mechanism as written predicts the records, at the values of the fit that has further terms.
+    """Prediction of the records by the mechanism as written, at the values of the fit with added terms.
 
     Attributes
     ----------
@@ -223,6 +225,6 @@ class AsWritten:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any]) -> Self:
-        """Return what an entry of estimate.json says; null stands for a ratio that is no number."""
+        """Read an entry of estimate.json; null stands for a ratio that is not a number."""
         ratios = {name: float("nan") if r is None else float(r) for name, r in entry["residual_over_noise"].items()}
         return cls(follows=bool(entry["follows"]), residual_over_noise=ratios)

@@ -1,4 +1,4 @@
-"""One parameter after the fit: its value, its errors, its interval, and what a prior did."""
+"""Estimate of one parameter: value, standard errors, interval, and the effect of its prior."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from scipy.special import stdtrit
 
 @dataclass(frozen=True, kw_only=True)
 class PriorShare:
-    """A prior of the mechanism file, and what it did.
+    """A prior of the mechanism file, and its effect.
 
     Attributes
     ----------
     value, sigma : float
         In the parameter's unit.
     std_error_without : float or None
-        White standard error of the parameter from the records alone, no prior counted; infinite where they do not
-        tell it. None where the parameter is not estimated or the prior did not count.
+        White standard error of the parameter from the records alone, without any prior; infinite where they do not
+        determine it. None where the parameter is not estimated or the prior did not count.
     counted : bool
         Whether the prior counted in the last fit.
     """
@@ -30,7 +30,7 @@ class PriorShare:
 
     @property
     def dominates(self) -> bool:
-        """Whether the prior says more of the parameter than the records do."""
+        """Whether the prior determines the parameter better than the records do."""
         return self.std_error_without is not None and self.std_error_without > self.sigma
 
 
@@ -38,16 +38,29 @@ class PriorShare:
 class ParameterEstimate:
     """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
 
-    `std_error` holds where the model lacks something too, `std_error_noise` counts noise of any colour alone,
-    `std_error_white` white noise alone; all are None unless the parameter is free. `std_error_clock` is the part of
-    `std_error` by which the value moves where the driver's clock is right instead of the recorder's; None where the two
-    agree, or it is declared which one is right. `dof`: degrees of freedom of
-    Student's t, by which the interval follows from `std_error`; None: so many that it is the normal distribution.
-    `local_only`: the cost within its standard error is not what the derivatives
-    say, so that the error is none to rely on; `reason` says where. `contradicted`: the records want it beyond
-    its bound by more than chance; `at_physical_limit`: the same of a limit of physics, as a damping at 0, which no
-    wider range mends. `one_sided`: its 95 % interval on a bound that is not contradicted, or on a limit of physics.
-    `added`: it is of a term or law that the fit added, because the records need it and the mechanism file lacks it.
+    Attributes
+    ----------
+    std_error : float or None
+        Standard error with model error included. All errors are None unless the parameter is free.
+    std_error_noise, std_error_white : float or None
+        Standard error by noise of any colour alone, and by white noise alone.
+    std_error_clock : float or None
+        Part of `std_error` from the choice of clock: the shift of the value if the driver's clock is right instead of
+        the recorder's. None where the two agree, or the campaign declares the right one.
+    dof : float or None
+        Degrees of freedom of Student's t, by which the interval follows from `std_error`; None stands for the normal
+        distribution.
+    local_only : bool
+        Whether the cost within the standard error departs from the quadratic, so that the error is not reliable;
+        `reason` gives the place.
+    contradicted : bool
+        Whether the optimum of the records lies beyond its bound by more than chance.
+    at_physical_limit : bool
+        The same for a limit of physics, such as a damping of 0, which no wider range removes.
+    one_sided : (float, float) or None
+        95 % interval on a bound that is not contradicted, or on a limit of physics.
+    added : bool
+        Whether it belongs to a term or law that the fit added, since the mechanism file lacks it.
     """
 
     name: str
@@ -73,14 +86,15 @@ class ParameterEstimate:
 
     @property
     def ci95(self) -> tuple[float, float] | None:
-        """95 % interval from the standard error; one-sided at a bound; or None."""
+        """95 % interval from the standard error; one-sided at a bound; None where there is neither."""
         if self.std_error is None:
             return self.one_sided
+        # Infinite degrees of freedom give the normal quantile.
         reach = self.std_error * float(stdtrit(math.inf if self.dof is None else self.dof, 0.975))
         return self.value - reach, self.value + reach
 
     def to_dict(self) -> dict[str, object]:
-        """Return what estimate.json says of it."""
+        """Return the entry of estimate.json."""
         return {
             "value": self.value,
             "unit": self.unit,

@@ -1,4 +1,4 @@
-"""Fit of one record at the end of a search, with the noise of each channel as known and as the fit leaves it."""
+"""Fit of one record at the end of a search, with the initial and the final noise level of each channel."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ from mechid.units import SI_UNIT
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """Noise of a channel.
+    """Noise levels of a channel.
 
     Attributes
     ----------
     known : NoiseLevel
-        Before the fit.
+        Level before the fit.
     found : NoiseLevel
         The same, or the residual's RMS where the search raised the level.
     follows : float
-        Standard deviation by which it is judged how far the model follows the record, in the SI unit.
+        Standard deviation against which the model is judged to follow the record, in the SI unit.
     """
 
     known: NoiseLevel
@@ -50,39 +50,40 @@ class ChannelNoise:
 
 
 def channel_noises(record: CampaignRecord, targets: Sequence[Target]) -> dict[str, ChannelNoise]:
-    """Return the noise of a record's channels by quantity, with the targets as the fit leaves them.
+    """Return the noise of a record's channels by quantity, from the targets at the end of the fit.
 
-    What is not fitted takes the level to which its quantity was raised in all that is fitted.
+    A channel that was not fitted takes the raised level of its quantity, if it was raised in all fitted channels.
     """
     return {match.quantity: _channel_noise(record, match, targets) for match in record.matches}
 
 
 def _channel_noise(record: CampaignRecord, match: Match, targets: Sequence[Target]) -> ChannelNoise:
     known = known_noise(record, match)
-    loudest = max(_like(record, match, targets), key=lambda c: c.raised, default=None)
+    loudest = max(_raised_channels_alike(record, match, targets), key=lambda c: c.raised, default=None)
     if loudest is None or known.rests_on is NoiseSource.DECLARED or loudest.sigma <= known.sigma:
         return ChannelNoise(known, known, known.sigma)
     return ChannelNoise(known, NoiseLevel(loudest.sigma, NoiseSource.RESIDUAL), loudest.raised)
 
 
-def _like(record: CampaignRecord, match: Match, targets: Sequence[Target]) -> list[TargetChannel]:
-    """Return the raised channels whose noise is that of a match: its own, or where it is not fitted all of its kind."""
+def _raised_channels_alike(record: CampaignRecord, match: Match, targets: Sequence[Target]) -> list[TargetChannel]:
+    """Return the raised channels with the noise of a match: its own, or all of its quantity where it was not fitted."""
     fitted = [(t.name, c) for t in targets for c in t.channels if c.quantity == match.quantity]
     alike = [c for name, c in fitted if name == record.name] or [c for _, c in fitted]
     return alike if all(c.raised > 0.0 for c in alike) else []
 
 
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
-    """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
+    """Return the fit of the model at `q` to a record, over its window or over the whole record without one."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     window = windows.get(record.name, (0, target.samples))
     noises = channel_noises(record, problem.targets)
-    channels = _channels(record, target, problem, q, window, noises)
+    channels = _channel_fits(record, target, problem, q, window, noises)
     leading = channels[record.leading]
     judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed_samples(problem, judged, q)
     whole = (0, target.samples)
-    everywhere = channels if window == whole else _channels(record, target, problem, q, whole, noises)
+    # The share of the whole record needs another simulation only where the window is a part of it.
+    everywhere = channels if window == whole else _channel_fits(record, target, problem, q, whole, noises)
     return RecordFit(
         name=record.name,
         use=record.use,
@@ -100,7 +101,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     )
 
 
-def _channels(
+def _channel_fits(
     record: CampaignRecord,
     target: Target,
     problem: Problem,
@@ -108,20 +109,20 @@ def _channels(
     window: tuple[int, int],
     noises: Mapping[str, ChannelNoise],
 ) -> dict[str, ChannelFit]:
-    """Return how each channel is predicted, those that are only compared behind those that are fitted."""
+    """Return the fit of each channel; channels that are only compared come after the fitted ones."""
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     whole = replace(target, channels=(*target.channels, *others))
     matches = {match.quantity: match for match in record.matches}
     full_steps = _full_steps(target, problem)
     return {
-        (name := channel.quantity): _channel(
+        (name := channel.quantity): _channel_fit(
             record.use, matches[name], noises[name], whole, channel, r, window, full_steps.get(name)
         )
         for channel, r in zip(whole.channels, misfit_series(problem.model, whole, q, window), strict=True)
     }
 
 
-def _channel(
+def _channel_fit(
     use: str,
     match: Match,
     noise: ChannelNoise,
@@ -133,11 +134,12 @@ def _channel(
 ) -> ChannelFit:
     first, stop = window
     rejected = channel.rejected_within(window)
-    masked = _masked(channel, r, target.base, window, noise.found.sigma)
+    # The masked moments are read first: `_residual` removes the line from r and zeroes rejected samples in place.
+    masked = _masked_moments(channel, r, target.base, window, noise.found.sigma)
     rms, line = _residual(channel, r, rejected)
-    spread = _spread(stretch_of(channel.measured, first, stop), line, rejected)
+    spread = _centred_rms(stretch_of(channel.measured, first, stop), line, rejected)
     return ChannelFit(
-        **_followed(channel, r, line, target.base, window, noise.known.sigma, full_step),
+        **_following_fields(channel, r, line, target.base, window, noise.known.sigma, full_step),
         unit=SI_UNIT[channel.quantity],
         use=match.use if use == "estimate" else use,
         fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
@@ -145,6 +147,7 @@ def _channel(
         noise_sigma=noise.found.sigma,
         noise_rests_on=str(noise.found.rests_on),
         noise_known=noise.known.sigma,
+        # The line counts samples from the start of the window; offset and phases refer to the record's first sample.
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
         lines=_lines(line, target.base, first) if line else (),
@@ -156,10 +159,10 @@ def _channel(
     )
 
 
-def _masked(
+def _masked_moments(
     channel: TargetChannel, r: Series, base: TimeBase, window: tuple[int, int], sigma: float
 ) -> tuple[MaskedMoment, ...]:
-    """Return the moments within a window that the search left out, with what the model leaves of them."""
+    """Return the moments within a window that the search left out, with their residuals."""
     first, stop = window
     inside = channel.masked[(channel.masked >= first) & (channel.masked < stop)]
     if not inside.size:
@@ -183,7 +186,7 @@ def _masked(
 
 
 def _lines(line: Line, base: TimeBase, first: int) -> tuple[tuple[float, float, float], ...]:
-    """Return frequency in Hz, amplitude and phase in rad at the record's first sample of each line removed."""
+    """Return frequency in Hz, amplitude, and phase in rad at the record's first sample, of each removed line."""
     return tuple(
         (
             w.turns * base.sample_rate_hz,
@@ -195,14 +198,14 @@ def _lines(line: Line, base: TimeBase, first: int) -> tuple[tuple[float, float, 
 
 
 def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
-    """Return a full step in rad by the angle that tells it; none where the record is not commanded by steps."""
+    """Return a full step in rad by the angle that shows it; empty where no steps are commanded."""
     periods = problem.space.mechanism.electrical_periods
     if periods is None or isinstance(target.command, MeasuredCommand):
         return {}
     return {"rotor_angle": 0.5 * math.pi / periods}
 
 
-def _followed(
+def _following_fields(
     channel: TargetChannel,
     r: Series,
     line: Line | None,
@@ -211,15 +214,17 @@ def _followed(
     noise: float,
     full_step: float | None,
 ) -> dict[str, Any]:
-    """Return how far a channel is followed, by the names that a ChannelFit has for it."""
+    """Return the fields of a ChannelFit that describe how far the model follows a channel."""
     first, stop = window
     rate, rejected = base.sample_rate_hz, channel.rejected_within(window)
     measured = Remainder(stretch_of(channel.measured, first, stop), line or Line(), rejected=rejected)
+    # The mean over counted samples: rejected ones are zero in the remainder and must not lower it.
     if channel.linear:
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
     chance = chance_limit_of(max(SERIES.follow_window_s * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
+    # Masked samples are zero in the residual and would count as followed.
     masked = int(np.sum((channel.masked >= first) & (channel.masked < stop)))
     late = out_of_step(r, rate, full_step) if full_step else None
 
@@ -236,16 +241,17 @@ def _followed(
 
 
 def _residual(channel: TargetChannel, r: Room, rejected: Samples) -> tuple[float, Line | None]:
-    """Return the RMS of the misfit, and offset and drift of measured over model; NaN, None for a failed run."""
+    """Return the RMS of the misfit, and offset and drift of measured minus model; NaN, None for a failed run."""
     if not is_finite(r):
         return math.nan, None
     line = channel.line(r, rejected)
     line.take_from(r)
     write_at(r, rejected, 0.0)
+    # The misfit is model minus measured; the reported line is measured minus model.
     return norm(r) / math.sqrt(max(r.size - rejected.size, 1)), -line
 
 
-def _spread(measured: Series, line: Line | None, rejected: Samples) -> float:
+def _centred_rms(measured: Series, line: Line | None, rejected: Samples) -> float:
     """Return the RMS of measured - line - mean."""
     rest, n = Remainder(measured, line or Line(), rejected=rejected), max(measured.size - rejected.size, 1)
     mean = mean_of(rest) * rest.size / n

@@ -15,20 +15,20 @@ from mechid.units import unit_words
 
 @dataclass(frozen=True, kw_only=True)
 class MaskedMoment:
-    """A moment that the search left out of a record, as the model follows it before and behind and not there.
+    """A moment that the search left out of a record: the model follows the record before and after it.
 
     Attributes
     ----------
     first, stop : int
-        Its first and last-plus-one sample.
+        First and last-plus-one sample.
     from_s, to_s : float
-        Record time of these.
+        Record time of these samples.
     largest : float
         Largest magnitude of the residual there, in the channel's SI unit.
     over_noise : float
-        The same over the noise.
+        Ratio of `largest` to the noise level.
     chi_square : float
-        By how much the sum of squares would be larger with it, beyond what noise adds.
+        Increase of the sum of squares if the moment counted, beyond the share of noise.
     """
 
     first: int
@@ -39,17 +39,17 @@ class MaskedMoment:
     over_noise: float
     chi_square: float
 
-    def words(self, unit: str) -> str:
-        """Return when it is and what it holds, as a clause."""
+    def describe(self, unit: str) -> str:
+        """Describe the time and the residual of the moment, as a clause."""
         return (
             f"{self.from_s:.6g} to {self.to_s:.6g} s, residual up to {self.largest:.3g} {unit}, {self.over_noise:.3g} "
-            f"times the noise; counted, it would add {self.chi_square:.3g} to the sum of squares"
+            f"times the noise; if counted, it would add {self.chi_square:.3g} to the sum of squares"
         )
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelFit:
-    """How well one channel of a record is predicted, in the SI unit `unit`.
+    """Fit of one channel of a record, in the SI unit `unit`.
 
     Attributes
     ----------
@@ -63,30 +63,30 @@ class ChannelFit:
     offset, drift : float or None
         At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     quantisation : float
-        Resolution as declared, 0 where it is not.
+        Declared resolution, 0 where none is declared.
     prefilter_order : int
-        Of the autoregressive model that whitened its residual; 0 where none did.
+        Order of the autoregressive model that whitened the residual; 0 without one.
     rejected : int
-        Samples that do not count, of those used.
+        Rejected samples among those used.
     rejected_runs : tuple of (int, int)
-        All samples that do not count, bridged gaps, spikes and masked moments: first and last-plus-one of each run.
+        All rejected samples, bridged gaps, spikes and masked moments: first and last-plus-one of each run.
     masked : tuple of MaskedMoment
-        Those that the search left out.
+        Moments that the search left out.
     noise_rests_on : str
-        A `NoiseSource`'s words; empty in files of versions before it was written.
+        Words of the `NoiseSource`; empty in files of earlier versions.
     noise_known : float or None
-        The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
+        Noise level before the fit; equals `noise_sigma` unless that rests on the residual. None in files of earlier
+        versions.
     followed_percent : float
-        Share of the samples used that lie in windows of 50 ms that the model follows (`signal.following`), less what is
-        masked.
+        Share of the used samples in windows of 50 ms that the model follows (`signal.following`), without masked ones.
     lost_at_s : float or None
-        Record time at which the first window begins that it does not follow; None where it follows all.
+        Record time at which the first window begins that the model does not follow; None where it follows all.
     worst_at_s, worst : float
-        Where the residual is largest beside what is allowed there, and how many times that it is.
+        Record time of the largest ratio of the residual to its limit, and that ratio.
     out_of_step_at_s : float or None
-        Record time at which an angle has left the one modelled by two full steps; None where it has not.
+        Record time at which an angle has departed from the model by two full steps; None where it has not.
     lines : tuple of (float, float, float)
-        Lines that were removed, such as mains hum: Hz, amplitude, phase in rad of the cosine at the first sample.
+        Removed lines, such as mains hum: Hz, amplitude, phase in rad of the cosine at the first sample.
     """
 
     unit: str
@@ -111,34 +111,34 @@ class ChannelFit:
     lines: tuple[tuple[float, float, float], ...] = ()
 
     @property
-    def known(self) -> float:
-        """The noise as known before the fit."""
+    def initial_noise(self) -> float:
+        """Noise level before the fit."""
         return self.noise_sigma if self.noise_known is None else self.noise_known
 
     @property
     def residual_over_noise(self) -> float:
-        """Ratio of the residual's RMS to the noise: that known before the fit, or the level raised above it."""
-        level = max(self.known, self.noise_sigma)
+        """Ratio of the residual's RMS to the noise level: the initial one, or a raised one above it."""
+        level = max(self.initial_noise, self.noise_sigma)
         return self.residual_rms / level if level > 0.0 else math.inf
 
     @property
-    def followed(self) -> bool:
-        """Whether the model follows it to its end."""
+    def is_followed(self) -> bool:
+        """Whether the model follows the channel to its end."""
         return self.lost_at_s is None and self.out_of_step_at_s is None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Nuisance:
-    """Parameters of one held-out record that were fitted on its first part; it is judged by the rest.
+    """Parameters of a held-out record that were fitted on its first part; the rest judges the fit.
 
     Attributes
     ----------
     samples : int
-        Of the first part.
+        Number of samples of the first part.
     until_s : float
-        Record time at which that ends, and from which on the record is judged.
+        Record time at which the first part ends and the judged part begins.
     parameters : mapping of dotted name to OwnValue
-        Values, in the file's units, with their standard errors; no error where the first part does not tell one.
+        Values, in the file's units, with their standard errors; no error where the first part does not determine it.
     """
 
     samples: int
@@ -151,13 +151,13 @@ class Nuisance:
         return {name: own.value for name, own in self.parameters.items()}
 
     def words(self) -> Iterator[str]:
-        """Yield each value with its error, named as the record's table names it."""
+        """Yield each value with its error, under its name in the record's table."""
         for name, own in self.parameters.items():
             error = "" if own.std_error is None else f" +- {own.std_error:.2g}"
             yield f"{name.split('.', 2)[2]} = {own.value:.6g}{error} {own.unit}".rstrip()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what estimate.json says of it."""
+        """Return the entry of estimate.json."""
         return {
             "samples": self.samples,
             "until_s": self.until_s,
@@ -166,41 +166,41 @@ class Nuisance:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any]) -> Self:
-        """Return what `to_dict` wrote down."""
+        """Read an entry of estimate.json."""
         own = {name: OwnValue(**value) for name, value in entry["parameters"].items()}
         return cls(samples=int(entry["samples"]), until_s=float(entry["until_s"]), parameters=own)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordFit:
-    """How well one record is predicted; where it has several channels, its leading one, the torque if it is there.
+    """Fit of one record; with several channels, the figures are those of the leading one, the torque if measured.
 
     Attributes
     ----------
     fit_percent : float
         100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
     residual_rms, noise_sigma : float
-        In the channel's SI unit. The noise is that of the record itself, as of `ChannelFit`.
+        In the channel's SI unit. The noise is that of the record itself, as in `ChannelFit`.
     offset, drift : float or None
         At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     samples : int
         Samples used.
     horizon_s : float
-        How far the residual stays within what the noise explains, s from the first sample; a small lack ends it early.
+        Time from the first sample over which noise explains the residual, s; a small model error ends it early.
     prefilter_order : int
-        Of the autoregressive model that whitened its residual; 0 where none did.
+        Order of the autoregressive model that whitened the residual; 0 without one.
     rejected : int
-        Samples that do not count.
+        Rejected samples.
     channels : mapping of quantity to ChannelFit
-        Each of its channels, the leading one first.
-    taken : Reading
-        How it was taken, where that is not as the campaign file declares it.
+        All channels, the leading one first.
+    reading : Reading
+        Reinterpretation of the record, where the fit read it otherwise than the campaign file declares.
     nuisance : Nuisance or None
-        Of a held-out record, what was fitted on its first part; its other figures are of the rest then.
+        For a held-out record, the fit of its first part; its other figures then refer to the rest.
     followed_of_whole : float or None
-        Percent of the whole record that the model follows, as of `followed_percent`; None: that of the samples used.
+        Percent of the whole record that the model follows, as `followed_percent`; None: that of the samples used.
     validation : mapping or None
-        The table of that name in estimate.json, of a fit that was read; `mechid.analysis.fit_residuals` reads it.
+        The table of that name in estimate.json, for a fit that was read; `mechid.analysis.fit_residuals` reads it.
     """
 
     name: str
@@ -215,43 +215,43 @@ class RecordFit:
     prefilter_order: int = 0
     rejected: int = 0
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
-    taken: Reading = DECLARED
+    reading: Reading = DECLARED
     nuisance: Nuisance | None = None
     followed_of_whole: float | None = None
     validation: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
     @property
     def followed_percent(self) -> float:
-        """Share of the whole record in windows that the model follows, of the channel that it follows least."""
+        """Percent of the whole record in windows that the model follows, for the channel that it follows least."""
         if self.followed_of_whole is not None:
             return self.followed_of_whole
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
 
     @property
     def residual_over_noise(self) -> float:
-        """Ratio of the residual's RMS to the noise as known before the fit, of the leading channel."""
+        """Ratio of the leading channel's residual RMS to its noise level before the fit."""
         return self.residual_rms / self.noise_known if self.noise_known > 0.0 else math.inf
 
     @property
     def masked(self) -> tuple[MaskedMoment, ...]:
-        """Moments that the search left out, as the channel has them in which they hold most."""
+        """Moments that the search left out, from the channel in which their sum of squares is largest."""
         own = (c.masked for c in self.channels.values() if c.masked)
         return max(own, key=lambda moments: sum(m.chi_square for m in moments), default=())
 
-    def masked_words(self) -> str:
-        """Return the moments that the search left out, as a clause; empty where there are none."""
+    def describe_masked(self) -> str:
+        """Describe the moments that the search left out, as a clause; empty where there are none."""
         if not self.masked:
             return ""
         unit = unit_words(next(quantity for quantity, c in self.channels.items() if c.masked is self.masked))
         count = "one moment was" if len(self.masked) == 1 else f"{len(self.masked)} moments were"
-        moments = "; ".join(moment.words(unit) for moment in self.masked)
+        moments = "; ".join(moment.describe(unit) for moment in self.masked)
         return (
-            f"{count} left out that the model does not follow, though it follows what is before and behind: {moments}"
+            f"{count} left out that the model does not follow, though it follows the record before and after: {moments}"
         )
 
     @property
     def lines(self) -> tuple[float, ...]:
-        """Frequency in Hz of each line that was removed of the leading channel."""
+        """Frequency in Hz of each line that was removed from the leading channel."""
         channel = next(iter(self.channels.values()), None)
         return tuple(hz for hz, _, _ in channel.lines) if channel else ()
 
@@ -262,21 +262,21 @@ class RecordFit:
 
     @property
     def noise_rests_on(self) -> str:
-        """What the noise of the leading channel rests on, empty where that is not known."""
+        """Source of the leading channel's noise level, empty where it is not known."""
         return next((c.noise_rests_on for c in self.channels.values()), "")
 
     @property
     def noise_known(self) -> float:
-        """The noise of the leading channel as known before the fit."""
-        return next((c.known for c in self.channels.values()), self.noise_sigma)
+        """Noise level of the leading channel before the fit."""
+        return next((c.initial_noise for c in self.channels.values()), self.noise_sigma)
 
     def known_noise_of(self, quantity: str) -> float:
-        """Return the noise of a channel as known before the fit, in its SI unit."""
+        """Return the noise level of a channel before the fit, in its SI unit."""
         own = self.channels.get(quantity)
-        return own.known if own else self.noise_sigma
+        return own.initial_noise if own else self.noise_sigma
 
     def to_dict(self) -> dict[str, object]:
-        """Return what estimate.json says of it."""
+        """Return the entry of estimate.json."""
         return {
             "use": self.use,
             "samples": self.samples,
@@ -294,7 +294,7 @@ class RecordFit:
             "followed_percent": self.followed_percent,
             "residual_over_noise": self.residual_over_noise,
             "channels": {quantity: asdict(c) for quantity, c in self.channels.items()},
-            "taken": self.taken.to_dict(),
+            "taken": self.reading.to_dict(),
             "nuisance": self.nuisance.to_dict() if self.nuisance else None,
         }
 

@@ -1,4 +1,4 @@
-"""Where a search stands: what its next step begins from, and what its conclusion is drawn from."""
+"""State of a search: the start of its next step and the basis of its conclusion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mechid.identification.search.solve import Solution
 
 @dataclass(frozen=True)
 class Frozen:
-    """A parameter held for a dependence: at which value, how well that is known, and why."""
+    """A parameter held for a dependence: its value, the value's sigma if known, and the reason."""
 
     name: str
     value: float
@@ -28,46 +28,46 @@ class Frozen:
 
 @dataclass(frozen=True, eq=False)
 class SearchState:
-    """Where a search stands; each of its steps takes one and returns the next.
+    """State of a search; each step takes a state and returns the next one.
 
     Attributes
     ----------
     problem : Problem
-        With the weights, the records and the free parameters of the step at work.
+        Weights, records and free parameters of the current step.
     q : (n,)
-        The best point of it so far.
+        Best point of that step so far.
     windows : mapping of record to (first, stop)
-        What of the records counts.
+        Samples of the records that count.
     outcome : FitOutcome
-        How the fit would end if nothing came after.
-    taken : mapping of record to Reading
-        Records that are taken otherwise than declared.
+        Outcome of the fit if the search ended now.
+    readings : mapping of record to Reading
+        Reinterpretation of each record that is read otherwise than declared.
     stages : tuple of StageReport
-        Those finished.
+        Finished stages.
     warnings : tuple of str
     frozen : tuple of Frozen
-        Parameters held, in the order in which they were.
+        Held parameters, in the order in which they were held.
     solution : Solution or None
-        Of the last joint fit.
+        Solution of the last joint fit.
     searched : bool
-        Whether the search came to its end, so that only the conclusion is left.
+        Whether the search reached its end, so that only the conclusion is left.
     before_raised : mapping of record to str
-        How far it was followed before any noise level was raised, in words; empty where none was.
+        Description of how far each record was followed before its noise level was raised; empty where none was raised.
     found : tuple of Found
-        Disturbances that the problem has because its records ask for them.
+        Disturbances that were added to the problem because the data support them.
     added : AddedTerms or None
-        Terms that the problem's mechanism has beside the one written, because that does not follow the records alone.
+        Terms added to the mechanism as written, because that alone does not follow the records.
     path : tuple of str
-        Names of the ways by which the search has tried to come to the records' ends, in order; the last one led.
+        Names of the strategies that the search tried, in order; the last one reached the records' ends.
     contradicted : mapping of dotted name to str
-        Values of the mechanism file with which no start explains the records, and with which one does, in a sentence.
+        Values of the mechanism file with which no start explains the records; a sentence gives a value that does.
     """
 
     problem: Problem
     q: FloatArray
     windows: Windows
     outcome: FitOutcome = FitOutcome.FAILED
-    taken: Mapping[str, Reading] = field(default_factory=dict)
+    readings: Mapping[str, Reading] = field(default_factory=dict)
     stages: tuple[StageReport, ...] = ()
     warnings: tuple[str, ...] = ()
     frozen: tuple[Frozen, ...] = ()
@@ -80,28 +80,28 @@ class SearchState:
     contradicted: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
-        """Return it at a better point; with how far that follows the records where this is what makes it better."""
+        """Return the state at a better point, and with new windows if `gates` gives the samples that it follows."""
         windows = self.windows if gates is None else {name: (0, n) for name, n in gates.items()}
         return replace(self, q=q, windows=windows)
 
-    def of(self, problem: Problem) -> Self:
-        """Return it with another problem; where that has other coordinates, its point is to be set by `at`."""
+    def with_problem(self, problem: Problem) -> Self:
+        """Return the state with another problem; if that has other coordinates, set its point by `at`."""
         return replace(self, problem=problem)
 
-    def ending(self, outcome: FitOutcome) -> Self:
-        """Return it with another outcome."""
+    def with_outcome(self, outcome: FitOutcome) -> Self:
+        """Return the state with another outcome."""
         return replace(self, outcome=outcome)
 
-    def saying(self, *warnings: str) -> Self:
-        """Return it with further warnings."""
+    def with_warnings(self, *warnings: str) -> Self:
+        """Return the state with further warnings."""
         return replace(self, warnings=(*self.warnings, *warnings))
 
     @property
     def values(self) -> dict[str, float]:
-        """The file's values of all that is free, by name."""
+        """Values of the free parameters by name, in the file's units."""
         return self.problem.coordinates.values(self.q)
 
     @property
-    def converged(self) -> bool:
-        """Whether the last joint fit has."""
+    def has_converged(self) -> bool:
+        """Whether the last joint fit has converged."""
         return self.solution is not None and self.solution.converged

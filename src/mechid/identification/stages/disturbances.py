@@ -104,13 +104,13 @@ class SearchedModel:
         """Return it with one more disturbance, fitted; what it explains is noted with it."""
         one = next(one for one in self.possible if one.name == effect)
         problem = with_disturbances(self.state.problem, [one])
-        begun = self.state.of(problem).at(transfer_coordinates(self.state.problem, self.state.q, problem))
+        begun = self.state.with_problem(problem).at(transfer_coordinates(self.state.problem, self.state.q, problem))
         names = (*self.names, *(p.name for p in one.parameters))
         more = self._fitted(begun, f"with {one.name}", names, Found(one, math.nan, math.nan))
         (wider,) = widened((one,), problem, more.state.q, STAGES.at_edge, STAGES.wider)
         if wider is not one:
             one, problem = wider, with_disturbances(self.state.problem, [wider])
-            begun = self.state.of(problem).at(more.state.q)
+            begun = self.state.with_problem(problem).at(more.state.q)
             more = self._fitted(begun, f"with {one.name}, wider", names, Found(one, math.nan, math.nan))
         score = gain(self, more)
         found = Found(one, score.chi_square, score.share)
@@ -129,7 +129,7 @@ class SearchedModel:
         own = [found.disturbance for found in alone.found]
         added = lay_out(substitute_law(plain, law), terms, lacking_tables(plain, own))
         problem = added.problem(alone.problem)
-        begun = replace(alone.of(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
+        begun = replace(alone.with_problem(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
         return self._fitted(
             begun, f"{law.name} in place of {self._imitation_of(law)}", (*self.names, *sorted(added.new))
         )
@@ -141,7 +141,7 @@ class SearchedModel:
         one = next(found.disturbance for found in self.state.found if found.disturbance.name == effect)
         rest = tuple(found for found in self.state.found if found.disturbance is not one)
         problem, q = without(self.state.problem, self.state.q, [one])
-        return replace(self.state.of(problem).at(q), found=rest)
+        return replace(self.state.with_problem(problem).at(q), found=rest)
 
     def _fitted(self, begun: SearchState, name: str, names: tuple[str, ...], *further: Found) -> SearchedModel:
         state = joint_fit(self.watch, self.watch.note(begun), name, names, tolerance=self.rules.tolerance)
@@ -244,7 +244,7 @@ def with_noise_as_known(watch: Watch, state: SearchState) -> SearchState:
         floors = {c.quantity: watch.noise.floors[target.name, c.quantity] for c in target.channels}
         return target.each(lambda c: c if c.raised else replace(c, sigma=floors[c.quantity], prefilter=None))
 
-    return state.of(replace(state.problem, targets=tuple(map(known, state.problem.targets))))
+    return state.with_problem(replace(state.problem, targets=tuple(map(known, state.problem.targets))))
 
 
 def _follows(watch: Watch, state: SearchState) -> bool:

@@ -35,7 +35,7 @@ def freeze_dependent(watch: Watch, state: SearchState, campaign: Campaign) -> Se
         if found is None:
             break
         if not campaign.options.freeze:
-            return state.saying(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
+            return state.with_warnings(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
         state = _hold(watch, state, campaign, found, triangle)
     return state
 
@@ -47,9 +47,9 @@ def _hold(watch: Watch, state: SearchState, campaign: Campaign, found: Dependenc
     names = [p.name for p in before.space.mechanism.free if p.name != found.held]
     values = _carried(before, was, triangle, found, parameter.value)
     problem, q = without(before, was, names, {**values, found.held: parameter.value})
-    state = joint_fit(watch, watch.note(state.of(problem).at(q)), f"{found.held} held", tuple(names))
-    if not state.converged:
-        state = state.ending(FitOutcome.NOT_CONVERGED)
+    state = joint_fit(watch, watch.note(state.with_problem(problem).at(q)), f"{found.held} held", tuple(names))
+    if not state.has_converged:
+        state = state.with_outcome(FitOutcome.NOT_CONVERGED)
     reason = f"{found.sentence}. Held at {parameter.value:.6g} {parameter.declaration.unit}; "
     seen = seen_coordinates(before, triangle)
     unseen = {name for name, is_seen in zip(before.coordinates.names, seen, strict=True) if not is_seen}

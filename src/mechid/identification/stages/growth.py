@@ -24,7 +24,7 @@ from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_from_followed, grow_starts, refined_starts
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import with_levels_of_residuals
+from mechid.identification.uncertainty.noise import raise_to_residual_levels
 
 
 def searched(
@@ -62,8 +62,8 @@ def warm_start(state: SearchState, near: Mapping[str, float], seed: int = 0) -> 
     """
     q = run_up(state.problem, state.problem.coordinates.point(near), known=near)
     problem, q = mask_near(state.problem, q, np.random.default_rng((seed, 0, 7)))
-    problem = replace(problem, targets=tuple(with_levels_of_residuals(problem, t, q) for t in problem.targets))
-    return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
+    problem = replace(problem, targets=tuple(raise_to_residual_levels(problem, t, q) for t in problem.targets))
+    return state.with_problem(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
 def _grow_as_written(climb: Climb) -> Climb:

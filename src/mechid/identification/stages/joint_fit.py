@@ -25,7 +25,7 @@ from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import Solution, along_cliff, promised_fall, solve
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import with_residual_levels
+from mechid.identification.uncertainty.noise import set_residual_levels
 from mechid.identification.uncertainty.verdict import seen_coordinates
 
 
@@ -184,23 +184,23 @@ def confirm_optimum(watch: Watch, state: SearchState, names: tuple[str, ...], se
     for attempt in range(1, STAGES.confirmations + 1):
         fine = replace(state.problem, substeps=2 * state.problem.substeps)
         strict = chance_limit(fine)
-        judged = with_residual_levels(fine, state.q)
+        judged = set_residual_levels(fine, state.q)
         if not unfollowed_records(judged, state.q, most=strict):
             return state
         rng = np.random.default_rng((seed, 0, attempt))
         growth = grow_horizons(judged, state.q, rng, partial(_note_regrowth, watch), most=strict, journal=watch.journal)
         if growth.complete or _cost(fine, growth.q) < _cost(fine, state.q):
-            state = watch.note(state.of(fine).at(growth.q, {t.name: t.samples for t in fine.targets}))
+            state = watch.note(state.with_problem(fine).at(growth.q, {t.name: t.samples for t in fine.targets}))
             state = fit_past_cliffs(watch, joint_fit(watch, state, "growth again", names), names, seed)
         if not growth.complete:
-            if unfollowed_records(with_residual_levels(state.problem, state.q), state.q, most=strict):
-                state = watch.note(state.saying(_suspicion(growth, fine)))
+            if unfollowed_records(set_residual_levels(state.problem, state.q), state.q, most=strict):
+                state = watch.note(state.with_warnings(_suspicion(growth, fine)))
             break
-    lost = unfollowed_records(with_residual_levels(state.problem, state.q), state.q)
+    lost = unfollowed_records(set_residual_levels(state.problem, state.q), state.q)
     if not lost:
         return state
     said = f"{', '.join(lost)}: for a moment the residual is larger than elsewhere by more than chance"
-    return watch.note(state.ending(FitOutcome.EVENT_MISSED).saying(said))
+    return watch.note(state.with_outcome(FitOutcome.EVENT_MISSED).with_warnings(said))
 
 
 def _cost(problem: Problem, q: FloatArray) -> float:

@@ -159,7 +159,7 @@ def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
                 with suppress(WorkSpentError):
                     climb = rung.attempt(climb)
                 short = short or work.is_spent
-    return replace(climb, state=climb.state.saying(BUDGET_SPENT)) if short and not climb.complete else climb
+    return replace(climb, state=climb.state.with_warnings(BUDGET_SPENT)) if short and not climb.complete else climb
 
 
 def growth_as_written(climb: Climb) -> Reached:

@@ -28,7 +28,7 @@ def _mask(climb: Climb) -> Climb:
         return climb
     problem, growth = found
     plain = with_masks(climb.state.problem, masked_runs(problem))
-    begun = replace(climb, state=climb.state.of(plain))
+    begun = replace(climb, state=climb.state.with_problem(plain))
     end = begun.at(Reached(replace(at.model, problem=problem), growth))
     return end if end.complete and _left(end) <= STAGES.masked_left else climb
 
@@ -57,5 +57,5 @@ def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...])
     problem = count_followed_again(state.problem, state.q)
     if problem is state.problem:
         return state
-    begun = watch.note(state.of(problem))
+    begun = watch.note(state.with_problem(problem))
     return joint_fit(watch, begun, "moments counted again", names, tolerance=STAGES.rough_tolerance)

@@ -126,7 +126,7 @@ def _laid_out(
     added = replace(lay_out(base, fit.names), aliases=aliases)
     problem = added.problem(plain)
     values = renamed(fit.problem.coordinates.values(fit.q), wide, added)
-    return replace(state.of(problem), added=added).at(problem.coordinates.point(values))
+    return replace(state.with_problem(problem), added=added).at(problem.coordinates.point(values))
 
 
 def lay_out_state(state: SearchState, plain: Problem) -> SearchState:

@@ -37,7 +37,7 @@ def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> Searc
                 break
             values |= state.values
         else:
-            state = watch.note(state.ending(_ended(state)))
+            state = watch.note(state.with_outcome(_ended(state)))
     finally:
         found = watch.latest
         state = watch.note(begin(found, campaign, begun, values | found.values))
@@ -48,7 +48,7 @@ def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> Searc
 
 def _ended(state: SearchState) -> FitOutcome:
     """Return how the last stage has ended."""
-    if not state.converged:
+    if not state.has_converged:
         return FitOutcome.NOT_CONVERGED
     return FitOutcome.CLIFF if threshold_warnings("", state) else FitOutcome.STAGES_DONE
 
@@ -62,12 +62,12 @@ def _fitted(
         state = watch.note(without_priors(state))
     state = watch.note(begin(state, campaign, [stage], values))
     substeps = enough_substeps(state.problem, state.q, state.windows)
-    state = watch.note(state.of(replace(state.problem, substeps=substeps)))
+    state = watch.note(state.with_problem(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, name, stage.free)
     said = threshold_warnings(name, state)
-    if not state.converged:
+    if not state.has_converged:
         said.append(f"{name} did not converge: {state.stages[-1].note}")
-    return watch.note(state.saying(*said))
+    return watch.note(state.with_warnings(*said))
 
 
 def begin(state: SearchState, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> SearchState:

@@ -19,8 +19,8 @@ from mechid.identification.stages.likeliest import effect_scores
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_at_raised_noise
 from mechid.identification.stages.term_growth import grow_model
-from mechid.identification.uncertainty.noise import with_levels_of_residuals
-from mechid.identification.uncertainty.noise_levels import with_levels_of
+from mechid.identification.uncertainty.noise import raise_to_residual_levels
+from mechid.identification.uncertainty.noise_levels import copy_levels
 
 
 def _grow_named(climb: Climb) -> Climb:
@@ -32,7 +32,7 @@ def _grow_named(climb: Climb) -> Climb:
     if not growth.complete:
         return climb
     q = solve(at.problem, growth.q, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
-    problem = replace(known, targets=tuple(with_levels_of_residuals(known, t, q) for t in known.targets))
+    problem = replace(known, targets=tuple(raise_to_residual_levels(known, t, q) for t in known.targets))
     q = solve(problem, q, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     families = Families(problem, climb.campaign)
     scores = effect_scores(families, families.bare, q)
@@ -43,7 +43,7 @@ def _grow_named(climb: Climb) -> Climb:
         watch.tell("whole records", f"{name} explains {scores[name]:.0f} of what a raised noise level hides")
         model = families.with_effect(families.bare, name).laid_out(problem)
         look = refined_look(model, model.point_of(families.bare, q), watch.journal, whole)
-        model = replace(model, problem=with_levels_of(model.problem, known))
+        model = replace(model, problem=copy_levels(model.problem, known))
         reached = grow_model(watch, model, look.q, climb.seed, escapes=STAGES.small_escapes, leaps=STAGES.small_leaps)
         climb = climb.at(with_periods_seen(climb, climb.families, reached))
         if climb.complete:

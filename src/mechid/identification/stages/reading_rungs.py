@@ -13,12 +13,12 @@ from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.readings.agreement import (
     Agreement,
     agreement,
-    agreement_without,
+    agreement_of_others,
     disagreements,
     explains,
 )
 from mechid.identification.readings.all_records import common_readings
-from mechid.identification.readings.file_values import wrong_values
+from mechid.identification.readings.file_values import find_wrong_values
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.stages.budget import ladder_budget
@@ -45,7 +45,7 @@ def _read_raised_otherwise(climb: Climb) -> Climb:
     if not growth.complete or not 0 < 2 * len(raised) < len(problem.targets):
         return climb
     tell = partial(climb.watch.tell, "records compared")
-    agreed = agreement_without(problem, raised, growth.q, climb.seed, tell, climb.watch.journal)
+    agreed = agreement_of_others(problem, raised, growth.q, climb.seed, tell, climb.watch.journal)
     if agreed is None or not agreed.judged or agreed.left_out or not agreed.growth.complete:
         return climb
     return replace(climb, state=climb.watch.note(_taking(climb.state, climb.campaign, agreed)), growth=agreed.growth)
@@ -86,7 +86,7 @@ def _compare_records(climb: Climb) -> Climb:
     rest = agreed if agreed and agreed.growth.complete else None
     if rest and not rest.left_out:
         return _with(climb, state, rest.growth)
-    wrong = [] if explained or rest else wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
+    wrong = [] if explained or rest else find_wrong_values(problem, seed, partial(watch.tell, "file's values"), journal)
     if wrong:  # nothing else helps against a value that is wrong by a hundred
         return _with(climb, watch.note(replace(state, contradicted={one.parameter: one.text for one in wrong})), growth)
     said = [] if explained else common_readings(problem, growth, seed, journal)
@@ -97,7 +97,9 @@ def _compare_records(climb: Climb) -> Climb:
         return _with(climb, watch.note(_taking(state, climb.campaign, rest)), rest.growth)
     if not any(reading.is_confirmed for reading in said):  # then it is no noise that stops the growth
         state, growth = at_raised if at_raised[0] is not state else (state, growth)
-    return _with(climb, state if growth.complete else state.saying(*(reading.line() for reading in said)), growth)
+    return _with(
+        climb, state if growth.complete else state.with_warnings(*(reading.line() for reading in said)), growth
+    )
 
 
 def _with(climb: Climb, state: SearchState, growth: Growth) -> Climb:
@@ -106,11 +108,13 @@ def _with(climb: Climb, state: SearchState, growth: Growth) -> Climb:
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
     """Return the state with records that are taken otherwise than declared, and what is said of that."""
-    taken = {name: state.taken.get(name, DECLARED).beside(further) for name, further in agreed.taken.items()}
-    state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
+    taken = {name: state.readings.get(name, DECLARED).beside(further) for name, further in agreed.readings.items()}
+    state = replace(state.with_problem(agreed.problem), readings={**state.readings, **taken}).at(
         agreed.growth.q, agreed.growth.horizons
     )
-    return state.saying(*(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed)))
+    return state.with_warnings(
+        *(finding.line(used=bool(finding.reading)) for finding in disagreements(campaign, agreed))
+    )
 
 
 def _always(climb: Climb) -> bool:

@@ -11,7 +11,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
-from mechid.identification.uncertainty.noise import release_noise, whiten_again, without_outliers
+from mechid.identification.uncertainty.noise import reject_outliers, release_noise, whiten_again
 
 
 def fit_with_noise_released(
@@ -20,24 +20,24 @@ def fit_with_noise_released(
     """Fit with each record's residual as its noise, from where the search stands."""
     rejects = options.spikes == "reject"
     if rejects:
-        state = watch.note(state.of(without_outliers(state.problem, state.q, state.windows)))
+        state = watch.note(state.with_problem(reject_outliers(state.problem, state.q, state.windows)))
     state = with_noise_released(watch, state, options)
     if options.priors == "search":
         state = watch.note(without_priors(state))
     state = joint_fit(watch, state, "noise re-estimated", names)
     state = _fitted_again(watch, state, names, "whitened again", whiten_again)
-    return _fitted_again(watch, state, names, "spikes rejected", without_outliers) if rejects else state
+    return _fitted_again(watch, state, names, "spikes rejected", reject_outliers) if rejects else state
 
 
 def with_noise_released(watch: Watch, state: SearchState, options: IdentifyOptions) -> SearchState:
     """Return the state with each record's residual as its noise; what is a misfit is said."""
     problem, said = release_noise(state.problem, state.q, state.windows, options)
-    return watch.note(state.of(problem).saying(*said))
+    return watch.note(state.with_problem(problem).with_warnings(*said))
 
 
 def without_priors(state: SearchState) -> SearchState:
     """Return the state with the records alone to count."""
-    return state.of(replace(state.problem, priors={}))
+    return state.with_problem(replace(state.problem, priors={}))
 
 
 def _fitted_again(
@@ -48,5 +48,5 @@ def _fitted_again(
         problem = seen_anew(state.problem, state.q, state.windows)
         if problem is state.problem:
             break
-        state = joint_fit(watch, watch.note(state.of(problem)), stage, names)
+        state = joint_fit(watch, watch.note(state.with_problem(problem)), stage, names)
     return state

@@ -24,7 +24,7 @@ from mechid.identification.stages.departure import departure
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise_levels import describe_raised_levels, raise_levels
-from mechid.identification.uncertainty.visibility import apart_at_s, chaos_words
+from mechid.identification.uncertainty.visibility import describe_chaos, divergence_time_s
 
 
 def refined_starts(
@@ -83,7 +83,7 @@ def grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: 
         problem = raise_levels(at.problem, growth)
         if problem is at.problem:
             break
-        at = watch.note(replace(at.of(problem), before_raised=before))
+        at = watch.note(replace(at.with_problem(problem), before_raised=before))
         watch.tell("noise level raised", describe_raised_levels(problem, growth))
         best = next(refined_starts(watch, at, seed), None)
         if best is None:
@@ -167,8 +167,8 @@ def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
 
 def _chaos(problem: Problem, target: Target, growth: Growth) -> str:
     """Say of a record that is not followed to its end that its motion is chaotic there, where it is."""
-    apart_s = apart_at_s(problem, target, growth.q)
-    return "" if apart_s is None else f"; its motion is chaotic there: {chaos_words(apart_s)}"
+    apart_s = divergence_time_s(problem, target, growth.q)
+    return "" if apart_s is None else f"; its motion is chaotic there: {describe_chaos(apart_s)}"
 
 
 def left_early(problem: Problem, growth: Growth) -> dict[str, str]:

@@ -139,8 +139,8 @@ def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tup
         follows, alone = True, growth.q
     rounds = reached.growth.rounds
     if follows:
-        return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
-    at = drop_unneeded_terms(replace(at.of(problem), added=reached.model.added).at(q, whole), plain)
+        return watch.note(at.with_problem(plain).at(alone, whole)), Growth(alone, whole, True, rounds)
+    at = drop_unneeded_terms(replace(at.with_problem(problem), added=reached.model.added).at(q, whole), plain)
     if at.added is not None and len(at.added.terms) > IN_DIAGNOSIS.few:
         return None  # so many that none is needed imitate what is missing: a value that its bounds leave out
     at = _without_idle_law(at, state.problem, own)
@@ -172,7 +172,7 @@ def _without_idle_law(state: SearchState, written: Problem, own: Sequence[Distur
     with_law = state.problem.total_norm(state.q, whole) ** 2
     if unfollowed_records(problem, q) or problem.total_norm(q, whole) ** 2 > with_law + penalty:
         return state
-    return replace(state.of(problem), added=fewer).at(q)
+    return replace(state.with_problem(problem), added=fewer).at(q)
 
 
 def state_so_far(state: SearchState, reached: Reached) -> SearchState:
@@ -182,12 +182,14 @@ def state_so_far(state: SearchState, reached: Reached) -> SearchState:
     total = max(sum(rises.values()), 1e-300)
     found = tuple(Found(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances)
     base = lay_out(model.base, (), lacking_tables(model.base.mechanism, model.disturbances))
-    at = replace(state.of(reached.problem), added=model.added, found=(*state.found, *found))
+    at = replace(state.with_problem(reached.problem), added=model.added, found=(*state.found, *found))
     at = lay_out_state(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
     if model.added.terms or base.mechanism is state.problem.space.mechanism:
         return at if model.added.names else replace(at, added=None)
     plain = base.problem(state.problem, model.disturbances)
-    return replace(at.of(plain), added=base).at(plain.coordinates.point(reached.problem.coordinates.values(reached.q)))
+    return replace(at.with_problem(plain), added=base).at(
+        plain.coordinates.point(reached.problem.coordinates.values(reached.q))
+    )
 
 
 def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, plain: Problem) -> FloatArray:
@@ -259,7 +261,7 @@ def accept_at_raised_noise(
         return (alone, growth) if explains_most(raised.problem, growth.q) else None
     found, problem, q = needed_disturbances(fitted)
     own = tuple(one.disturbance for one in found)
-    state = replace(raised.of(problem), found=(*raised.found, *found), added=fitted.model.added)
+    state = replace(raised.with_problem(problem), found=(*raised.found, *found), added=fitted.model.added)
     written = AddedTerms(raised.problem.space.mechanism)
     plain = lay_out(written, (), lacking_tables(written.mechanism, own)).problem(raised.problem, own)
     state = drop_unneeded_terms(state.at(q, fitted.growth.horizons), plain, explains_most)

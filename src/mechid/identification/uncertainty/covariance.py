@@ -1,10 +1,10 @@
-"""Covariance of the estimate: for white residuals, and robust to their colour.
+"""Covariance of the estimate, for white residuals and robust to coloured ones.
 
-White: sigma^2 (J^T J)^-1. Robust: (J^T W J)^-1 S (J^T W J)^-1 with S the variance that the score has under
-the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2016). The autocovariance
-comes from an autoregressive model of each record's residual, S from a second streamed pass in which the
-Jacobian runs through that model: memory does not grow with the record. Where a prefilter whitens a record, all of
-this is of what stands behind it. The same pass sums the scores of each record's parts, which `model_error` compares.
+White: sigma^2 (J^T J)^-1. Robust: (J^T W J)^-1 S (J^T W J)^-1, where S is the variance of the score under
+the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2016). An autoregressive model of each
+record's residual gives the autocovariance. A second streamed pass filters the Jacobian through that model and sums S,
+so memory does not grow with the record. Where a prefilter whitens a record, both covariances refer to the filtered
+residual. The same pass sums the scores of each record's parts, which `model_error` compares.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle, WeightedRows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.parts import PartsOfRecord, RecordParts
+from mechid.identification.uncertainty.parts import PartsAccumulator, RecordParts
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import Series, blocks, stretch_of
@@ -28,14 +28,14 @@ from mechid.signal.stored import Room, pieces_of, write_at
 
 @dataclass(frozen=True)
 class Scores:
-    """What the records say of the score at a point: its variance by noise, and the parts that it is made of.
+    """Score of the records at a point: its variance under noise, and its split into parts.
 
     Attributes
     ----------
     variance : (n, n)
-        Under each residual's own colour, priors included.
+        Variance under each residual's own colour, priors included.
     parts : tuple of RecordParts
-        Of each record.
+        One entry for each record.
     """
 
     variance: FloatArray
@@ -44,7 +44,7 @@ class Scores:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Covariances in search coordinates, (n, n): of white residuals, and robust to their colour."""
+    """Covariances in search coordinates, (n, n): for white residuals, and robust to coloured ones."""
 
     white: FloatArray
     robust: FloatArray
@@ -53,33 +53,34 @@ class Uncertainty:
 def uncertainty(problem: Problem, q: FloatArray, windows: Windows, triangle: Triangle, seen: BoolArray) -> Uncertainty:
     """Return both covariances at `q`; coordinates that are not `seen` get zeros.
 
-    Sigmas of the targets are taken as they are: the caller has released them to the residuals. The channels of a
-    record are taken as independent of one another.
+    The sigmas of the targets are not re-estimated: the caller has set them from the residuals. The channels of a
+    record are assumed independent of one another.
     """
     return covariances(triangle, scores(problem, q, windows).variance, seen)
 
 
 def scores(problem: Problem, q: FloatArray, windows: Windows) -> Scores:
-    """Return what the records that have a window say of the score at `q`: a streamed pass over each."""
+    """Compute the scores at `q` of all records that have a window, with one streamed pass over each record."""
     _, known = problem.coordinates.prior_rows(q)
     variance, parts = known.T @ known, []
     for t in (t for t in problem.targets if t.name in windows):
-        colour = _colours(problem, t, q, windows[t.name])
-        own, of_record = _score(problem, t, q, windows[t.name], colour)
+        colour = _fit_colours(problem, t, q, windows[t.name])
+        own, of_record = _record_score(problem, t, q, windows[t.name], colour)
         variance += own
         parts.append(of_record)
     return Scores(variance, tuple(parts))
 
 
 def covariances(triangle: Triangle, variance: FloatArray, seen: BoolArray) -> Uncertainty:
-    """Return both covariances where some coordinates are estimated and the others held; those get zeros."""
+    """Return both covariances of the `seen` coordinates; the others are held and get zeros."""
     inverse = np.zeros_like(variance)
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
+    # Sandwich form; for white residuals the variance of the score is J^T J and both covariances agree.
     return Uncertainty(inverse, inverse @ variance @ inverse)
 
 
 def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Room, ...]:
-    """Return the misfit of each channel less offset and drift over a window, n samples; 0 at rejected samples."""
+    """Return the misfit of each channel over a window, offset and drift removed, n samples; 0 at rejected samples."""
     series = misfit_series(problem.model, target, q, window)
     for channel, r in zip(target.channels, series, strict=True):
         rejected = channel.rejected_within(window)
@@ -91,34 +92,37 @@ def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
 def residuals_by_quantity(
     problem: Problem, target: Target, q: FloatArray, window: tuple[int, int] | None = None
 ) -> dict[str, Room]:
-    """Return `residual` by the quantity of each channel; without a window over the whole record."""
+    """Return `residual` keyed by each channel's quantity; the window defaults to the whole record."""
     series = residual(problem, target, q, window or (0, target.samples))
     return dict(zip(target.quantities, series, strict=True))
 
 
-def _colours(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
-    """Return the model of what stands behind each channel's prefilter."""
-    series = _whitened(problem, target, q, window)
+def _fit_colours(
+    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]
+) -> tuple[Autoregression, ...]:
+    """Fit an autoregressive model to each channel's residual after its prefilter."""
+    series = _prefiltered_residuals(problem, target, q, window)
     return tuple(
         fit_autoregression(r, rejected=channel.rejected_within(window))
         for channel, r in zip(target.channels, series, strict=True)
     )
 
 
-def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Room]:
-    """Return the residuals behind the channels' prefilters, n samples; 0 where their memory is not of the residual."""
+def _prefiltered_residuals(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Room]:
+    """Return the prefiltered residual of each channel, n samples; 0 where the filter's memory holds invalid samples."""
     series = residual(problem, target, q, window)
-    return [_white(channel, r, window) for channel, r in zip(target.channels, series, strict=True)]
+    return [_prefilter_in_place(channel, r, window) for channel, r in zip(target.channels, series, strict=True)]
 
 
-def _white(channel: TargetChannel, r: Room, window: tuple[int, int]) -> Room:
-    """Return a residual behind its channel's prefilter, written over it."""
+def _prefilter_in_place(channel: TargetChannel, r: Room, window: tuple[int, int]) -> Room:
+    """Prefilter a residual in place and return it."""
     if channel.prefilter is None:
         return r
     order = channel.order
     memory = np.zeros(order)
     for part in blocks(r.size):
         r[part], memory = channel.prefilter.whitened(r[part], memory)
+    # The first `order` samples, and the `order` samples after each rejected one, depend on values that do not exist.
     r[:order] = 0.0
     spoilt = channel.rejected_within((window[0] - order, window[1])) - order
     spoilt = np.unique(spoilt[:, np.newaxis] + np.arange(order + 1))
@@ -126,36 +130,36 @@ def _white(channel: TargetChannel, r: Room, window: tuple[int, int]) -> Room:
     return r
 
 
-def _score(
+def _record_score(
     problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], colour: tuple[Autoregression, ...]
 ) -> tuple[FloatArray, RecordParts]:
     """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance; and the score by parts.
 
-    Coloured noise: by filtering J through 1/A. Rounding: its error stands still while the channel does, so it is one
-    for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits. Sums
-    are of products of all columns of [Phi r J]; offset and drift are projected out of the sums, in one pass.
+    Coloured noise: J is filtered through 1/A. Rounding: its error is constant while the channel is, so all samples of
+    a visit to one instrument step share one error of variance q^2/12; visits are independent. The pass sums products
+    of all columns of [Phi r J]; offset and drift are projected out of the sums afterwards, so one pass suffices.
     """
     rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True))
-    coloured = [_Coloured(*each, window) for each in zip(target.channels, colour, rows.widths, strict=True)]
+    coloured = [_ColouredScore(*each, window) for each in zip(target.channels, colour, rows.widths, strict=True)]
     whitened = all(
         own.order == 0 and c.rounded <= NOISE.mostly_rounding for c, own in zip(target.channels, colour, strict=True)
     )
-    parts = PartsOfRecord(target, problem.coordinates.timing(target, q), window, rows.widths, whitened=whitened)
+    parts = PartsAccumulator(target, problem.coordinates.timing(target, q), window, rows.widths, whitened=whitened)
     for k, block, n in rows:
         coloured[k].add(block[:, :n])
         parts.add(k, block[:, :n])
     projected = parts.projections
     score = sum((c.score(of[:, 1:]) for c, of in zip(coloured, projected, strict=True)), np.zeros((problem.size,) * 2))
-    return score, parts.summed(projected)
+    return score, parts.sum_parts(projected)
 
 
 class Visits:
-    """Sums over the visits to each step of an instrument, of rows that come block by block.
+    """Sums of rows over the visits to each instrument step; the rows arrive block by block.
 
     Parameters
     ----------
     measured : Series of N samples
-        A visit lasts while it does not change.
+        A visit lasts as long as its value does not change.
     size : int
         Columns of the rows.
     """
@@ -170,11 +174,12 @@ class Visits:
         self._closed = np.zeros((size, size))
 
     def add(self, rows: FloatArray) -> None:
-        """Add the next rows, (m, n), one at least."""
+        """Add the next rows, (m, n), with m >= 1."""
         begins = np.flatnonzero(self._begins[self._done : self._done + len(rows)])
         self._done += len(rows)
         starts = begins if begins.size and begins[0] == 0 else np.concatenate([[0], begins])
         sums = np.add.reduceat(rows, starts, axis=0)
+        # A visit may span blocks: its sum stays open until a later block begins another visit.
         if starts.size > begins.size:
             sums[0] += self._open
         else:
@@ -184,12 +189,12 @@ class Visits:
 
     @property
     def total(self) -> FloatArray:
-        """Sum over visits of s s^T, (n, n), with s the sum of the rows of a visit."""
+        """Sum over visits of s s^T, (n, n), where s is the sum of the rows of a visit."""
         return self._closed + np.outer(self._open, self._open)
 
 
-class _Coloured:
-    """The variance of a channel's score under its residual's own colour, from rows that come block by block."""
+class _ColouredScore:
+    """Variance of a channel's score under its residual's own colour, from rows that arrive block by block."""
 
     def __init__(self, channel: TargetChannel, own: Autoregression, width: int, window: tuple[int, int]) -> None:
         self._channel, self._own = channel, own
@@ -206,7 +211,7 @@ class _Coloured:
         self._total += rows @ rows.T
 
     def score(self, columns: FloatArray) -> FloatArray:
-        """Return that of all rows over linear functions of the columns, (width, n)."""
+        """Return the variance of all rows so far, for linear functions `columns` of their columns, (width, n)."""
         total = columns.T @ self._total @ columns
         score = total * (1.0 - self._channel.rounded) * (self._own.sigma / self._channel.scale) ** 2
         if self._visits is not None:

@@ -1,8 +1,8 @@
-"""Dependences that ruin an estimate: where they are, what moves together, and which parameter to hold.
+"""Dependences between parameters: detection, description, and the parameter to hold.
 
-A high correlation alone is no harm: R, L and k_m of the paper's mechanism correlate at 0.99 and are known to a
-thousandth. A dependence is acted on where the records cannot tell directions apart at all, or where a standard
-error exceeds what the user knows or asks for.
+A high correlation alone does no harm: R, L and k_m of the paper's mechanism correlate at 0.99 and are known to a
+thousandth. A dependence counts only where the records cannot separate directions at all, or where a standard error
+exceeds its prior's sigma or the user's limit.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from mechid.parameter import Parameter
 
 @dataclass(frozen=True)
 class Dependence:
-    """Parameters that the records do not tell apart, or one that they hardly tell.
+    """Parameters that the records cannot separate, or one that they hardly determine.
 
     Attributes
     ----------
     ruined : str
-        The parameter whose estimate it ruins.
+        The parameter whose estimate suffers most.
     involved : tuple of str
-        All that have part in it, the ruined one among them.
+        All parameters that take part, the ruined one among them.
     held : str
-        The one of least influence, which would be frozen.
+        The parameter of least influence, which would be frozen.
     why, words : str
-        The measure that says so; what moves how.
+        The measure that exceeds its limit; a description of the direction.
     """
 
     ruined: str
@@ -48,18 +48,18 @@ class Dependence:
 
     @property
     def sentence(self) -> str:
-        """Return it as a user reads it, with what would resolve it."""
+        """Describe the dependence to a user, with its remedies."""
         if len(self.involved) == 1:
-            return f"{self.why}; a record that moves it more, or a sigma from elsewhere, would determine it"
+            return f"{self.why}; add a record that excites it more, or give it a sigma from another source"
         others = " or ".join(self.involved)
-        return f"{self.why}: {self.words}; a sigma on {others}, or a record that moves them apart, would separate them"
+        return f"{self.why}: {self.words}; give {others} a sigma, or add a record that moves them independently"
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What is known of the parameters that are estimated.
+class EstimatedParameters:
+    """Estimated parameters with their values and covariance, in the file's coordinates.
 
-    `influence` is what a parameter changes of all samples, in sigmas, over what is believed of it, others held.
+    `influence` is the change of all samples, in sigmas, over a parameter's prior sigma or range, the others held.
     """
 
     parameters: tuple[Parameter, ...]
@@ -82,33 +82,40 @@ class Seen:
 def worst_dependence(
     problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray, options: IdentifyOptions
 ) -> Dependence | None:
-    """Return the dependence that ruins an estimate most, or None.
+    """Return the dependence that harms the estimate most, or None.
 
     Parameters
     ----------
     problem : Problem
     q : (n,)
     triangle : Triangle
-        Of the records and of the priors that count: a prior resolves what the records do not.
+        Records and active priors: a prior may resolve a direction that the records do not.
     counted : (n,) of bool
         Coordinates that are estimated: neither on a bound nor unseen.
     options : IdentifyOptions
     """
-    seen = _seen(problem, q, triangle, counted)
-    if not seen.parameters:
+    known = _estimated_parameters(problem, q, triangle, counted)
+    if not known.parameters:
         return None
-    return _singular(problem, q, triangle, counted, seen) or _uncertain(seen, options) or _correlated(seen, options)
+    return (
+        _find_singular(problem, q, triangle, counted, known)
+        or _find_uncertain(known, options)
+        or _find_correlated(known, options)
+    )
 
 
-def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray) -> Seen:
-    """Express what is known in the file's coordinates; a singular direction has a huge variance.
+def _estimated_parameters(
+    problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray
+) -> EstimatedParameters:
+    """Map the estimate to the file's coordinates; a singular direction has a huge variance.
 
-    The covariance is the white one: that robust to colour also grows by what a parameter held before leaves in the
-    residual, and would then take the next one with it.
+    The covariance is the white one. The robust one also grows by the residual that a previously held parameter leaves,
+    so holding one parameter would lead to holding the next.
     """
     here = q[: problem.space.size]
     names, slopes = problem.space.value_jacobian(here)
     part = counted[: problem.space.size]
+    # A parameter that also moves with uncounted coordinates has no covariance from the counted ones alone.
     kept = [i for i, name in enumerate(names) if np.any(slopes[i, part] != 0.0) and not np.any(slopes[i, ~part] != 0.0)]
     maps = slopes[kept][:, part]
     moving = np.flatnonzero(part)
@@ -118,11 +125,14 @@ def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArra
     values = np.array([problem.space.values(here)[p.name] for p in parameters])
     ranges = np.array([p.sigma or (p.max - p.min) / math.sqrt(12.0) for p in parameters])
     alone = np.linalg.norm(triangle.jacobian[:, moving] @ np.linalg.pinv(maps), axis=0)
-    return Seen(parameters, values, maps @ own @ maps.T, ranges * alone)
+    return EstimatedParameters(parameters, values, maps @ own @ maps.T, ranges * alone)
 
 
-def _singular(problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray, seen: Seen) -> Dependence | None:
-    """Find a direction of which the records see nothing but rounding."""
+def _find_singular(
+    problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray, known: EstimatedParameters
+) -> Dependence | None:
+    """Find a direction in which the records change by rounding errors only."""
+    # Columns of unit length: the ratio of singular values then does not depend on the units of the coordinates.
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
     if not size.size or np.any(size == 0.0):
@@ -135,17 +145,17 @@ def _singular(problem: Problem, q: FloatArray, triangle: Triangle, counted: Bool
     _, slopes = problem.space.value_jacobian(q[: problem.space.size])
     names = [p.name for p in problem.space.mechanism.free]
     direction = slopes @ step[: problem.space.size]
-    rows = [names.index(p.name) for p in seen.parameters]
-    moved = _relative(seen, direction[rows])
-    involved = np.flatnonzero(np.abs(moved) > VERDICTS.involved * np.abs(moved).max())
+    rows = [names.index(p.name) for p in known.parameters]
+    moved = _relative_changes(known, direction[rows])
+    involved = np.flatnonzero(np.abs(moved) > VERDICTS.involved_share * np.abs(moved).max())
     why = f"the smallest singular value is {s[-1] / s[0]:.1g} of the largest"
-    return _dependence(seen, int(np.argmax(np.abs(moved))), involved, moved, why)
+    return _build_dependence(known, int(np.argmax(np.abs(moved))), involved, moved, why)
 
 
-def _uncertain(seen: Seen, options: IdentifyOptions) -> Dependence | None:
-    """Find the estimate that most exceeds its prior's sigma or the user's relative error."""
-    ratios, whys = np.zeros(len(seen.parameters)), [""] * len(seen.parameters)
-    for i, (p, value, sigma) in enumerate(zip(seen.parameters, seen.values, seen.sigma, strict=True)):
+def _find_uncertain(known: EstimatedParameters, options: IdentifyOptions) -> Dependence | None:
+    """Find the estimate whose error most exceeds its prior's sigma or the user's relative limit."""
+    ratios, whys = np.zeros(len(known.parameters)), [""] * len(known.parameters)
+    for i, (p, value, sigma) in enumerate(zip(known.parameters, known.values, known.sigma, strict=True)):
         limits = {}
         if p.sigma and options.priors != "fit":
             limits[p.sigma] = f"its prior's {p.sigma:.3g}"
@@ -157,30 +167,33 @@ def _uncertain(seen: Seen, options: IdentifyOptions) -> Dependence | None:
     worst = int(np.argmax(ratios))
     if ratios[worst] <= 1.0:
         return None
-    return _around(seen, worst, whys[worst])
+    return _dependence_of_partners(known, worst, whys[worst])
 
 
-def _correlated(seen: Seen, options: IdentifyOptions) -> Dependence | None:
-    """Find the largest correlation beyond the user's limit."""
-    if options.max_correlation is None or len(seen.parameters) < 2:
+def _find_correlated(known: EstimatedParameters, options: IdentifyOptions) -> Dependence | None:
+    """Find the largest correlation above the user's limit."""
+    if options.max_correlation is None or len(known.parameters) < 2:
         return None
-    off = np.abs(seen.correlation - np.eye(len(seen.parameters)))
+    off = np.abs(known.correlation - np.eye(len(known.parameters)))
     i, j = np.unravel_index(int(np.argmax(off)), off.shape)
     if off[i, j] <= options.max_correlation:
         return None
-    why = f"correlation {seen.correlation[i, j]:+.4f} beyond the limit {options.max_correlation:g}"
+    why = f"correlation {known.correlation[i, j]:+.4f} beyond the limit {options.max_correlation:g}"
     pair = np.array([i, j])
-    return _dependence(seen, int(i), pair, _relative(seen, seen.covariance[i]), why)
+    return _build_dependence(known, int(i), pair, _relative_changes(known, known.covariance[i]), why)
 
 
-def _around(seen: Seen, worst: int, why: str) -> Dependence:
-    partners = np.flatnonzero(np.abs(seen.correlation[worst]) > VERDICTS.partner)
-    return _dependence(seen, worst, partners, _relative(seen, seen.covariance[worst]), why)
+def _dependence_of_partners(known: EstimatedParameters, worst: int, why: str) -> Dependence:
+    partners = np.flatnonzero(np.abs(known.correlation[worst]) > VERDICTS.partner_correlation)
+    return _build_dependence(known, worst, partners, _relative_changes(known, known.covariance[worst]), why)
 
 
-def _dependence(seen: Seen, ruined: int, involved: NDArray[np.intp], moved: FloatArray, why: str) -> Dependence:
-    names = [p.name for p in seen.parameters]
-    held = min(involved.tolist() or [ruined], key=lambda i: seen.influence[i])
+def _build_dependence(
+    known: EstimatedParameters, ruined: int, involved: NDArray[np.intp], moved: FloatArray, why: str
+) -> Dependence:
+    names = [p.name for p in known.parameters]
+    # The parameter of least influence: holding it at its value changes the records least.
+    held = min(involved.tolist() or [ruined], key=lambda i: known.influence[i])
     return Dependence(
         ruined=names[ruined],
         involved=tuple(names[i] for i in involved) or (names[ruined],),
@@ -190,19 +203,19 @@ def _dependence(seen: Seen, ruined: int, involved: NDArray[np.intp], moved: Floa
     )
 
 
-def _relative(seen: Seen, change: FloatArray) -> FloatArray:
-    """Return changes relative to the values; those of angles, and of values at zero, to their ranges."""
+def _relative_changes(known: EstimatedParameters, change: FloatArray) -> FloatArray:
+    """Scale changes by the parameter values; by the ranges for angles and for values at zero."""
     scale = np.array(
         [
             abs(v) if v != 0.0 and not p.is_periodic else p.max - p.min
-            for p, v in zip(seen.parameters, seen.values, strict=True)
+            for p, v in zip(known.parameters, known.values, strict=True)
         ]
     )
     return np.asarray(change / np.where(np.isfinite(scale) & (scale > 0.0), scale, 1.0), dtype=np.float64)
 
 
 def describe_direction(names: Sequence[str], moved: FloatArray) -> str:
-    """Say which parameters move together, and what of them is left to see.
+    """Describe which parameters move together, and the combination that the records still determine.
 
     Parameters
     ----------
@@ -219,7 +232,7 @@ def describe_direction(names: Sequence[str], moved: FloatArray) -> str:
         return f"{names[0]} alone moves" if names else ""
     if len(names) == 2:
         (a, b), (x, y) = names, moved
-        equal = abs(abs(x) - abs(y)) < VERDICTS.equal * max(abs(x), abs(y))
+        equal = abs(abs(x) - abs(y)) < VERDICTS.equal_difference * max(abs(x), abs(y))
         if x * y > 0.0:
             seen = "their ratio" if equal else "a combination of them"
             return f"{a} and {b} rise together: only {seen} is seen"

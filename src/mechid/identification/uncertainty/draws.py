@@ -1,11 +1,11 @@
-"""Tests of an estimate's derivatives: the cost at draws from its covariance, and switches whose order is not certain.
+"""Tests of an estimate's derivatives: the cost at draws from its covariance, and switches of uncertain order.
 
-A touch of zero speed that does or does not stick is a cliff in the likelihood, often within one standard error.
-A covariance from derivatives knows nothing of it.
+A speed that touches zero and either sticks or does not is a discontinuity in the likelihood, often within one standard
+error. A covariance from derivatives cannot show it.
 
-A switch grazes its neighbour where the standard deviation of its instant, carried over from the covariance of the
-estimate by the derivative of the instant, is above a tenth of the gap to it: another order of stick and slip lies
-within the errors.
+A switch grazes its neighbour where the standard deviation of its instant exceeds a tenth of the gap between them. The
+derivative of the instant maps the covariance of the estimate to that deviation. Another order of stick and slip then
+lies within the errors.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from mechid.simulation.block import Block
 
 @dataclass(frozen=True)
 class Departure:
-    """Where the cost of some draws is not the quadratic: record, first instant in s, how many draws, how far.
+    """Departure of the cost from its quadratic: record, first instant in s, number of draws, largest excess.
 
-    `across` are the parameters, by dotted name, that the draws concerned have elsewhere than the others.
+    `across` names the parameters, by dotted name, whose values separate these draws from the others.
     """
 
     record: str
@@ -41,13 +41,13 @@ class Departure:
     across: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """Say it in a few words."""
+        """Return the record and the instant in words."""
         return f"record {self.record} at {self.instant_s:.6g} s"
 
 
 @dataclass(frozen=True, eq=False)
 class LowerPoint:
-    """A point of lower cost than the estimate: (n,), and by how much lower, in sigmas squared."""
+    """A point of lower cost than the estimate, (n,), and the difference in sigmas squared."""
 
     q: FloatArray
     gain: float
@@ -55,14 +55,14 @@ class LowerPoint:
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """What 30 draws around an estimate show: where the cost departs from the quadratic, and a lower point if any."""
+    """Result of 30 draws around an estimate: departures from the quadratic cost, and a lower point if there is one."""
 
     departures: tuple[Departure, ...] = ()
     lower: LowerPoint | None = None
 
 
 def examine_draws(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray, seed: int) -> Draws:
-    """Simulate 30 draws from the covariance, and return what their cost says of the estimate.
+    """Compare the cost at 30 draws from the covariance with the quadratic that standard errors assume.
 
     Parameters
     ----------
@@ -76,23 +76,25 @@ def examine_draws(problem: Problem, q: FloatArray, windows: Windows, covariance:
     """
     used = [t for t in problem.targets if t.name in windows]
     triangles = problem.triangles(q, windows)
-    points = _drawn(problem, q, covariance, seed)
+    points = _draw_points(problem, q, covariance, seed)
     cost = _costs(problem, windows, points)
-    excess = cost - _promised(q, triangles, points)
+    excess = cost - _predicted_costs(q, triangles, points)
     total = np.abs(excess.sum(axis=1)) > ERRORS.cost_departure
     found = []
     for k, target in enumerate(used):
         off = total & (np.abs(excess[:, k]) > ERRORS.cost_departure / len(used))
         if off.any():
             worst = int(np.argmax(np.abs(excess[:, k]) * off))
-            instant = _instant(problem, target, q, points[worst], windows[target.name])
-            across = _across(problem, points, off, covariance)
+            instant = _departure_instant(problem, target, q, points[worst], windows[target.name])
+            across = _separating_parameters(problem, points, off, covariance)
             found.append(Departure(target.name, instant, int(off.sum()), float(excess[worst, k]), across))
-    return Draws(tuple(found), _lowest(problem, q, points, cost.sum(axis=1), sum(t.cost for t in triangles)))
+    return Draws(tuple(found), _lowest_draw(problem, q, points, cost.sum(axis=1), sum(t.cost for t in triangles)))
 
 
-def _lowest(problem: Problem, q: FloatArray, points: FloatArray, costs: FloatArray, here: float) -> LowerPoint | None:
-    """Return the draw of the lowest cost, priors counted; None where none is lower by more than is worth saying."""
+def _lowest_draw(
+    problem: Problem, q: FloatArray, points: FloatArray, costs: FloatArray, here: float
+) -> LowerPoint | None:
+    """Return the draw of lowest cost, priors included; None where no draw is notably lower than the estimate."""
     gains = here + _prior_cost(problem, q) - costs - [_prior_cost(problem, point) for point in points]
     best = int(np.argmax(gains))
     return LowerPoint(points[best], float(gains[best])) if gains[best] > SEARCH.notable_fall else None
@@ -106,20 +108,23 @@ def _prior_cost(problem: Problem, q: FloatArray) -> float:
 def parameters_resting_on(
     problem: Problem, q: FloatArray, windows: Windows, records: Sequence[str], counted: BoolArray
 ) -> tuple[str, ...]:
-    """Return the parameters, by dotted name, whose standard error rests on some records."""
+    """Return the parameters, by dotted name, whose standard errors depend on the given records."""
     rest: Mapping[str, tuple[int, int]] = {name: w for name, w in windows.items() if name not in records}
     every = _information(problem.triangles(q, windows), problem.size)[np.ix_(counted, counted)]
     other = _information(problem.triangles(q, rest), problem.size)[np.ix_(counted, counted)]
     scale = np.sqrt(np.maximum(np.diag(every), 1e-300))
     every, other = every / np.outer(scale, scale), other / np.outer(scale, scale)
     size = np.diag(np.linalg.pinv(every, hermitian=True))
+    # The small diagonal keeps directions that only these records determine: a pseudo-inverse alone would drop them.
     without = np.diag(np.linalg.pinv(other + 1e-12 * np.eye(len(scale)), hermitian=True))
     names = np.array(problem.coordinates.names)[counted]
-    return _with_phases(problem, names[without > ERRORS.told_by**2 * size].tolist())
+    return _with_phases(problem, names[without > ERRORS.reliance**2 * size].tolist())
 
 
-def _across(problem: Problem, points: FloatArray, off: BoolArray, covariance: FloatArray) -> tuple[str, ...]:
-    """Return the parameters whose mean over the draws concerned differs from that of the others by more than chance."""
+def _separating_parameters(
+    problem: Problem, points: FloatArray, off: BoolArray, covariance: FloatArray
+) -> tuple[str, ...]:
+    """Return the parameters whose mean over the `off` draws differs from that of the others by more than chance."""
     if off.all():
         return ()
     sigma = np.sqrt(np.diag(covariance) * (1.0 / off.sum() + 1.0 / (~off).sum()))
@@ -135,10 +140,11 @@ def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
     return once + tuple(partners[name] for name in once if name in partners)
 
 
-def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -> FloatArray:
+def _draw_points(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -> FloatArray:
     """Return the draws, (draws, n), within the bounds."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
+    # The second number separates these draws from other random streams of the same seed.
     steps = np.random.default_rng((seed, 30)).standard_normal((ERRORS.draws, q.size)) @ root.T
     return np.asarray(problem.coordinates.clip(q + steps), dtype=np.float64)
 
@@ -146,28 +152,32 @@ def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -
 def _costs(problem: Problem, windows: Windows, points: FloatArray) -> FloatArray:
     """Return the cost of each record at each point, (points, records) in sigmas squared."""
     used = [t for t in problem.targets if t.name in windows]
+    # Longest records first, so that no worker starts a long one last.
     names = [t.name for t in sorted(used, key=lambda t: -windows[t.name][1])]
     tasks = [(name, points[k : k + SETS]) for name in names for k in range(0, len(points), SETS)]
     norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
     of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
+    # A draw that cannot be simulated counts as a huge departure, not as a missing one.
     return np.where(np.isfinite(found), found, 1e12)
 
 
-def _promised(q: FloatArray, triangles: Sequence[Triangle], points: FloatArray) -> FloatArray:
-    """Return what the quadratic at `q` makes of the cost of each record at each point, (points, records)."""
+def _predicted_costs(q: FloatArray, triangles: Sequence[Triangle], points: FloatArray) -> FloatArray:
+    """Return the quadratic prediction from `q` of each record's cost at each point, (points, records)."""
     return np.array([[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points])
 
 
 def _norms(problem: Problem, windows: Windows, task: tuple[str, FloatArray]) -> list[float]:
-    """Return ||r|| of a record, by name, at some points."""
+    """Return ||r|| of one record at some points."""
     name, points = task
     target = next(t for t in problem.targets if t.name == name)
     return problem.norms_at(target, list(points), windows[name])
 
 
-def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:
-    """Return when any channel at a point first leaves what the derivatives at `q` say, by a sigma; record time, s."""
+def _departure_instant(
+    problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]
+) -> float:
+    """Return the first instant at which a channel departs from its linear prediction by a sigma; record time, s."""
     with_lanes = problem.model.run(target, q, window[1], jacobian=True)
     there = problem.model.run(target, point, window[1], block=with_lanes.block)
     first, largest = window[0], 0.0
@@ -175,7 +185,8 @@ def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray,
         n = here.stop - max(here.start, window[0])
         if n <= 0:
             continue
-        off = np.max([_off(problem, target, c, here, other, point - q, n) for c in target.channels], axis=0)
+        off = np.max([_linear_error(problem, target, c, here, other, point - q, n) for c in target.channels], axis=0)
+        # Where no sample departs by a whole sigma, the instant of the largest departure is reported.
         if off.max() > largest:
             first, largest = here.stop - n + int(np.argmax(off > min(1.0, off.max() * 0.999))), float(off.max())
         if largest > 1.0:
@@ -183,10 +194,10 @@ def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray,
     return target.base.start_s + first / target.base.sample_rate_hz
 
 
-def _off(
+def _linear_error(
     problem: Problem, target: Target, channel: TargetChannel, here: Block, other: Block, step: FloatArray, n: int
 ) -> FloatArray:
-    """Return how far a channel is from what its derivatives say, (n,) in sigmas."""
+    """Return the distance of a channel from its linear prediction, (n,) in sigmas."""
     j = problem.model.output(channel.quantity)
     expected = here.y[-n:, j] + problem.coordinates.block_slopes(target, j, here, n) @ step
     return np.nan_to_num(np.abs(other.y[-n:, j] - expected) / channel.sigma, nan=np.inf)
@@ -198,30 +209,29 @@ def _information(triangles: Sequence[Triangle], size: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Grazing:
-    """The grazing switches of a record: how many, and the worst with its instant in s of record time.
+    """The grazing switches of a record: their count, and the worst one with its instant in s of record time.
 
-    `spread_s` is the standard deviation of the worst one's instant, `gap_s` the distance to its neighbour.
+    `spread_s` is the standard deviation of that instant, `gap_s` the distance to the nearest switch.
     """
 
     record: str
     count: int
-    of: int
+    switches: int
     instant_s: float
     spread_s: float
     gap_s: float
 
     def __str__(self) -> str:
-        """Say it as a warning."""
-        more = f"; {self.count} of its {self.of} switches are such" if self.count > 1 else ""
+        """Return the warning for the user."""
+        more = f"; this holds for {self.count} of its {self.switches} switches" if self.count > 1 else ""
         return (
-            f"record {self.record} at {self.instant_s:.6g} s: the instant of a stick/slip is known to "
-            f"{self.spread_s:.2g} s only, and the next switch is {self.gap_s:.2g} s away: which comes first is not "
-            f"certain{more}"
+            f"record {self.record} at {self.instant_s:.6g} s: the instant of a stick/slip is known only to "
+            f"{self.spread_s:.2g} s, and the next switch is {self.gap_s:.2g} s away: their order is not certain{more}"
         )
 
 
 def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray) -> list[Grazing]:
-    """Return the grazing switches of each record that has any.
+    """Return one entry for each record that has grazing switches.
 
     Parameters
     ----------
@@ -232,11 +242,15 @@ def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covarian
     covariance : (n, n)
         In search coordinates.
     """
-    found = (_of(problem, t, q, windows[t.name][1], covariance) for t in problem.targets if t.name in windows)
+    found = (
+        _grazing_of_record(problem, t, q, windows[t.name][1], covariance) for t in problem.targets if t.name in windows
+    )
     return [g for g in found if g]
 
 
-def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: FloatArray) -> Grazing | None:
+def _grazing_of_record(
+    problem: Problem, target: Target, q: FloatArray, stop: int, covariance: FloatArray
+) -> Grazing | None:
     run = problem.model.run(target, q, stop, jacobian=True, events=ERRORS.most_switches)
     for _ in run.blocks():
         pass

@@ -1,12 +1,12 @@
-"""Errors beyond noise: parameters on a bound, not knowing which clock is right, and parameters that are held.
+"""Errors beyond noise: parameters on a bound, the choice of the right clock, and held parameters.
 
-The unbounded Newton step says how far beyond a bound of the mechanism file the records want a coordinate. By less than
-chance, the bound is one that they allow, and the truth may lie within: an interval on one side. By more, they
-contradict it, and what the bound forces on the other parameters counts as an error of theirs.
+The unbounded Newton step shows how far beyond a bound of the mechanism file the optimum of the records lies. Where that
+distance is within chance, the records allow the bound, and a one-sided interval is reported. Where it is larger, the
+records contradict the bound, and the shift that the bound forces on the other parameters counts as their error.
 
-No record tells whether the driver's clock or the recorder's is off, only how much they differ. Where the campaign does
-not say which one is right, the recorder's time is taken, and the step to the optimum of the other choice is a standard
-error of its own: of all parameters together, since one clock moves them all.
+The records show how much the driver's clock and the recorder's differ, but not which one is wrong. Where the campaign
+does not declare the right one, the recorder's time is used, and the step to the optimum of the other choice counts as a
+standard error. It is one error common to all parameters, since one clock shifts them all.
 
 Consider covariance: an error c of a held parameter moves the estimate by -P J^T J_c c, with P the covariance of the
 estimated ones, J their derivatives and J_c that of the held one.
@@ -39,10 +39,10 @@ class OnBound:
     ----------
     name : str
     beyond : float
-        How far beyond it the records want it, in standard errors.
+        Distance of the unbounded optimum beyond the bound, in standard errors.
     interval : (float, float)
-        95 % of what they leave within, in the file's unit, the bound first or last. Where they contradict the bound,
-        the contradiction counts as a further error.
+        95 % interval inside the bound, in the file's unit; the bound is its first or last value. Where the records
+        contradict the bound, the contradiction counts as a further error.
     """
 
     name: str
@@ -50,13 +50,13 @@ class OnBound:
     interval: tuple[float, float]
 
     @property
-    def contradicted(self) -> bool:
-        """Whether that is more than chance."""
-        return self.beyond >= ERRORS.contradicted
+    def is_contradicted(self) -> bool:
+        """Whether the records contradict the bound by more than chance."""
+        return self.beyond >= ERRORS.contradiction
 
 
 def newton_step(triangle: Triangle, counted: BoolArray) -> FloatArray:
-    """Return the step to where the derivatives put the optimum, (n,), zero where nothing is counted."""
+    """Return the Newton step to the optimum, (n,), zero for coordinates that are not counted."""
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
@@ -75,34 +75,35 @@ def on_bounds(
     problem : Problem
     q : (n,)
     on : (n,) of bool
-        Coordinates on a bound; both of a detent's.
+        Coordinates on a bound; for a detent, both of its coordinates.
     step : (n,)
         The unbounded Newton step.
     covariance : (n, n)
-        Of the coordinates where none is bounded, by noise alone: a bound that excludes the truth makes parts of the
-        records disagree, and errors widened by that would hide it.
+        Covariance of the unbounded coordinates by noise alone. A bound that excludes the truth makes parts of the
+        records disagree; errors widened by that disagreement would hide the contradiction.
     """
     found: dict[str, OnBound] = {}
     for j in np.flatnonzero(on):
         name = problem.coordinates.names[j]
-        if name in found:  # the sine of a detent whose cosine has said it
+        if name in found:  # the sine of a detent whose cosine is already listed
             continue
-        outward = _outward(problem, q, int(j))
+        outward = _outward_direction(problem, q, int(j))
         sigma = math.sqrt(max(float(outward @ covariance @ outward), 0.0))
         away = max(float(outward @ step), 0.0)
         beyond = away / sigma if sigma > 0.0 else 0.0
-        # Beyond chance the model is wrong by as much as the records are off: that counts as an error of its own.
-        spread = math.hypot(sigma, away) if beyond >= ERRORS.contradicted else sigma
+        # Beyond chance, the distance to the unbounded optimum is a model error and is added to the noise.
+        spread = math.hypot(sigma, away) if beyond >= ERRORS.contradiction else sigma
         outside = away / spread if spread > 0.0 else 0.0
+        # 95 % quantile of a normal distribution truncated at the bound; its centre lies `away` outside.
         inside = spread * -float(ndtri(0.05 * float(ndtr(-outside)))) - away
         within = problem.coordinates.clip(q - inside * outward)
-        ends = [problem.coordinates.values(x)[name] for x in (_at_edge(problem, q, int(j), outward), within)]
+        ends = [problem.coordinates.values(x)[name] for x in (_move_to_bound(problem, q, int(j), outward), within)]
         found[name] = OnBound(name, beyond, (min(ends), max(ends)))
     return list(found.values())
 
 
-def _at_edge(problem: Problem, q: FloatArray, j: int, outward: FloatArray) -> FloatArray:
-    """Return a point with a coordinate on its very bound, which the solver only comes near; a detent's as it is."""
+def _move_to_bound(problem: Problem, q: FloatArray, j: int, outward: FloatArray) -> FloatArray:
+    """Return the point with coordinate j exactly on its bound, which the solver only approaches; detents unchanged."""
     at = problem.coordinates
     if j < at.space.size and at.space.coordinates[j].kind == "cosine":
         return q
@@ -111,8 +112,8 @@ def _at_edge(problem: Problem, q: FloatArray, j: int, outward: FloatArray) -> Fl
     return edge
 
 
-def _outward(problem: Problem, q: FloatArray, j: int) -> FloatArray:
-    """Return the direction in which a coordinate on its bound would leave it, (n,), of length 1."""
+def _outward_direction(problem: Problem, q: FloatArray, j: int) -> FloatArray:
+    """Return the unit direction in which coordinate j crosses its bound, (n,)."""
     at, out = problem.coordinates, np.zeros(q.size)
     own = at.space.coordinates[j] if j < at.space.size else None
     if own is not None and own.kind == "cosine":
@@ -123,80 +124,81 @@ def _outward(problem: Problem, q: FloatArray, j: int) -> FloatArray:
 
 
 def clocks_differ(problem: Problem, q: FloatArray) -> bool:
-    """Tell whether the recorder's time is taken for the true one at a point where the driver's differs from it."""
+    """Tell whether the driver's time differs from the recorder's at `q`, in a fit that uses the recorder's."""
     return any(problem.coordinates.timing(target, q).stretch != 1.0 for target in problem.targets)
 
 
 def clock_step(problem: Problem, q: FloatArray, windows: Windows, triangle: Triangle, counted: BoolArray) -> FloatArray:
-    """Return the step of the coordinates to the optimum in the driver's time, (n,); zero where the clocks agree.
+    """Return the step to the optimum in the driver's time, (n,); zero where the clocks agree.
 
     Parameters
     ----------
     problem : Problem
     q : (n,)
-        Its optimum in the recorder's time.
+        Optimum in the recorder's time.
     windows : mapping of record to (first, stop)
     triangle : Triangle
-        The problem at `q`.
+        Linearization of the problem at `q`.
     counted : (n,) of bool
         The coordinates that are estimated.
     """
-    none = np.zeros(q.size)
+    zero = np.zeros(q.size)
     if not clocks_differ(problem, q):
-        return none
+        return zero
     other = replace(problem, targets=tuple(replace(t, clock_reference="driver") for t in problem.targets))
     moved = other.joint(q, windows)
     if not np.isfinite(moved.norm):
-        return none
-    # what is left of the gradient at `q` is in both
+        return zero
+    # The solver stops at a small gradient; both steps contain it, so it cancels.
     return newton_step(moved, counted) - newton_step(triangle, counted)
 
 
 def clock_warnings(parameters: Mapping[str, ParameterEstimate]) -> tuple[str, ...]:
-    """Say how far the values rest on the recorder's clock, where that is more than their noise."""
+    """Warn where the choice of the recorder's clock shifts a value by more than its noise."""
     moved = [p for p in parameters.values() if p.std_error_clock and p.std_error_noise and p.value]
     worst = max(moved, key=lambda p: (p.std_error_clock or 0.0) / (p.std_error_noise or 1.0), default=None)
     if worst is None or worst.std_error_clock is None or worst.std_error_clock < (worst.std_error_noise or 0.0):
         return ()
     share = abs(worst.std_error_clock / worst.value)
     return (
-        "the driver's clock and the recorder's differ; no record tells which is right, and the recorder's is taken. "
-        f"With the driver's, {worst.name} would differ by {worst.std_error_clock:.3g} {worst.unit}, {share:.2g} of it; "
-        "the standard errors include this as std_error_clock; write clock_reference = "
-        '"recorder" or "driver" in campaign.toml where you know which',
+        "the driver's clock and the recorder's differ; no record tells which is right, so the recorder's is used. "
+        f"With the driver's, {worst.name} would differ by {worst.std_error_clock:.3g} {worst.unit}, {share:.2g} of its "
+        "value; the standard errors include this as std_error_clock; if you know which clock is right, write "
+        'clock_reference = "recorder" or "driver" in campaign.toml',
     )
 
 
 def consider_covariance(
     problem: Problem, q: FloatArray, windows: Windows, held: Sequence[Frozen], names: Sequence[str], white: FloatArray
 ) -> FloatArray:
-    """Return what the held parameters' sigmas add, (k, k), in the file's coordinates and units.
+    """Return the covariance that the held parameters' sigmas add, (k, k), in the file's coordinates and units.
 
     Parameters
     ----------
     problem : Problem
-        In which they are held.
+        The problem in which they are held.
     q : (n,)
     windows : mapping of record to (first, stop)
     held : sequence of Frozen
-        Those without sigma add nothing.
+        Entries without sigma add nothing.
     names : sequence of str, (k,)
         The estimated parameters.
     white : (k, k)
-        Their covariance, in the file's coordinates and units.
+        Covariance of these, in the file's coordinates and units.
     """
     total = np.zeros_like(white)
     for parameter in held:
         if parameter.sigma:
-            moved = _moved_by(problem, q, windows, parameter.name, names, white) * parameter.sigma
+            moved = _shift_per_unit(problem, q, windows, parameter.name, names, white) * parameter.sigma
             total += np.outer(moved, moved)
     return total
 
 
-def _moved_by(
+def _shift_per_unit(
     problem: Problem, q: FloatArray, windows: Windows, held: str, names: Sequence[str], white: FloatArray
 ) -> FloatArray:
-    """Return how far the estimates move for each unit of the held parameter, (k,)."""
+    """Return the shift of the estimates per unit of the held parameter, (k,)."""
+    # The parameter is freed to get its column of the Jacobian; a Fourier pair as amplitude and phase, as in the file.
     mechanism = problem.space.at(q[: problem.space.size])
     pairs = {name: p.amplitude for p in mechanism.plant.polar_pairs for name in (p.amplitude, p.phase)}
     polar = problem.space.polar | ({pairs[held]} if held in pairs else frozenset())

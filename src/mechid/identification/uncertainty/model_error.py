@@ -1,9 +1,9 @@
-"""Error bars that hold when the model lacks something: how far parts of the records disagree over the parameters.
+"""Covariance under model error, from the disagreement between parts of the records over the parameters.
 
-Where the scores of the phases within a step, of the records, or of stretches of time scatter as noise alone explains,
-the covariance that noise gives stands to the bit. Where they scatter more, each parameter's variance grows by what the
-scatter says beyond it: by the phase within the step (a cluster-robust covariance, Liang and Zeger 1986), and by leaving
-out a quarter of a record or a record (jackknife, one Newton step each).
+Parts are the phases within a step, stretches of time, and whole records. Where their scores scatter no more than noise
+explains, the covariance by noise is used unchanged. Where they scatter more, each parameter's variance grows by the
+excess: by the phase within the step (a cluster-robust covariance, Liang and Zeger 1986), and by leaving out a quarter
+of a record or a record (jackknife, one Newton step each).
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from mechid.identification.uncertainty.parts import Parts, RecordParts
 from mechid.identification.uncertainty.settings import ERRORS
 
 ROUNDING = 1e-14
-"""Share of the largest eigenvalue below which one is rounding."""
+"""Share of the largest eigenvalue below which an eigenvalue counts as rounding."""
 
 
 @dataclass(frozen=True)
 class Excess:
-    """The scatter of one kind of parts as a covariance, (n, n), and the degrees of freedom by which it is known."""
+    """Scatter of one kind of parts as a covariance, (n, n), and its degrees of freedom."""
 
     covariance: FloatArray
     dof: float
@@ -35,12 +35,12 @@ class Excess:
 
 @dataclass(frozen=True)
 class ModelError:
-    """What the parts of the records say of the covariance at a point, in search coordinates.
+    """Covariance by noise and by the scatter of the records' parts, in search coordinates.
 
     Attributes
     ----------
     noise : (n, n)
-        The covariance that noise alone gives.
+        Covariance by noise alone.
     excesses : tuple of Excess
         Empty where noise explains the scatter.
     """
@@ -49,10 +49,10 @@ class ModelError:
     excesses: tuple[Excess, ...] = ()
 
     def variances(self, maps: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the variance of some linear functions of the coordinates, (k,), and how well it is known.
+        """Return the variance of linear functions of the coordinates, (k,), and a measure of its uncertainty.
 
-        Each kind of parts adds what it says beyond noise. The second is the sum of each addition squared over its
-        degrees of freedom: variance squared over it gives those of the variance (Welch and Satterthwaite).
+        Each kind of parts adds its excess over noise. The second result sums each addition squared over its degrees of
+        freedom; variance squared over this sum gives the degrees of freedom of the variance (Welch and Satterthwaite).
         """
         noise = diagonal(maps, self.noise)
         over = [np.maximum(diagonal(maps, e.covariance) - noise, 0.0) for e in self.excesses]
@@ -61,12 +61,13 @@ class ModelError:
 
     @property
     def matrix(self) -> FloatArray:
-        """The covariance of all together, (n, n): each kind adds what is beyond noise in the metric of the noise's."""
+        """Total covariance, (n, n): each kind of parts adds its excess over noise, in the metric of the noise."""
         seen = np.flatnonzero(np.diag(self.noise) > 0.0)
         total = self.noise.copy()
         if not self.excesses or not seen.size:
             return total
-        root, inverse = _roots(self.noise[np.ix_(seen, seen)])
+        root, inverse = _square_root(self.noise[np.ix_(seen, seen)])
+        # In coordinates in which the noise is the identity, the excess is the part of the eigenvalues above 1.
         for e in self.excesses:
             within = inverse @ e.covariance[np.ix_(seen, seen)] @ inverse.T
             values, vectors = np.linalg.eigh(0.5 * (within + within.T) - np.eye(seen.size))
@@ -76,20 +77,20 @@ class ModelError:
 
 
 class Comparison:
-    """The parts of all records over the coordinates that count, beside the covariance that noise alone gives.
+    """Comparison of the scatter between parts of the records with the scatter that noise explains.
 
     Parameters
     ----------
     records : sequence of RecordParts
     information : (n, n)
-        J^T J of all, priors included.
+        J^T J of all records, priors included.
     noise : (n, n)
-        Covariance by noise, zero where nothing is estimated.
+        Covariance by noise, zero for coordinates that are not estimated.
     counted : (n,) of bool
         Coordinates that are estimated.
     """
 
-    # Inside, every coordinate is in units that make its information 1.
+    # Internally every coordinate is scaled to unit information: coordinates of very different units stay comparable.
 
     def __init__(
         self, records: Sequence[RecordParts], information: FloatArray, noise: FloatArray, counted: BoolArray
@@ -98,21 +99,21 @@ class Comparison:
         self.noise, self.scale = noise, np.zeros((len(noise), int(counted.sum())))
         self.scale[counted] = np.diag(1.0 / size[counted])
         self.names = [r.name for r in records]
-        self.stretches = [self._scaled(r.stretches) for r in records]
-        self.phases = [None if r.phases is None else self._scaled(r.phases) for r in records]
+        self.stretches = [self._scale_parts(r.stretches) for r in records]
+        self.phases = [None if r.phases is None else self._scale_parts(r.phases) for r in records]
         self.information = self.scale.T @ information @ self.scale
         self.inverse = _inverse(self.information)
         own = noise[np.ix_(counted, counted)] * np.outer(size[counted], size[counted])
         self.metric = self.inverse @ _inverse(own) @ self.inverse
         self.whitened = all(r.whitened for r in records)
 
-    def _scaled(self, parts: Parts) -> Parts:
+    def _scale_parts(self, parts: Parts) -> Parts:
         return Parts(parts.scores @ self.scale, self.scale.T @ parts.information @ self.scale)
 
     @property
     def consistency(self) -> Consistency:
-        """How far the parts of each kind scatter, and which record's do most."""
-        records = [s.joined(1) for s in self.stretches]
+        """Scatter of each kind of parts, and the record that scatters most where they disagree."""
+        records = [s.merge(1) for s in self.stretches]
         found = Consistency(
             phase=self._scatter([p for p in self.phases if p is not None]),
             record=self._scatter(records) if len(records) > 1 else None,
@@ -122,30 +123,32 @@ class Comparison:
 
     @property
     def error(self) -> ModelError:
-        """The covariance with what the scatter of the parts says beyond noise."""
+        """Covariance by noise and by the scatter of the parts beyond noise."""
         count = len(self.names)
         phases = [p for p in self.phases if p is not None]
-        quarters = _all([s.joined(ERRORS.quarters) for s in self.stretches])
+        quarters = _concatenate([s.merge(ERRORS.quarters) for s in self.stretches])
         found = [self._excess(jackknife_covariance(quarters, self.information), ERRORS.quarters * count - 1)]
         if phases:
             found.append(
-                self._excess(clustered_covariance(_all(phases).scores, self.inverse), ERRORS.phases_a_record * count)
+                self._excess(
+                    clustered_covariance(_concatenate(phases).scores, self.inverse), ERRORS.phases_a_record * count
+                )
             )
         if count > 1:
-            records = _all([s.joined(1) for s in self.stretches])
+            records = _concatenate([s.merge(1) for s in self.stretches])
             found.append(self._excess(jackknife_covariance(records, self.information), count - 1))
         return ModelError(self.noise, tuple(found))
 
-    def error_if(self, consistency: Consistency) -> ModelError:
-        """Return the covariance by noise alone where the parts agree, else with what their scatter says beyond."""
+    def error_for(self, consistency: Consistency) -> ModelError:
+        """Return the covariance by noise alone where the parts agree, else the one that includes their scatter."""
         return ModelError(self.noise) if consistency.agrees else self.error
 
     def _excess(self, covariance: FloatArray, dof: float) -> Excess:
         return Excess(self.scale @ covariance @ self.scale.T, dof)
 
     def _scatter(self, parts: Sequence[Parts]) -> Scatter | None:
-        """Return how far some parts scatter, None where there are too few."""
-        every = _all(parts) if parts else None
+        """Return the scatter of some parts, None where there are fewer than two."""
+        every = _concatenate(parts) if parts else None
         if every is None or every.size < 2 or not self.information.size:
             return None
         n, groups = len(self.information), every.size
@@ -158,11 +161,11 @@ class Comparison:
         return Scatter(ratio=ratio, z=float(z), clusters=groups, by_ratio=None if self.whitened else ERRORS.ratio)
 
     def _distances(self, parts: Parts) -> FloatArray:
-        """Return how far the score of each part is from none, (G,), squared and in units of its scatter by noise."""
+        """Return the squared distance of each part's score from zero, (G,), in units of its scatter by noise."""
         return np.asarray(np.einsum("gi,ij,gj->g", parts.scores, self.metric, parts.scores), dtype=np.float64)
 
     def _contested_record(self) -> str:
-        """Return the record whose parts are farthest off, beyond what noise alone lets them be."""
+        """Return the record whose parts exceed the scatter expected from noise by the most."""
         each = [s if p is None else p for s, p in zip(self.stretches, self.phases, strict=True)]
         beyond = [
             float(self._distances(p).sum() - np.trace(self.metric @ p.information, axis1=1, axis2=2).sum())
@@ -177,7 +180,7 @@ def clustered_covariance(scores: FloatArray, inverse: FloatArray) -> FloatArray:
     Parameters
     ----------
     scores : (G, n)
-        Of each cluster.
+        Score of each cluster.
     inverse : (n, n)
         (J^T J)^-1.
     """
@@ -188,7 +191,8 @@ def clustered_covariance(scores: FloatArray, inverse: FloatArray) -> FloatArray:
 
 def jackknife_covariance(parts: Parts, information: FloatArray) -> FloatArray:
     """Return the covariance of an estimate by leaving out each part, one Newton step each, (n, n)."""
-    without = ERRORS.irreplaceable * information - parts.information
+    # More than the whole information, so that a direction known to one part alone does not make this singular.
+    without = ERRORS.jackknife_ridge * information - parts.information
     steps = np.linalg.solve(without, parts.scores[:, :, np.newaxis])[:, :, 0]
     off = steps - steps.mean(axis=0)
     return np.asarray((parts.size - 1) / parts.size * off.T @ off, dtype=np.float64)
@@ -199,19 +203,19 @@ def diagonal(maps: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.diag(maps @ covariance @ maps.T), dtype=np.float64)
 
 
-def _all(parts: Sequence[Parts]) -> Parts:
+def _concatenate(parts: Sequence[Parts]) -> Parts:
     return Parts(np.concatenate([p.scores for p in parts]), np.concatenate([p.information for p in parts]))
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
-    """Return the inverse of a matrix without negative eigenvalues, (n, n); what is rounding counts as not there."""
+    """Return the pseudo-inverse of a positive semidefinite matrix, (n, n); rounding eigenvalues count as zero."""
     values, vectors = np.linalg.eigh(matrix)
     seen = values > ROUNDING * values[-1]
     return np.asarray((vectors[:, seen] / values[seen]) @ vectors[:, seen].T, dtype=np.float64)
 
 
-def _roots(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return L with L L^T the covariance, (n, n), and its inverse; what rounding leaves below none counts as little."""
+def _square_root(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return L with L L^T the covariance, (n, n), and its inverse; eigenvalues are at least at the rounding level."""
     size = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
     values = np.sqrt(np.maximum(values, ROUNDING * values[-1]))
@@ -219,7 +223,7 @@ def _roots(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def compare_parts(problem: Problem, q: FloatArray, windows: Windows) -> Comparison:
-    """Return the parts of the records at a point, compared over the coordinates that they see and no bound holds."""
+    """Compare the records' parts at a point, over the coordinates that are visible and not on a bound."""
     triangle = problem.joint(q, windows)
     counted = ~problem.coordinates.on_bound(q) & (np.linalg.norm(triangle.jacobian, axis=0) > 0.0)
     found = scores(problem, q, windows)
@@ -228,9 +232,10 @@ def compare_parts(problem: Problem, q: FloatArray, windows: Windows) -> Comparis
 
 
 def deviations_from_null(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> FloatArray:
-    """Return how far each parameter of a disturbance is from where it is none, (k,) in standard errors.
+    """Return the distance of each parameter of a disturbance from its null value, (k,) in standard errors.
 
-    A value of the mechanism's that is free is none where it is that one's. Those that stand on a bound are left out.
+    A parameter that replaces a free one of the mechanism has that one's value as its null value. Parameters on a bound
+    are left out.
     """
     compared, at = compare_parts(problem, q, windows), problem.coordinates
     counted = np.any(compared.scale != 0.0, axis=1)
@@ -239,5 +244,5 @@ def deviations_from_null(problem: Problem, q: FloatArray, windows: Windows, one:
     own = [p for p in one.parameters if counted[at.names.index(p.name)]]
     off = np.array([values[p.name] - values.get(p.replaces, p.value) for p in own])
     maps = np.array([slope[p.name] - slope.get(p.replaces, 0.0) for p in own]).reshape(len(own), problem.size)
-    variance, _ = compared.error_if(compared.consistency).variances(maps)
+    variance, _ = compared.error_for(compared.consistency).variances(maps)
     return np.asarray(np.abs(off) / np.sqrt(np.maximum(variance, 1e-300)), dtype=np.float64)

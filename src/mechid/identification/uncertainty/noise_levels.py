@@ -1,12 +1,12 @@
-"""Noise levels changed during a search: raised where growth stalls, lowered to what a model leaves.
+"""Noise levels during a search: raised where growth stalls, lowered to the residual of a good fit.
 
-A position or a current has no high frequencies, so that its high-frequency floor says nothing of its noise, and what
-a model misses of a real mechanism is not noise. Within a level that is too low no record is followed; a level a few
-times the residual that can be reached is as good as any for finding the way there.
+A position or a current has no high frequencies, so its high-frequency floor does not show its noise, and a real
+mechanism also has effects that the model lacks. Against a level that is too low, no record counts as followed. A level
+a few times the attainable residual is enough to find the way there.
 
-Impacts, as of teeth in a gear with backlash, fill the spectrum up to the Nyquist frequency, and a level read there may
-be twice that of the noise. Within it a wrong branch, or a missing effect, looks like noise. What a model leaves of a
-stretch that it follows holds all of the noise, so that no level stands above it.
+Impacts, such as those of gear teeth with backlash, fill the spectrum up to the Nyquist frequency, and a level read
+there may be twice that of the noise. Below such a level a wrong branch or a missing effect looks like noise. The
+residual of a stretch that the model follows contains all of the noise, so the level is lowered to that residual.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mechid.identification.result.record_result import ChannelFit, RecordFit
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.horizons import followed_samples
 from mechid.identification.uncertainty.covariance import residual, residuals_by_quantity
-from mechid.identification.uncertainty.noise import each_target
+from mechid.identification.uncertainty.noise import change_each_target
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.moments import norm, standard_deviation
 from mechid.signal.noise import FLOOR_ERROR
@@ -35,44 +35,45 @@ from mechid.units import unit_words
 
 
 def raise_levels(problem: Problem, growth: Growth) -> Problem:
-    """Return the problem with a higher level of the channels that stop a growth; the same one where none may rise."""
-    return each_target(problem, lambda target: _raised(problem, target, growth))
+    """Raise the level of the channels that stop a growth; return the same problem where none may rise."""
+    return change_each_target(problem, lambda target: _raise_target(problem, target, growth))
 
 
-def _raised(problem: Problem, target: Target, growth: Growth) -> Target:
+def _raise_target(problem: Problem, target: Target, growth: Growth) -> Target:
     gate = growth.horizons[target.name]
     if gate == target.samples:
         return target
-    stops = _stopping(problem, target, growth, gate)
-    return target.each(lambda channel: _raised_channel(channel) if channel.quantity in stops else channel)
+    stops = _stopping_quantities(problem, target, growth, gate)
+    return target.each(lambda channel: _raise_channel(channel) if channel.quantity in stops else channel)
 
 
-def _stopping(problem: Problem, target: Target, growth: Growth, gate: int) -> list[str]:
+def _stopping_quantities(problem: Problem, target: Target, growth: Growth, gate: int) -> list[str]:
     """Return the quantities that the model does not follow beyond the gate."""
+    # Where every channel alone passes the gate, the one that is lost first still has to be raised.
     alone = {c.quantity: followed_samples(problem, replace(target, channels=(c,)), growth.q) for c in target.channels}
     first = max(gate, min(alone.values()))
     return [quantity for quantity, samples in alone.items() if samples <= first]
 
 
-def with_saved_levels(problem: Problem, records: Mapping[str, RecordFit]) -> Problem:
-    """Return the problem with the noise levels that the search of a fit has raised."""
+def restore_levels(problem: Problem, records: Mapping[str, RecordFit]) -> Problem:
+    """Restore the noise levels that the search of a stored fit raised."""
 
     def one(target: Target) -> Target:
         found = records[target.name].channels
-        return target.each(lambda channel: _at_level(channel, found.get(channel.quantity)))
+        return target.each(lambda channel: _restore_channel_level(channel, found.get(channel.quantity)))
 
     return replace(problem, targets=tuple(map(one, problem.targets)))
 
 
-def _at_level(channel: TargetChannel, found: ChannelFit | None) -> TargetChannel:
+def _restore_channel_level(channel: TargetChannel, found: ChannelFit | None) -> TargetChannel:
     if found is None or found.noise_rests_on != NoiseSource.RESIDUAL:
         return channel
     level = float(found.noise_sigma)
     return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
 
 
-def _raised_channel(channel: TargetChannel) -> TargetChannel:
-    """Return a channel at a higher level; the same one where its level is declared, or as high as it may be."""
+def _raise_channel(channel: TargetChannel) -> TargetChannel:
+    """Raise a channel's level by one step; return the same channel where it is declared or at its maximum."""
     level = min(NOISE.raise_factor * channel.sigma, NOISE.most_raised_share * moving_deviation(channel))
     if channel.rests_on is NoiseSource.DECLARED or level <= channel.sigma:
         return channel
@@ -80,7 +81,7 @@ def _raised_channel(channel: TargetChannel) -> TargetChannel:
 
 
 def explains_most(problem: Problem, q: FloatArray) -> bool:
-    """Tell whether a point leaves less than a twentieth of what moves in every channel: then no record contradicts."""
+    """Tell whether the residual of every channel at `q` is below a twentieth of the channel's own variation."""
 
     def share(target: Target) -> float:
         series = residual(problem, target, q, (0, target.samples))
@@ -93,45 +94,44 @@ def explains_most(problem: Problem, q: FloatArray) -> bool:
 
 
 def moving_deviation(channel: TargetChannel) -> float:
-    """Return the standard deviation of a channel, offset and drift removed where the channel's zero is free."""
+    """Return the standard deviation of a channel, less its offset, and less its drift where the channel allows one."""
     line = fit_line(channel.measured, 2 if channel.linear else 1, channel.rejected)
     return standard_deviation(Remainder(channel.measured, line), channel.rejected)
 
 
 def describe_raised_levels(problem: Problem, growth: Growth) -> str:
-    """Return what the levels of unfinished records have been raised to, and how far these were followed below it."""
+    """Describe the raised levels of unfinished records, and the time up to which each was followed."""
     words = []
     for t in problem.targets:
         levels = [f"{c.quantity} {c.raised:.3g} {unit_words(c.quantity)}" for c in t.channels if c.raised]
         if growth.horizons[t.name] < t.samples and levels:
             seconds, of = growth.horizons[t.name] / t.base.sample_rate_hz, t.samples / t.base.sample_rate_hz
             words.append(
-                f"record {t.name} to {' and '.join(levels)}: followed {seconds:.3g} s of {of:.3g} s below that"
+                f"record {t.name} to {' and '.join(levels)}: at lower levels followed for {seconds:.3g} s of {of:.3g} s"
             )
     return "; ".join(words)
 
 
-def raised_warnings(campaign: Campaign, targets: Sequence[Target], before: Mapping[str, str]) -> list[str]:
-    """Say of each record whose levels were raised from where, what they ended at, and why.
+def raised_level_warnings(campaign: Campaign, targets: Sequence[Target], before: Mapping[str, str]) -> list[str]:
+    """Report each record whose levels were raised: initial, raised and final level, and the reason.
 
     Parameters
     ----------
     campaign : Campaign
     targets : sequence of Target
-        As the search has ended.
+        Targets at the end of the search.
     before : mapping of str to str
-        How far each record was followed at the levels known beforehand, in words.
+        Description of how far each record was followed at its initial levels.
     """
     lines = []
     for target in targets:
         record = campaign.record(target.name)
         levels = [_level_words(record, c) for c in target.channels if c.raised > 0.0]
         if levels:
-            why = f"; at the level known beforehand {before[target.name]}" if target.name in before else ""
+            why = f"; at its initial level {before[target.name]}" if target.name in before else ""
             lines.append(
                 f"record {target.name}: to follow it the noise level was raised, {', '.join(levels)}, the RMS of the "
-                "residual: how much of that is noise, and how much the model lacks, the record alone does not show"
-                f"{why}"
+                f"residual; the record alone does not show how much of that is noise and how much is model error{why}"
             )
     return lines
 
@@ -145,24 +145,27 @@ def _level_words(record: CampaignRecord, channel: TargetChannel) -> str:
 
 
 def lower_levels(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
-    """Return the problem with no level above what `q` leaves in the windows; the same one where none is clearly above.
+    """Lower each level to the residual RMS at `q` within the windows; return the same problem where none is above.
 
-    A level that rests on more than high frequencies stays, and none falls below that of the resolution.
+    Only levels that rest on the high-frequency floor are lowered, and none falls below that of the resolution.
     """
-    return each_target(problem, lambda t: _lowered(problem, t, q, windows[t.name]) if t.name in windows else t)
+    return change_each_target(
+        problem, lambda t: _lower_target(problem, t, q, windows[t.name]) if t.name in windows else t
+    )
 
 
-def _lowered(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
+def _lower_target(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
     series = residuals_by_quantity(problem, target, q, window)
-    return target.each(lambda channel: _at_most(channel, series[channel.quantity], window))
+    return target.each(lambda channel: _lower_channel(channel, series[channel.quantity], window))
 
 
-def _at_most(channel: TargetChannel, r: Series, window: tuple[int, int]) -> TargetChannel:
+def _lower_channel(channel: TargetChannel, r: Series, window: tuple[int, int]) -> TargetChannel:
     counted = r.size - channel.rejected_within(window).size
     if channel.rests_on is not NoiseSource.FLOOR or channel.prefilter or counted < NOISE.least_samples:
         return channel
     level = max(norm(r) / math.sqrt(counted), channel.rounding)
-    clearly = 1.0 - NOISE.sure * math.hypot(FLOOR_ERROR, math.sqrt(0.5)) / math.sqrt(counted)
+    # Relative standard errors of the floor and of the residual's RMS: levels closer than these differ by chance.
+    clearly = 1.0 - NOISE.lowering_errors * math.hypot(FLOOR_ERROR, math.sqrt(0.5)) / math.sqrt(counted)
     return replace(channel, sigma=level) if level < clearly * channel.sigma else channel
 
 
@@ -171,8 +174,8 @@ def noise_levels(problem: Problem) -> dict[tuple[str, str], float]:
     return {(t.name, c.quantity): c.sigma for t in problem.targets for c in t.channels}
 
 
-def with_levels_of(problem: Problem, other: Problem) -> Problem:
-    """Return a problem with the levels of another one of the same records and channels."""
+def copy_levels(problem: Problem, other: Problem) -> Problem:
+    """Copy the noise levels from another problem with the same records and channels."""
     known = noise_levels(other)
 
     def one(target: Target) -> Target:

@@ -1,7 +1,7 @@
-"""A record cut into parts, and the score and information of each: by the phase within a step, and over time.
+"""Parts of a record, by phase within a step and over time, with the score and information of each.
 
-What a model lacks returns in every step, so that the scores of the phases within a step scatter more than noise lets
-them; clusters in time alone do not see it.
+A model error repeats in every step, so the scores of the phases within a step scatter more than noise explains.
+Clusters in time alone do not show it.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from mechid.identification.uncertainty.settings import ERRORS
 
 @dataclass(frozen=True)
 class Parts:
-    """Score and information of some parts.
+    """Score and information of a set of parts.
 
     Attributes
     ----------
     scores : (G, n)
         Sum of J^T r over the samples of each part.
     information : (G, n, n)
-        Sum of J^T J.
+        Sum of J^T J over the samples of each part.
     """
 
     scores: FloatArray
@@ -39,13 +39,13 @@ class Parts:
         return len(self.scores)
 
     @property
-    def moved(self) -> Parts:
-        """Those in which a sample tells of any coordinate."""
+    def informative(self) -> Parts:
+        """The parts that carry information on at least one coordinate."""
         some = np.trace(self.information, axis1=1, axis2=2) > 0.0
         return Parts(self.scores[some], self.information[some])
 
-    def joined(self, groups: int) -> Parts:
-        """Return as many parts as asked for, each made of neighbours; the number is a divisor of the parts'."""
+    def merge(self, groups: int) -> Parts:
+        """Merge neighbouring parts into `groups` parts; `groups` divides the number of parts."""
         n = self.scores.shape[1]
         return Parts(
             self.scores.reshape(groups, -1, n).sum(axis=1), self.information.reshape(groups, -1, n, n).sum(axis=1)
@@ -60,11 +60,11 @@ class RecordParts:
     ----------
     name : str
     phases : Parts or None
-        By the phase within a full step; those in which there is a sample. None where no steps are commanded.
+        Parts by the phase within a full step, without those that have no sample. None where no steps are commanded.
     stretches : Parts
-        Over time, of equal length: a multiple of four.
+        Parts of equal length over time; their number is a multiple of four.
     whitened : bool
-        Whether what is left of its noise is white, so that chance can be counted.
+        Whether the remaining noise is white, so that the scatter by chance can be computed.
     """
 
     name: str
@@ -73,14 +73,14 @@ class RecordParts:
     whitened: bool
 
 
-class PartsOfRecord:
-    """Sums over the parts of a record, of columns [Phi r J] that come block by block, channel by channel.
+class PartsAccumulator:
+    """Sums of products of [Phi r J] over the parts of a record; the columns arrive block by block for each channel.
 
     Parameters
     ----------
     target : Target
     timing : Timing
-        How its record time becomes command time.
+        Map from record time to command time.
     window : (int, int)
         First and last-plus-one sample.
     widths : sequence of int
@@ -100,6 +100,7 @@ class PartsOfRecord:
         self._target, self._timing = target, timing
         self._done = [window[0]] * len(target.channels)
         seconds = (window[1] - window[0]) / target.base.sample_rate_hz
+        # Stretches come in multiples of four, so that they merge into quarters of the record.
         of_quarter = np.clip(
             round(seconds / (ERRORS.quarters * ERRORS.stretch_s)), 1, ERRORS.most_stretches // ERRORS.quarters
         )
@@ -120,13 +121,14 @@ class PartsOfRecord:
             self._stretches[k][stretch] += rows[:, part] @ rows[:, part].T
         if self._phases is not None:
             phase = self._phase(first, last)
+            # Sorted by phase, each phase is one contiguous slice and one matrix product.
             rows = rows[:, np.argsort(phase, kind="stable")]
             ends = np.cumsum(np.bincount(phase, minlength=ERRORS.phases))
             for of_step, part in enumerate(map(slice, [0, *ends[:-1]], ends)):
                 self._phases[k][of_step] += rows[:, part] @ rows[:, part].T
 
     def _phase(self, first: int, last: int) -> IntArray:
-        """Return in which part of a full step the command is at each sample, (m,)."""
+        """Return the phase of the command within its full step at each sample, (m,)."""
         base = self._target.base
         times = base.start_s + np.arange(first, last) / base.sample_rate_hz
         travelled = steps_travelled(self._target.command.rate, self._timing.command_s(times))
@@ -134,30 +136,36 @@ class PartsOfRecord:
 
     @property
     def projections(self) -> list[FloatArray]:
-        """Residual and Jacobian of each channel in sigmas, less offset and drift, of its columns, (width, 1 + n)."""
+        """Maps from each channel's columns to residual and Jacobian in sigmas, offset and drift removed.
+
+        Each is of shape (width, 1 + n).
+        """
         return [
             _projection(products.sum(axis=0), channel.removed) / channel.scale
             for channel, products in zip(self._target.channels, self._stretches, strict=True)
         ]
 
-    def summed(self, projections: Sequence[FloatArray]) -> RecordParts:
-        """Return what they have come to, by linear functions of each channel's columns."""
-        phases = _parts(self._phases, projections) if self._phases is not None else None
+    def sum_parts(self, projections: Sequence[FloatArray]) -> RecordParts:
+        """Return the parts of the record; `projections` maps each channel's columns to residual and Jacobian."""
+        phases = _sum_channels(self._phases, projections) if self._phases is not None else None
         return RecordParts(
-            self._target.name, phases and phases.moved, _parts(self._stretches, projections), self._whitened
+            self._target.name,
+            phases and phases.informative,
+            _sum_channels(self._stretches, projections),
+            self._whitened,
         )
 
 
 def _projection(products: FloatArray, linear: int) -> FloatArray:
-    """Return residual and Jacobian less what is projected out of them, of the columns [Phi r J], (width, 1 + n)."""
+    """Return the map from columns [Phi r J] to residual and Jacobian with Phi projected out, (width, 1 + n)."""
     rest = np.eye(len(products) - linear)
     if not linear:
         return rest
     return np.vstack([-np.linalg.solve(products[:linear, :linear], products[:linear, linear:]), rest])
 
 
-def _parts(products: Sequence[FloatArray], projections: Sequence[FloatArray]) -> Parts:
-    """Return the parts of all channels together, of products of their columns, (G, width, width) each."""
+def _sum_channels(products: Sequence[FloatArray], projections: Sequence[FloatArray]) -> Parts:
+    """Sum the parts over channels from the products of their columns, (G, width, width) each."""
     every = sum(of.T @ own @ of for own, of in zip(products, projections, strict=True))
     found = np.asarray(every, dtype=np.float64)
     return Parts(found[:, 0, 1:], found[:, 1:, 1:])

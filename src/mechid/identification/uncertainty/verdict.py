@@ -1,4 +1,4 @@
-"""Verdict on each parameter at the end of a search: estimated, at a bound, not seen, or not known well enough."""
+"""Verdict on each parameter at the end of a search: estimated, at a bound, invisible, or not known well enough."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from mechid.parameter import Parameter, Status
 
 Reason = tuple[Status, str]
 
-IN_NO_STAGE = "in no stage of the campaign file that was worked on"
+IN_NO_STAGE = "in no stage of the campaign file that was run"
 FAILED = "the simulation fails here"
 ON_BOUND = "the optimum lies on or beyond the bound of the mechanism file"
 UNSEEN = "no record sees it; add a record that does, or give it as a known number"
-LEFT = f"its value is where the search left it; {UNSEEN}"
+LEFT_BY_SEARCH = f"its value is where the search left it; {UNSEEN}"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Coordinates, those that carry uncertainty, those on a bound, and by name why free parameters have no errors."""
+    """Verdict at a point: coordinates with an uncertainty, coordinates on a bound, and reasons for missing errors.
+
+    `reasons` gives, by name, the status of each free parameter without an error and its explanation.
+    """
 
     q: FloatArray
     counted: BoolArray
@@ -42,21 +45,22 @@ def judge(
     triangle: Triangle,
     dependent: Mapping[str, str],
 ) -> Verdict:
-    """Return the verdict on a point; what no record sees goes back to the file's value if that changes nothing.
+    """Judge a point; parameters that no record sees return to the file's values if that changes nothing.
 
-    `dependent` says by name why a parameter has been held for a dependence.
+    `dependent` maps a parameter that is held for a dependence to the reason.
     """
     on, lost = problem.coordinates.on_bound(q), not np.isfinite(triangle.norm)
     seen = seen_coordinates(problem, triangle)
-    back = _back(campaign, problem, q, ~seen)
-    unchanged = not lost and _same(problem.total_norm(back, windows), triangle.norm)
-    unseen = FAILED if lost else UNSEEN if unchanged else LEFT
+    back = _reset_unseen(campaign, problem, q, ~seen)
+    unchanged = not lost and _is_same_norm(problem.total_norm(back, windows), triangle.norm)
+    unseen = FAILED if lost else UNSEEN if unchanged else LEFT_BY_SEARCH
     reasons: dict[str, Reason] = {}
     for j, name in enumerate(problem.coordinates.names):
         if on[j] and (seen[j] or not unchanged):
-            reasons[name] = (Status.AT_BOUND, _at_least(problem, name, q[j]) or ON_BOUND)
+            reasons[name] = (Status.AT_BOUND, _lower_limit_reason(problem, name, q[j]) or ON_BOUND)
         elif not seen[j]:
             reasons[name] = (Status.FROZEN, unseen)
+    # A detent is searched in cosine and sine: its phase has no coordinate name and shares the amplitude's verdict.
     partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
     reasons |= {phase: reasons[amplitude] for phase, amplitude in partners.items() if amplitude in reasons}
     held = _free_names(campaign) - {*problem.coordinates.names, *partners}
@@ -64,33 +68,36 @@ def judge(
     return Verdict(back if unchanged else q, seen & ~on, seen & on, reasons)
 
 
-def _at_least(problem: Problem, name: str, excess: float) -> str:
-    """Say that a parameter is at its least where that is another one, as static friction at Coulomb friction."""
+def _lower_limit_reason(problem: Problem, name: str, excess: float) -> str:
+    """Describe a parameter that equals its lower limit, where another parameter is that limit; else empty.
+
+    Example: static friction equals Coulomb friction.
+    """
     plant = problem.space.mechanism.plant
     below = plant.related("above").get(name)
     if below is None or excess > VERDICTS.least_excess:
         return ""
-    return f"{plant.declarations[name].meaning} is at its least, which is {plant.declarations[below].meaning}"
+    return f"{plant.declarations[name].meaning} is at its lower limit, the {plant.declarations[below].meaning}"
 
 
 def seen_coordinates(problem: Problem, triangle: Triangle) -> BoolArray:
-    """Return the coordinates, (n,), whose whole range changes anything of the records."""
+    """Return the coordinates, (n,), whose whole range changes the records noticeably."""
     effect = np.linalg.norm(triangle.jacobian, axis=0) * problem.coordinates.span
     return np.asarray(np.isfinite(effect) & (effect > VERDICTS.negligible_change), dtype=np.bool_)
 
 
-def _same(norm: float, other: float) -> bool:
+def _is_same_norm(norm: float, other: float) -> bool:
     return abs(norm - other) <= 1e-9 * other
 
 
 def _free_names(campaign: Campaign) -> set[str]:
-    """Return the names of all that the fit of a campaign may move."""
+    """Return the names of all parameters that the fit of a campaign may change."""
     own = {q.name for record in campaign.estimated for q in record.parameters if q.is_free}
     return own | {q.name for q in campaign.mechanism.free}
 
 
-def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: BoolArray) -> FloatArray:
-    """Return a point whose unseen coordinates stand for the values of the file."""
+def _reset_unseen(campaign: Campaign, problem: Problem, q: FloatArray, unseen: BoolArray) -> FloatArray:
+    """Return the point with its unseen coordinates set to the values of the file."""
     mechanism, size = campaign.mechanism, problem.space.size
     values = {name: mechanism.value(name) for name in mechanism.parameters}
     found = problem.space.values(q[:size])
@@ -104,10 +111,10 @@ REMEDY = "its value is where the search left it; add a record that shows it, or 
 
 
 def describe_unknown(parameter: Parameter, value: float, std_error: float) -> str:
-    """Return why records do not know a parameter, with the remedy; empty where they do.
+    """Explain why the records do not determine a parameter, with the remedy; empty where they do.
 
-    A standard error above the allowed range over the root of 12, the standard deviation of a value anywhere in it, says
-    less than the range did before; so does one that is not finite.
+    The allowed range over the root of 12 is the standard deviation of a value anywhere in it. A standard error above
+    that, or one that is not finite, adds nothing to the range.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Visibility of parameters in the records: those that change no sample, and motion too chaotic to predict."""
+"""Visibility of parameters in the records: parameters without effect, inseparable ones, and chaotic motion."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 
 def chaos_warnings(campaign: Campaign, *, points: int = VERDICTS.points) -> tuple[str, ...]:
-    """Return a line for each record to be estimated from whose motion is chaotic, with what to write.
+    """Return a line with the remedy for each estimated record whose motion is chaotic.
 
-    Looked at are the file's own values and, up to so many `points`, some of the box in which the search starts: a
-    record is told of where it is so at the file's values, or at a quarter of the points.
+    The test uses the file's own values and, up to `points` in total, points of the box in which the search starts. A
+    record is reported where it is chaotic at the file's values or at a quarter of the points.
     """
     targets = tuple(target_of(r) for r in campaign.estimated if r.data is not None)
     if not campaign.mechanism.free or not targets:
@@ -37,51 +37,52 @@ def chaos_warnings(campaign: Campaign, *, points: int = VERDICTS.points) -> tupl
     own = problem.coordinates.of_records(problem.start)
     box = [np.concatenate([row, own]) for row in sample_box(problem.space, VERDICTS.points, 0)[:points]]
     looks = [(target, q) for target in targets for q in box]
-    apart = in_threads(lambda look: apart_at_s(problem, *look), looks, os.cpu_count() or 1)
-    lines = (_line(t.name, apart[k * len(box) : (k + 1) * len(box)]) for k, t in enumerate(targets))
+    apart = in_threads(lambda look: divergence_time_s(problem, *look), looks, os.cpu_count() or 1)
+    lines = (_chaos_line(t.name, apart[k * len(box) : (k + 1) * len(box)]) for k, t in enumerate(targets))
     return tuple(filter(None, lines))
 
 
-def _line(record: str, times: list[float | None]) -> str:
-    """Say of a record when its runs come apart at each point, the file's own first."""
+def _chaos_line(record: str, times: list[float | None]) -> str:
+    """Describe a record by the time in which its runs diverge at each point, the file's own first; may be empty."""
     finite = sorted(t for t in times if t is not None)
     if times[0] is None and 4 * len(finite) < len(times):
         return ""
     at = times[0] or finite[len(finite) // 2]
-    where = "at the values of the mechanism file" if times[0] is not None else "where the search begins"
+    where = "at the values of the mechanism file" if times[0] is not None else "in the range where the search starts"
     count = f", and at {len(finite)} of {len(times)} points of the box" if len(times) > 1 else ""
-    return f'record "{record}": {where} its motion is chaotic{count}: {chaos_words(at)}'
+    return f'record "{record}": {where} its motion is chaotic{count}: {describe_chaos(at)}'
 
 
-def chaos_words(apart_s: float) -> str:
-    """Return what it means that runs come apart after some time, and what to write."""
+def describe_chaos(apart_s: float) -> str:
+    """Explain runs that diverge after `apart_s`, with the remedy."""
     return (
-        f"parameters displaced by {VERDICTS.displaced:g} of their values change it by more than the noise from "
-        f"{apart_s:.3g} s on, so that no fit of the whole record holds; "
-        f"write stretch_s = {_down(VERDICTS.safe_share * apart_s):g} "
-        "to have it followed in stretches, each from a start of its own"
+        f"parameters displaced by {VERDICTS.displacement:g} of their values change it by more than the noise from "
+        f"{apart_s:.3g} s on, so a single fit of the whole record is not reliable; "
+        f"write stretch_s = {_round_down(VERDICTS.safe_share * apart_s):g} "
+        "to fit it in stretches, each with its own start state"
     )
 
 
-def apart_at_s(problem: Problem, target: Target, q: FloatArray) -> float | None:
-    """Return the time in s after which runs at `q` and all but there have come apart by more than the noise, for good.
+def divergence_time_s(problem: Problem, target: Target, q: FloatArray) -> float | None:
+    """Return the time in s after which runs at `q` and at a tiny displacement differ by more than the noise, for good.
 
-    None where they do not within the first 20 s, or meet again: a single stick-slip event that falls the other way
-    is no chaos. First all parameters are displaced together. Where that run stays apart, at least one run with a
-    single parameter displaced has to stay apart as well.
+    None where they do not differ within the first 20 s, or meet again: a single stick-slip event that turns out
+    differently is not chaos. First all parameters are displaced together. Where that run stays apart, at least one run
+    with a single displaced parameter has to stay apart as well.
     """
     size = np.maximum(np.abs(q), np.where(np.isfinite(problem.coordinates.span), 1e-3 * problem.coordinates.span, 1.0))
+    # A fixed seed, so that a check of the same campaign repeats.
     signs = np.random.default_rng(0).choice([-1.0, 1.0], q.size)
-    together_s = _apart_for_good_s(problem, target, q, VERDICTS.displaced * size * signs)
+    together_s = _lasting_divergence_s(problem, target, q, VERDICTS.displacement * size * signs)
     if together_s is None:
         return None
-    alone = (VERDICTS.displaced * size * signs * one for one in np.eye(q.size))
-    apart = any(_apart_for_good_s(problem, target, q, step) is not None for step in alone)
+    alone = (VERDICTS.displacement * size * signs * one for one in np.eye(q.size))
+    apart = any(_lasting_divergence_s(problem, target, q, step) is not None for step in alone)
     return together_s if apart else None
 
 
-def _apart_for_good_s(problem: Problem, target: Target, q: FloatArray, step: FloatArray) -> float | None:
-    """Return when the runs at `q` and a step from it come apart and stay so, s; None where they do not."""
+def _lasting_divergence_s(problem: Problem, target: Target, q: FloatArray, step: FloatArray) -> float | None:
+    """Return the time in s at which runs at `q` and `q + step` diverge for good; None where they do not."""
     rate = target.base.sample_rate_hz
     window, stop = max(round(SEARCH.gate_window_s * rate), 1), min(target.samples, round(VERDICTS.longest_s * rate))
     points = q, problem.coordinates.clip(q + step)
@@ -93,18 +94,18 @@ def _apart_for_good_s(problem: Problem, target: Target, q: FloatArray, step: Flo
         off = np.array([(here.y[:, j] - there.y[:, j]) / sigma for j, sigma in outputs])
         whole = off[:, : off.shape[1] // window * window].reshape(len(outputs), -1, window)
         distances.append(np.max(np.mean(whole**2, axis=2), axis=0))
-    first = first_apart_for_good(np.concatenate(distances) > 1.0)
+    first = first_diverged_window(np.concatenate(distances) > 1.0)
     return None if first is None else float(first * window / rate)
 
 
-def first_apart_for_good(apart: BoolArray) -> int | None:
-    """Return the first window from which two runs are apart and do not meet again; None where there is none.
+def first_diverged_window(apart: BoolArray) -> int | None:
+    """Return the first window from which two runs stay apart; None where there is none.
 
     Parameters
     ----------
     apart : (W,) of bool
-        Windows in which the runs differ by more than the noise. Between two steps a motion may die out, so that
-        not every window of runs that are apart has to be so.
+        Windows in which the runs differ by more than the noise. A motion may die out between two steps, so runs that
+        stay apart may agree in some windows.
 
     Examples
     --------
@@ -121,7 +122,7 @@ def first_apart_for_good(apart: BoolArray) -> int | None:
     return int(found[0]) if sum(map(np.any, parts)) >= VERDICTS.parts_apart else None
 
 
-def _down(seconds: float) -> float:
+def _round_down(seconds: float) -> float:
     """Return a time rounded down to one digit."""
     digit = 10.0 ** np.floor(np.log10(seconds))
     return float(np.round(np.floor(seconds / digit + 1e-9) * digit, 9))
@@ -134,75 +135,76 @@ SUPPLY_REMEDY = "give it as a number, or add a channel of a phase current"
 def refuse_free_supply(campaign: Campaign) -> None:
     """Refuse a free supply voltage beside R, L and k_m, or a free current beside k_m, where no current is measured.
 
-    A supply that is known to be none is refused too, since nothing moves then.
+    A known supply of zero is refused too, since the motor cannot move.
 
-    Neither torque nor motion tells them apart: U -> c U, k_m -> c k_m, R and L -> c^2 leaves both as they are, and
+    Neither torque nor motion separates them: U -> c U, k_m -> c k_m, R and L -> c^2 leaves both unchanged, and
     makes c times less current.
 
     Raises
     ------
     InputFileError
-        It is so.
+        If the campaign has such a supply.
     """
-    powers = _powers(campaign)
+    powers = _supply_powers(campaign)
     free = {q.name for q in campaign.mechanism.free}
     stepped = any(not isinstance(record.command, MeasuredCommand) for record in campaign.estimated)
     for supply in campaign.mechanism.plant.having(Role.SUPPLY):
         if stepped and supply not in free and campaign.mechanism.value(supply) == 0.0:
             raise InputFileError(
-                f"{campaign.mechanism_path}: {supply}: found 0, with which nothing moves, so that no record tells any "
-                "parameter; write the driver's"
+                f"{campaign.mechanism_path}: {supply} is 0, so the motor cannot move; enter the driver's value"
             )
         if free.issuperset(powers) and not _sees_current(campaign):
             raise InputFileError(
-                f"{campaign.mechanism_path}: {supply}: free together with {_symbols(campaign, supply)}, which "
-                f"torque records cannot separate ({_scaling(campaign)} gives the same torque); {SUPPLY_REMEDY}"
+                f"{campaign.mechanism_path}: {supply} is free together with {_symbols(campaign, supply)}, which "
+                f"torque records cannot separate ({_scaling_text(campaign)} gives the same torque); {SUPPLY_REMEDY}"
             )
 
 
 def ambiguity_notes(campaign: Campaign) -> tuple[str, ...]:
-    """Say what no record of this kind can tell."""
-    frame = (_frame(campaign),) if campaign.mechanism.electrical_periods else ()
+    """Describe the ambiguities that records of this kind cannot resolve."""
+    frame = (_frame_note(campaign),) if campaign.mechanism.electrical_periods else ()
     supplies = () if _sees_current(campaign) else campaign.mechanism.plant.having(Role.SUPPLY)
-    return (*(_supply(campaign, supply) for supply in supplies), *frame)
+    return (*(_supply_note(campaign, supply) for supply in supplies), *frame)
 
 
-def _supply(campaign: Campaign, supply: str) -> str:
-    """Say how an error of the supply enters what is estimated."""
+def _supply_note(campaign: Campaign, supply: str) -> str:
+    """Describe how an error of the supply propagates to the estimates."""
     declared = campaign.mechanism.plant.declarations
-    enters = [f"{declared[n].meaning} as {_times(power)}" for n, power in _others(campaign, supply).items()]
+    enters = [f"{declared[n].meaning} as {_power_text(power)}" for n, power in _other_powers(campaign, supply).items()]
     return (
-        f"{supply} counts as known: without a current or voltage channel a relative error e of it "
-        f"enters {_listed(enters)}, unseen."
+        f"{supply} is treated as known: without a current or voltage channel an undetected relative error e "
+        f"propagates to {_join_words(enters)}."
     )
 
 
-def _powers(campaign: Campaign) -> dict[str, int]:
-    """Return the parameters that follow the supply, each with its power; what is tied follows its own."""
+def _supply_powers(campaign: Campaign) -> dict[str, int]:
+    """Return the parameters that scale with the supply, each with its power; tied parameters are left out."""
     mechanism = campaign.mechanism
     declared = mechanism.plant.declarations.items()
     return {n: d.supply_power for n, d in declared if d.supply_power and not mechanism.parameters[n].tied_to}
 
 
-def _others(campaign: Campaign, supply: str) -> dict[str, int]:
-    return {n: power for n, power in _powers(campaign).items() if n != supply}
+def _other_powers(campaign: Campaign, supply: str) -> dict[str, int]:
+    return {n: power for n, power in _supply_powers(campaign).items() if n != supply}
 
 
 def _symbols(campaign: Campaign, supply: str) -> str:
     declared = campaign.mechanism.plant.declarations
-    return _listed(declared[name].symbol for name in _others(campaign, supply))
+    return _join_words(declared[name].symbol for name in _other_powers(campaign, supply))
 
 
-def _scaling(campaign: Campaign) -> str:
+def _scaling_text(campaign: Campaign) -> str:
     symbols = campaign.mechanism.plant.declarations
-    return ", ".join(f"{symbols[n].symbol} -> c^{power} {symbols[n].symbol}" for n, power in _powers(campaign).items())
+    return ", ".join(
+        f"{symbols[n].symbol} -> c^{power} {symbols[n].symbol}" for n, power in _supply_powers(campaign).items()
+    )
 
 
-def _times(power: int) -> str:
+def _power_text(power: int) -> str:
     return {1: "e", -1: "-e"}.get(power, f"{power} e")
 
 
-def _listed(words: Iterable[str]) -> str:
+def _join_words(words: Iterable[str]) -> str:
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
 
@@ -212,25 +214,25 @@ def _sees_current(campaign: Campaign) -> bool:
     return any(match.quantity in CURRENTS for record in campaign.estimated for match in record.estimated)
 
 
-def _frame(campaign: Campaign) -> str:
-    """Say which turns, reversals and moves give the same records."""
+def _frame_note(campaign: Campaign) -> str:
+    """Describe the rotations, reversals and shifts that leave the records unchanged."""
     mechanism = campaign.mechanism
     turning = [h for h in mechanism.harmonics if not h.of_phase]
     turned = " and ".join(f"{h.name} by {-h.orders:g} delta" for h in turning)
     phases = f" with the phases turned, of {turned}" if turning else ""
     stepped = "" if len(turning) == len(mechanism.harmonics) else "; with harmonics of the torque constant likewise"
     return (
-        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come from "
-        f"all start angles turned by delta{phases} (square waveform: delta in steps of 90 deg{stepped}), from all "
-        "signs reversed with those of the phases, and from a move by whole teeth."
+        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the records stay the same "
+        f"if all start angles turn by delta{phases} (square waveform: delta in steps of 90 deg{stepped}), if all "
+        "signs reverse together with those of the phases, and after a shift by whole teeth."
     )
 
 
 UNSEEN_REMEDY = "no record sees it; add a record that does, or give it as a known number"
 
 
-def sensitivities(campaign: Campaign) -> int:
-    """Return how many directions of the parameters a fit of this campaign asks for."""
+def count_sensitivities(campaign: Campaign) -> int:
+    """Return the number of sensitivity directions that a fit of this campaign simulates."""
     space = SearchSpace(campaign.mechanism)
     idle = {c.name for c in space.coordinates if space.stands_alone(c)}
     further = (
@@ -241,18 +243,19 @@ def sensitivities(campaign: Campaign) -> int:
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
-    """Return what the mechanism as written does wrong, what no record sees, which motion is chaotic, one line each.
+    """Return one line for each failed simulation, each invisible parameter and each chaotic record.
 
-    While a record is planned, what the others do not see it may; what it would tell `mechid design` says.
+    Invisible parameters are not listed while a record is planned, since that record may show them; `mechid design`
+    predicts its information.
     """
-    lost = tuple(_lost(campaign, record) for record in campaign.records)
+    lost = tuple(_failure_line(campaign, record) for record in campaign.records)
     planned = any(record.data is None for record in campaign.estimated)
     unseen = () if planned else tuple(f"{name}: {UNSEEN_REMEDY}" for name in unseen_parameters(campaign))
     return (*filter(None, lost), *unseen, *chaos_warnings(campaign))
 
 
-def _lost(campaign: Campaign, record: CampaignRecord) -> str:
-    """Return what is to be said of a record that cannot be simulated at the values of the file."""
+def _failure_line(campaign: Campaign, record: CampaignRecord) -> str:
+    """Describe the failure of a record that cannot be simulated at the values of the file; else empty."""
     duration_s = min(VERDICTS.look_s, time_base(record, campaign).duration_s)
     trajectory = simulate(campaign, record.name, duration_s=duration_s)
     if trajectory.outcome is SimulationOutcome.COMPLETE:
@@ -280,7 +283,7 @@ def seen_coordinates(problem: Problem, *, seconds: float = VERDICTS.look_s, seed
     """Return for each search coordinate whether any record changes with it, (n,).
 
     Each record is simulated up to `seconds` after its first motion, at the values of the file and, for coordinates
-    not seen there, at further points of the box in which the search starts.
+    without effect there, at further points of the box in which the search starts.
     """
     seen = np.zeros(problem.size, dtype=bool)
     own = problem.coordinates.of_records(problem.start)
@@ -289,12 +292,12 @@ def seen_coordinates(problem: Problem, *, seconds: float = VERDICTS.look_s, seed
         for target in problem.targets:
             if seen.all():
                 return seen
-            seen |= _changes(problem, target, q, seconds)
+            seen |= _changed_coordinates(problem, target, q, seconds)
     return seen
 
 
-def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> BoolArray:
-    """Return which coordinates change any sample that was simulated, (n,)."""
+def _changed_coordinates(problem: Problem, target: Target, q: FloatArray, seconds: float) -> BoolArray:
+    """Return the coordinates that change any simulated sample, (n,)."""
     span = problem.coordinates.span
     moves = motion_begins(target)
     rest = moves if moves < target.samples else 0
