@@ -35,7 +35,7 @@ def _compile_kernel(plant: Plant, sensitivities: int) -> Kernel:
     typer.echo("compiling the kernel (first time, cached afterwards) ...", err=True, nl=False)
     took = ""
     try:
-        kernel = kernel_for(plant, count_sensitivities)
+        kernel = kernel_for(plant, sensitivities)
         took = f" {kernel.seconds:.1f} s"
     finally:
         typer.echo(took, err=True)
