@@ -18,7 +18,7 @@ from mechid.command import Command, RateProfile
 from mechid.exports.c.compiler import compile_sources
 from mechid.exports.c.source import Source
 from mechid.exports.fmu.importer import Importer
-from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
+from mechid.exports.fmu.unit import VERSIONS, Unit, with_ports, without_ports
 from mechid.exports.handover import Trial, handover
 from mechid.exports.run import read_with_campaign
 from mechid.exports.trials import sample_rate_hz, substeps
@@ -88,8 +88,8 @@ def c_text(what, folder):
 
 def units(what, folder):
     """Return the same of the units, for each communication step; the importer's own calls count."""
-    at_rest = replace(what, mechanism=closed(what, {}, stand=True))
-    unit = Unit(replace(at_rest, mechanism=opened(at_rest.mechanism, stand=True)), SECONDS)
+    at_rest = replace(what, mechanism=without_ports(what, {}, stand=True))
+    unit = Unit(replace(at_rest, mechanism=with_ports(at_rest.mechanism, stand=True)), SECONDS)
     found = {}
     for version in VERSIONS:
         path = folder / f"{version}.fmu"
