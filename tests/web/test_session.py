@@ -198,7 +198,7 @@ def test_a_fit_that_cannot_be_made_says_why(session):
     session.fit_from_here()
     assert session.run.wait(SECONDS)
     assert session.run.state is RunState.FAILED
-    assert "nothing to estimate" in session.run.fault
+    assert "no parameter to estimate" in session.run.fault
 
 
 def test_the_saved_mechanism_reads_back_to_the_settings(session, tmp_path):
