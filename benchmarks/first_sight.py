@@ -25,7 +25,7 @@ from mechid.campaign import Campaign, CampaignRecord, load_campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.output_error.declaration import Reading, record_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -193,7 +193,7 @@ def _near(reading: Reading, rate: float) -> bool:
 
 
 def _taken(campaign: Campaign, taken: dict[str, Reading]) -> Campaign:
-    return _with(campaign, {name: record_as_read(campaign.record(name), one) for name, one in taken.items()})
+    return _with(campaign, {name: reinterpret_record(campaign.record(name), one) for name, one in taken.items()})
 
 
 def _commanded(campaign: Campaign, name: str, **changes: Any) -> Campaign:

@@ -25,8 +25,8 @@ from scipy.stats import binomtest, norm, t
 
 from mechid.campaign import Campaign, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
-from mechid.identification.computation.parallel import mapped
-from mechid.identification.computation.workforce import lent_by
+from mechid.identification.computation.parallel import map_tasks
+from mechid.identification.computation.workforce import working_on_scheduler
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit
 from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ, record_of, tests, torque_of
@@ -50,12 +50,12 @@ def main() -> None:
     clean = {name: torque_of(mechanism, tests(mechanism)[name]) for name in RECORDS}
     keys = list(dict.fromkeys([FIRST, *((arguments.noise, draw) for draw in range(*arguments.draws))]))
     own = import_module("interval_coverage")  # by the name by which workers find it, too
-    with lent_by(arguments.scheduler):
+    with working_on_scheduler(arguments.scheduler):
         for some in ([FIRST], keys):
             left = [key for key in some if key not in done]
             near = done[FIRST]["estimate"] if FIRST in done else None
             work = partial(own.fitted, clean, mechanism, near, arguments.workers)
-            mapped(work, left, 1, partial(_noted, arguments.out, done))
+            map_tasks(work, left, 1, partial(_noted, arguments.out, done))
     asked = [done[arguments.noise, draw] for draw in range(*arguments.draws)]
     print(table(arguments.noise, asked))
 

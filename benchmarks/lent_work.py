@@ -29,7 +29,7 @@ import psutil
 from bench_sweep import RESULTS, machine
 from mechid.fits.load import load_fit
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.parallel import map_tasks, one_core_algebra
 from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.bootstrap import bootstrap
@@ -94,14 +94,14 @@ def overhead(lend, count, batches):
     kept, WORK.batch_s = WORK.batch_s, 0.0
     try:
         with lend(count) as (executor, scheduler), working_on(executor):
-            mapped(work, range(4 * count), 1)
+            map_tasks(work, range(4 * count), 1)
             before = spent(scheduler)
-            mapped(work, range(batches), 1)
+            map_tasks(work, range(batches), 1)
             here, between, there = ((b - a) / batches * 1e3 for a, b in zip(before, spent(scheduler), strict=True))
             walls = []
             for number in range(ALONE):
                 began = time.perf_counter()
-                mapped(work, [number], 1)
+                map_tasks(work, [number], 1)
                 walls.append(time.perf_counter() - began)
     finally:
         WORK.batch_s = kept
@@ -111,7 +111,7 @@ def overhead(lend, count, batches):
 def noting(lines=200):
     """Return milliseconds that a line of a journal takes until it is on this disk."""
     with tempfile.TemporaryDirectory() as folder:
-        journal = Journal.opened(Path(folder) / "journal.jsonl", {})
+        journal = Journal.open(Path(folder) / "journal.jsonl", {})
         began = time.perf_counter()
         for number in range(lines):
             journal.step("nothing", [number], dict)

@@ -19,8 +19,8 @@ from pathlib import Path
 
 from scipy.stats import binomtest
 
-from mechid.identification.computation.parallel import mapped
-from mechid.identification.computation.workforce import lent_by
+from mechid.identification.computation.parallel import map_tasks
+from mechid.identification.computation.workforce import working_on_scheduler
 from recovery.campaigns import VARIANTS
 from recovery.mechanisms import FAMILIES
 from recovery.recovered import recovered
@@ -44,8 +44,8 @@ def main() -> None:
                 file.write(json.dumps(line) + "\n")
             print(told(line), flush=True)
 
-    with lent_by(arguments.scheduler):
-        mapped(partial(recovered, arguments.workers), left, 1, ended)
+    with working_on_scheduler(arguments.scheduler):
+        map_tasks(partial(recovered, arguments.workers), left, 1, ended)
     print(table([done[key] for key in keys]))
 
 

@@ -32,7 +32,7 @@ from mechid.budgets.settings import LEVEL
 from mechid.budgets.shares import deviations
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.parallel import map_tasks, one_core_algebra
 from mechid.identification.result.fit_file import read_fit
 
 RATES = np.linspace(10.0, 120.0, 240)
@@ -58,7 +58,7 @@ def measured(estimate, mode, workers):
     one = partial(_at, estimate.mechanism, mode, estimate.names, substeps)
     one(46.0)  # the kernel is compiled or loaded before the clock runs
     clock = [time.perf_counter()]
-    mapped(one, [float(rate) for rate in RATES], workers)
+    map_tasks(one, [float(rate) for rate in RATES], workers)
     clock.append(time.perf_counter())
     found = steady_states(estimate.mechanism, mode, estimate.names, workers)
     clock.append(time.perf_counter())
@@ -82,7 +82,7 @@ def simulated_anew(estimate, mode, responses, bands, count, workers):
     for k in chosen:
         sets = [estimate.mechanism.with_values(dict(zip(estimate.names, nominal + row, strict=True))) for row in by]
         run = partial(_moved, mode, substeps, float(RATES[k]))
-        size = np.abs(np.array(mapped(run, sets, workers)))
+        size = np.abs(np.array(map_tasks(run, sets, workers)))
         limits = np.quantile(size, LEVEL.limits95, axis=0).T
         large = np.abs(responses[k].state.lines) > COMPARED * np.abs(responses[k].state.lines).max()
         width = np.ptp(limits, axis=1)

@@ -8,7 +8,7 @@ from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import refined_look
+from mechid.identification.stages.first_look import fit_look
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
 PERIODS = 130
@@ -38,4 +38,4 @@ def detent_families():
 def look_without_the_detent(families):
     """Return what the mechanism as written leaves, from its values moved by 5 %."""
     near = {name: 1.05 * value for name, value in families.plain.coordinates.values(families.plain.start).items()}
-    return refined_look(families.bare, families.plain.coordinates.point(near), Journal())
+    return fit_look(families.bare, families.plain.coordinates.point(near), Journal())

@@ -1,15 +1,24 @@
-"""A folder that another run holds: the process that started the tests, which is there as long as they are."""
+"""A folder that another run holds: in words the process that started the tests, which is there as long as they are."""
 
 import os
 from dataclasses import replace
 
+from filelock import FileLock
+
 from mechid.holding import LOCK_NAME
-from mechid.holding.holder import beginning, this_process
+from mechid.holding.folder import GUARD_NAME
+from mechid.holding.holder import this_process
+
+_LOCKED = []
+"""Locks of the folders: this process has them as long as it runs."""
 
 
 def hold_by_parent(folder):
-    """Write the lock file that the parent process would have left, and return its number."""
+    """Hold a folder as the parent process would, and return its number."""
     folder.mkdir(parents=True, exist_ok=True)
-    parent = replace(this_process(), pid=os.getppid(), began=beginning(os.getppid()), command="mechid identify bench")
+    guard = FileLock(folder / GUARD_NAME)
+    guard.acquire(blocking=False)
+    _LOCKED.append(guard)
+    parent = replace(this_process(), pid=os.getppid(), command="mechid identify bench")
     (folder / LOCK_NAME).write_text(parent.text(), encoding="utf-8")
     return parent.pid

@@ -16,7 +16,7 @@ def climb_of_one_record():
     """Return where a search of one record stands whose mechanism as written follows a tenth of it."""
     campaign = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.1)
     problem = make_problem(campaign, 1)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     best = Candidate(problem.start, 100.0)
     return Climb(Watch(state, silent, 4), campaign, 1, state, best, growth=followed(problem.start, 100))
 

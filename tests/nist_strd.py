@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
+from mechid.identification.output_error.reduction import Triangle, absorb, drop_projected_rows
 
 _NAMES = """
     Bennett5 BoxBOD Chwirut1 Chwirut2 DanWood ENSO Eckerle4 Gauss1 Gauss2 Gauss3 Hahn1 Kirby2 Lanczos1 Lanczos2 Lanczos3
@@ -51,7 +51,7 @@ class Regression:
             return Triangle(np.inf, np.full((b.size + 1, b.size), np.nan), self.y.size)
         R = np.zeros((b.size + 1, b.size + 1))
         absorb(R, rows, self.y.size)
-        return without_projected_rows(R, 0, self.y.size)
+        return drop_projected_rows(R, 0, self.y.size)
 
 
 def read(path: Path) -> Regression:

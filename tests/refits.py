@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.designs.prediction import predicted_errors
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.search.solve import solve
 
 
 def scatter(problem, draws, seed, workers=1):
     """Return the refits of draws, (draws, k) values of the file; each begins at the values that made the records."""
-    q, whole = problem.start, problem.whole()
+    q, whole = problem.start, problem.whole_windows()
     torques = {t.name: problem.model.predict(t, q, t.samples) for t in problem.targets}
 
     def measured(target, rng):
@@ -27,7 +27,7 @@ def scatter(problem, draws, seed, workers=1):
         values = problem.space.values(found.q)
         return [values[name] for name in sorted(values)]
 
-    return np.array(mapped(refit, range(draws), workers))
+    return np.array(map_tasks(refit, range(draws), workers))
 
 
 def normalised(problem, draws, seed, workers=1):

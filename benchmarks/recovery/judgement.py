@@ -42,7 +42,7 @@ def truth_of(campaign: Campaign, mechanism: Mechanism) -> Truth:
     problem = replace(problem, substeps=SUBSTEPS)
     values = {p.name: p.value for p in mechanism.parameters.values() if p.is_free}
     q = problem.space.from_values({**{p.name: p.value for p in mechanism.parameters.values()}, **values})
-    triangle = problem.joint(q, problem.whole())
+    triangle = problem.joint(q, problem.whole_windows())
     names, slopes = problem.space.value_jacobian(q)
     bounds = np.sqrt(np.diag(slopes @ covariance(triangle) @ slopes.T))
     return Truth(problem, values, triangle.cost, dict(zip(names, map(float, bounds), strict=True)))
@@ -51,7 +51,7 @@ def truth_of(campaign: Campaign, mechanism: Mechanism) -> Truth:
 def cost_of(truth: Truth, mechanism: Mechanism) -> float:
     """Return the residual sum of the whole records at a mechanism's values, in units of sigma squared."""
     q = truth.problem.space.from_values({p.name: p.value for p in mechanism.parameters.values()})
-    return float(np.sum(np.square(truth.problem.norms(q, truth.problem.whole()))))
+    return float(np.sum(np.square(truth.problem.norms(q, truth.problem.whole_windows()))))
 
 
 def judged(truth: Truth, fit: Fit) -> dict[str, object]:

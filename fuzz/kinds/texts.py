@@ -72,7 +72,7 @@ def write_journal(draw: Draw, folder: Path) -> dict[str, Any]:
     from mechid.identification.computation.journal import Journal
 
     path = folder / "journal.jsonl"
-    journal = Journal.opened(path, INPUTS)
+    journal = Journal.open(path, INPUTS)
     for k, result in enumerate(RESULTS):
         journal.step("s", [k], partial(_given, result))
     whole = path.read_text()
@@ -103,7 +103,7 @@ def read_journal(folder: Path, written: dict[str, Any]) -> None:
 
     path = folder / "journal.jsonl"
     last_run(path)
-    journal = Journal.opened(path, INPUTS, resume=True)
+    journal = Journal.open(path, INPUTS, resume=True)
     for k in range(len(RESULTS)):
         journal.step("s", [k], partial(_given, 1))
     if written["is_whole"] and journal.saved_s == 0.0:

@@ -10,6 +10,7 @@ import pytest
 from held_by import hold_by_parent
 from mechid.budgets.example import write_example
 from mechid.holding import LOCK_NAME, held
+from mechid.holding.folder import GUARD_NAME
 
 VERBS = {
     "identify": ["bench"],
@@ -61,7 +62,7 @@ def test_a_report_of_a_folder_that_another_run_holds_is_2(refused, there):
 def test_a_new_campaign_in_a_folder_that_another_run_holds_is_2(refused, tmp_path):
     hold_by_parent(tmp_path)
     assert "another run holds it" in refused(2, "new", tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [LOCK_NAME]
+    assert {path.name for path in tmp_path.iterdir()} == {LOCK_NAME, GUARD_NAME}
 
 
 def test_a_campaign_of_a_fleet_whose_folder_is_held_is_named(run, fitted, tmp_path):

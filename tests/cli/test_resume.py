@@ -62,4 +62,4 @@ def test_a_journal_of_another_seed_is_refused(bench, tmp_path, refused, run):
     out = tmp_path / "out"
     kill_at(identify(bench, out), out / "journal.jsonl", "starts", 1)
     line = refused(2, "identify", bench, "--out", out, "--seed", "1", "--resume")
-    assert "journal.jsonl: cannot be resumed, its run had other inputs (seed)" in line
+    assert "journal.jsonl: cannot be resumed because its run had other inputs (seed)" in line

@@ -17,9 +17,9 @@ import chores
 from dask_cluster import cluster
 from mechid.errors import WorkersError
 from mechid.identification.computation import workforce
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.computation.settings import WORK
-from mechid.identification.computation.workforce import lent_by
+from mechid.identification.computation.workforce import working_on_scheduler
 
 WAIT_S = 120.0
 DRAWS = 400
@@ -101,10 +101,10 @@ def test_a_worker_that_is_killed_costs_under_a_batch(tmp_path):
     """Truth: who was asked for what, as the workers noted it; tasks of 0.2 s, so five to a batch."""
     (tmp_path / "log").mkdir()
     tasks = range(60)
-    with cluster(tmp_path, workers=2) as here, lent_by(here.address):
+    with cluster(tmp_path, workers=2) as here, working_on_scheduler(here.address):
         victim = here.workers[0].pid
         threading.Thread(target=_killed_at_work, args=(tmp_path / "log", victim)).start()
-        assert mapped(partial(chores.logged, tmp_path / "log", 0.2), tasks, 1) == [n**2 for n in tasks]
+        assert map_tasks(partial(chores.logged, tmp_path / "log", 0.2), tasks, 1) == [n**2 for n in tasks]
         done = chores.executions(tmp_path / "log")
     assert len(done[victim]) >= 10, "it had been at work"
     numbers = [number for each in done.values() for number in each]
@@ -148,8 +148,8 @@ def test_ctrl_c_leaves_the_workers_free(fitted, local, workers, tmp_path):
     assert ended(process) == 130
     assert process.said.strip().splitlines()[-1] == "mechid: interrupted"
     assert "Traceback" not in process.said
-    with lent_by(workers.address):
-        assert mapped(partial(chores.squared, 1), range(5), 1) == [1, 4, 9, 16, 25]
+    with working_on_scheduler(workers.address):
+        assert map_tasks(partial(chores.squared, 1), range(5), 1) == [1, 4, 9, 16, 25]
     assert ended(begun(fitted, tmp_path, "--resume", "--scheduler", workers.address)) == 0
     assert (tmp_path / "bootstrap.csv").read_bytes() == (local / "bootstrap.csv").read_bytes()
 
@@ -165,5 +165,8 @@ def test_a_worker_with_another_mechid_is_refused_by_name(tmp_path):
     with cluster(tmp_path, workers=1) as here:
         paths = os.pathsep.join([str(tmp_path / "other"), str(Path(chores.__file__).parent)])
         odd = here.add_worker(PYTHONPATH=paths)
-        with lent_by(here.address), pytest.raises(WorkersError, match=rf":{odd.pid} is refused: it has mechid 0"):
-            mapped(partial(chores.logged, tmp_path, 0.1), range(200), 1)
+        with (
+            working_on_scheduler(here.address),
+            pytest.raises(WorkersError, match=rf":{odd.pid} is refused: it has mechid 0"),
+        ):
+            map_tasks(partial(chores.logged, tmp_path, 0.1), range(200), 1)

@@ -65,7 +65,7 @@ def test_what_is_known_already_counts():
     """Truth: a record's own information twice is the record twice: standard errors fall by the root of two."""
     problem = planned_problem(SearchSpace(truth()), planned(*NAMES))
     alone = predicted_errors(problem, problem.start)
-    J = problem.joint(problem.start, problem.whole()).jacobian
+    J = problem.joint(problem.start, problem.whole_windows()).jacobian
     both = predicted_errors(problem, problem.start, J.T @ J)
     for name in alone.names:
         assert both.std_error(name) == pytest.approx(alone.std_error(name) / np.sqrt(2.0), rel=1e-4)

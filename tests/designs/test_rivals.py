@@ -42,7 +42,7 @@ def rivals_of_bench(effect, seed, names, folder):
     campaign = load_campaign(folder)
     campaign = replace(campaign, records=tuple(r for r in campaign.records if r.name in KNOWN))
     problem = make_problem(campaign, 1)
-    plain = Model(Setting(problem, problem.whole(), (), frozenset(names)), campaign.mechanism).at({})
+    plain = Model(Setting(problem, problem.whole_windows(), (), frozenset(names)), campaign.mechanism).at({})
     less = plain.fit(plain)
     return campaign, Group(names, fitted_alike([less.with_effect(name) for name in names]))
 

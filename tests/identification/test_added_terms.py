@@ -62,11 +62,11 @@ def concluded(truth_of_record, added_to, start):
     added = added_to(campaign.mechanism)
     problem = added.problem(make_problem(campaign, 1))
     begun = problem.coordinates.point({**{n: TRUTH[n] for n in FREE}, **start})
-    solution = solve(problem, begun, problem.whole())
+    solution = solve(problem, begun, problem.whole_windows())
     state = SearchState(
         problem,
         solution.q,
-        problem.whole(),
+        problem.whole_windows(),
         outcome=FitOutcome.CONVERGED,
         solution=solution,
         searched=True,
@@ -284,9 +284,9 @@ def test_a_law_explains_what_a_fit_without_it_leaves(with_both):
     fit = with_both.fit
     superset = superset_of(with_both.campaign.mechanism, only=[TERM])
     alone = replace(add_terms(superset, [TERM]), widths={}).problem(make_problem(with_both.campaign, 1))
-    q = solve(alone, alone.coordinates.point(fit.values), alone.whole()).q
+    q = solve(alone, alone.coordinates.point(fit.values), alone.whole_windows()).q
     (target,) = alone.targets
-    left = alone.total_norm(q, alone.whole()) * target.leading.sigma
+    left = alone.total_norm(q, alone.whole_windows()) * target.leading.sigma
     full = fit.records[RECORD].residual_rms
     expected = (left / full) ** 2 - fit.records[RECORD].samples
     (entry,) = [one for one in fit.missing if one.name == FILTER]
@@ -347,9 +347,9 @@ def test_a_fit_without_added_terms_has_nothing_as_written():
     """Truth: a record of the mechanism of the file."""
     campaign = bench(displaced(truth(), dict.fromkeys(FREE, 1.001)), truth(), RECORD, seed=11, seconds=0.3)
     problem = make_problem(campaign, 1)
-    solution = solve(problem, problem.start, problem.whole())
+    solution = solve(problem, problem.start, problem.whole_windows())
     state = SearchState(
-        problem, solution.q, problem.whole(), outcome=FitOutcome.CONVERGED, solution=solution, searched=True
+        problem, solution.q, problem.whole_windows(), outcome=FitOutcome.CONVERGED, solution=solution, searched=True
     )
     fit = conclude(campaign, state, seed=1, seconds=1.0)
     assert fit.grade is Grade.A

@@ -78,7 +78,7 @@ EVIDENCE = Evidence(
     campaign="bench",
     used=("full", "sweep", "fast"),
     used_to_s={},
-    promised_fall=0.0,
+    predicted_reduction=0.0,
     cost=2000.0,
     lost=False,
     contradicted={},
@@ -139,7 +139,7 @@ def test_parts_that_disagree_are_model_error_and_the_widening_is_said():
 
 
 def test_an_optimum_at_a_threshold_is_b_and_says_what_was_promised():
-    found = grade_fit(fit(outcome=FitOutcome.CLIFF), replace(EVIDENCE, promised_fall=12.0))
+    found = grade_fit(fit(outcome=FitOutcome.CLIFF), replace(EVIDENCE, predicted_reduction=12.0))
     assert (found.grade, only(found).cause, only(found).next_command) == (Grade.B, Cause.THRESHOLD, AGAIN)
     assert "a fall of the cost by 12" in only(found).text
 
@@ -150,7 +150,7 @@ def test_a_bound_close_to_which_a_fit_stopped_short_is_named(value, named):
     close = parameter("stepper.torque_constant", 1.0, value=value)
     found = grade_fit(
         fit(outcome=FitOutcome.CLIFF, parameters=(close,)),
-        replace(EVIDENCE, promised_fall=12.0),
+        replace(EVIDENCE, predicted_reduction=12.0),
     )
     said = "stepper.torque_constant = 1.9999 is at its bound 2" in only(found).text
     assert said is named
@@ -163,7 +163,7 @@ def test_a_bound_close_to_which_a_fit_stopped_short_is_named(value, named):
 )
 def test_a_limit_of_steps_counts_by_what_is_still_promised(fall, grade, causes):
     """Of a cost of 2000; a fall below 1 moves nothing by more than its error."""
-    found = grade_fit(fit(outcome=FitOutcome.NOT_CONVERGED), replace(EVIDENCE, promised_fall=fall))
+    found = grade_fit(fit(outcome=FitOutcome.NOT_CONVERGED), replace(EVIDENCE, predicted_reduction=fall))
     assert (found.grade, [r.cause for r in found.reasons]) == (grade, causes)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import synthetic
 from mechid.analysis import validate
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import FitOutcome
 from mechid.simulation.interruption import ask, interrupted_by
@@ -130,7 +130,7 @@ def test_tasks_that_nobody_waits_for_end_with_their_next_block():
             ended.set()
 
     with pytest.raises(ValueError, match="fails"):
-        mapped(one, ["goes on", "fails"], 2)
+        map_tasks(one, ["goes on", "fails"], 2)
     assert ended.wait(SECONDS)
 
 
@@ -146,7 +146,7 @@ def test_a_task_that_fails_is_what_is_raised_and_no_other_begins_after_it():
             ask()
 
     with pytest.raises(ValueError, match="fails"):
-        mapped(one, ["goes on", "fails", *range(20)], 2)
+        map_tasks(one, ["goes on", "fails", *range(20)], 2)
     assert set(began) == {"goes on", "fails"}
 
 
@@ -160,7 +160,7 @@ def test_threads_of_a_map_are_asked_by_the_check_of_their_caller_alone():
     thread = threading.Thread(target=apart)
     with interrupted_by(asked):
         thread.start()
-        mapped(lambda task: ask(), range(10), 2)
+        map_tasks(lambda task: ask(), range(10), 2)
         thread.join(SECONDS)
     ask()
     assert (asked.number, other.number) == (10, 1)

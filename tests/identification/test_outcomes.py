@@ -280,7 +280,7 @@ def cost(made, values):
     problem = make_problem(made, 1)
     mechanism = made.mechanism.with_values(values)
     q = problem.space.from_values({name: mechanism.value(name) for name in mechanism.parameters})
-    return sum(norm**2 for norm in problem.norms(q, problem.whole()))
+    return sum(norm**2 for norm in problem.norms(q, problem.whole_windows()))
 
 
 @pytest.mark.parametrize("number", [1, 2, 4])

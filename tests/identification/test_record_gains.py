@@ -18,7 +18,7 @@ from mechid.campaign import load_campaign
 from mechid.errors import InputFileError
 from mechid.identification.conclude import conclude
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.disturbance import Found
 from mechid.identification.effects.effect import AddedTerms, lay_out
 from mechid.identification.identify import make_problem
@@ -43,13 +43,13 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gains")
     campaign, truth = written(folder, {}, sizes={name: {"gain_common": gain - 1.0} for name, gain in GAINS.items()})
     plain, added = make_problem(campaign, 1), lay_out(AddedTerms(campaign.mechanism), (), (TABLE,))
-    (gains,) = (one for one in possible(added.problem(plain), campaign) if one.name == "record.gain")
+    (gains,) = (one for one in possible_disturbances(added.problem(plain), campaign) if one.name == "record.gain")
     problem = added.problem(plain, [gains])
-    solution = solve(problem, problem.coordinates.point(truth), problem.whole())
+    solution = solve(problem, problem.coordinates.point(truth), problem.whole_windows())
     state = SearchState(
         problem,
         solution.q,
-        problem.whole(),
+        problem.whole_windows(),
         outcome=FitOutcome.CONVERGED,
         solution=solution,
         searched=True,

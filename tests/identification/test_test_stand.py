@@ -115,7 +115,7 @@ def folder(tmp_path_factory):
 def test_derivatives_to_a_record_s_own_stand_are_those_of_its_own_samples(folder):
     """Truth: differences of the prediction; the samples of other records do not move."""
     problem = make_problem(load_campaign(folder), 1)
-    q, whole = problem.start, problem.whole()
+    q, whole = problem.start, problem.whole_windows()
     names = problem.coordinates.names
     own = [j for j, name in enumerate(names) if name.startswith("record.") and "time_offset" not in name]
     assert len(own) == 4
@@ -141,7 +141,7 @@ def test_a_record_with_a_stand_of_its_own_is_judged_by_the_others(folder):
     """Truth: its cost as declared is that of the problem at the same point, over the same first moments."""
     problem = make_problem(load_campaign(folder), 1)
     target = problem.targets[1]
-    start = target.beginning(first_moments(target))
+    start = target.truncate(first_moments(target))
     declared = judge(problem, problem.start, target, start.samples)[0]
     alone = replace(problem, targets=(target,))
     assert declared.reading == DECLARED

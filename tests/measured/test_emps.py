@@ -111,15 +111,19 @@ def test_friction_by_direction_that_a_fit_adds_is_in_all_that_is_left(example, t
     """
     campaign = load_campaign(example("emps"))
     plain = make_problem(campaign, 2)
-    warm, _ = warm_start(SearchState(plain, plain.start, plain.whole()), SYMMETRIC)
+    warm, _ = warm_start(SearchState(plain, plain.start, plain.whole_windows()), SYMMETRIC)
     plain = replace(warm.problem, substeps=5)
     superset = superset_of(campaign.mechanism, grown_only=True)
     added = add_terms(superset, [term.name for term in superset.terms])
     wide = added.problem(plain)
     q = solve(
-        wide, transfer_values(plain, plain.coordinates.point(SYMMETRIC), wide), wide.whole(), steps=30, tolerance=1e-6
+        wide,
+        transfer_values(plain, plain.coordinates.point(SYMMETRIC), wide),
+        wide.whole_windows(),
+        steps=30,
+        tolerance=1e-6,
     ).q
-    state = SearchState(wide, q, wide.whole(), outcome=FitOutcome.CONVERGED, searched=True, added=added)
+    state = SearchState(wide, q, wide.whole_windows(), outcome=FitOutcome.CONVERGED, searched=True, added=added)
     fit = conclude(campaign, drop_unneeded_terms(state, plain), seed=0, seconds=1.0)
     validation = validate(campaign, fit)
     write_results(fit, report_data(fit, validation=validation), tmp_path, validation=validation)

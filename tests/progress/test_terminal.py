@@ -59,7 +59,7 @@ def test_nothing_told_is_nothing_shown():
 def test_the_journal_notes_a_stage_when_it_ends_and_keeps_earlier_runs(tmp_path):
     path = tmp_path / "journal.jsonl"
     for _ in range(2):
-        stages = StageLines(Journal.opened(path, {}, campaign="campaign.toml", seed=7))
+        stages = StageLines(Journal.open(path, {}, campaign="campaign.toml", seed=7))
         for report in REPORTS:
             stages.tell(report)
         noted = path.read_text().splitlines()  # while it still runs

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import in_threads, mapped
+from mechid.identification.computation.parallel import in_threads, map_tasks
 from mechid.identification.identify import make_problem
 from mechid.simulation.work import WorkSpentError, count, counted, uncounted, work_of_run
 from synthetic import bench, truth
@@ -57,14 +57,14 @@ def test_runs_count_their_samples(problem):
     """Truth: samples, parameters and derivatives by hand; the triangle that is kept counts again."""
     samples, parameters = problem.targets[0].samples, len(problem.space.mechanism.plant.parameters)
     with counted() as plain:
-        problem.norms(problem.start, problem.whole())
+        problem.norms(problem.start, problem.whole_windows())
     assert plain.done == samples * parameters
     q = problem.start * (1.0 + 1e-9)
     with counted() as first:
-        problem.joint(q, problem.whole())
+        problem.joint(q, problem.whole_windows())
     assert first.done == work_of_run(samples, parameters, problem.coordinates.lanes)
     with counted() as again:
-        problem.joint(q, problem.whole())
+        problem.joint(q, problem.whole_windows())
     assert again.done == first.done
 
 
@@ -72,14 +72,14 @@ def test_what_a_journal_holds_counts_as_it_did(tmp_path):
     """Truth: the first run, whose steps were worked out."""
 
     def run(resume):
-        journal = Journal.opened(tmp_path / "journal.jsonl", {"a": "b"}, resume=resume)
+        journal = Journal.open(tmp_path / "journal.jsonl", {"a": "b"}, resume=resume)
         done = []
         with counted() as work:
             journal.step("one", [1], lambda: count(3))
             done.append(work.done)
-            journal.mapped("many", lambda task: count(int(task)), [1, 2, 4], 1)
+            journal.map_tasks("many", lambda task: count(int(task)), [1, 2, 4], 1)
             done.append(work.done)
-            mapped(count, [10], 1)
+            map_tasks(count, [10], 1)
         return [*done, work.done]
 
     assert run(resume=False) == run(resume=True) == [3, 10, 20]
@@ -87,7 +87,7 @@ def test_what_a_journal_holds_counts_as_it_did(tmp_path):
 
 def test_work_elsewhere_counts_here():
     class Elsewhere:
-        def mapped(self, function, tasks, ended):
+        def map_tasks(self, function, tasks, ended):
             found = []
             thread = Thread(target=lambda: found.extend(map(function, tasks)))
             thread.start()
@@ -95,11 +95,11 @@ def test_work_elsewhere_counts_here():
             ended([(n, result, 0.0) for n, result in enumerate(found)])
             return found
 
-    from mechid.identification.computation.parallel import mapped_by
+    from mechid.identification.computation.parallel import mapping_through
 
     ended = []
-    with counted() as work, mapped_by(Elsewhere()):
-        assert mapped(count, [1, 2], 1, ended.extend) == [None, None]
+    with counted() as work, mapping_through(Elsewhere()):
+        assert map_tasks(count, [1, 2], 1, ended.extend) == [None, None]
     assert work.done == 3
     assert ended == [(0, None, 0.0), (1, None, 0.0)]
 

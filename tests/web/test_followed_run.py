@@ -22,7 +22,7 @@ def test_it_follows_what_is_noted_as_it_is_noted(path):
     followed = FollowedRun(path)
     followed.poll()
     assert (followed.is_alive, followed.reports) == (False, [])
-    journal = Journal.opened(path, {"a": "b"})
+    journal = Journal.open(path, {"a": "b"})
     journal.note("progress", **ENTRY, cost=12.5, values={"gear.stiffness": 900.0})
     followed.poll()
     assert followed.state is RunState.RUNNING
@@ -47,14 +47,14 @@ def test_it_follows_what_is_noted_as_it_is_noted(path):
 
 
 def test_a_run_that_ended_before_is_not_alive(path):
-    Journal.opened(path, {}).note("finished", outcome="converged", message="")
+    Journal.open(path, {}).note("finished", outcome="converged", message="")
     followed = FollowedRun(path)
     followed.poll()
     assert (followed.state, followed.is_alive) == (RunState.FINISHED, False)
 
 
 def test_a_run_that_is_silent_for_long_is_taken_for_dead(path):
-    Journal.opened(path, {})
+    Journal.open(path, {})
     long_ago = time.time() - SILENT_S - 1.0
     os.utime(path, (long_ago, long_ago))
     followed = FollowedRun(path)

@@ -12,7 +12,7 @@ from browser import faults, requests
 from diagnosis_folder import DETENT
 from mechid.campaign import load_mechanism
 from mechid.identification.computation.journal import Journal
-from mechid.simulation.interruption import ask
+from mechid.simulation.interruption import check_interruption
 from mechid.web.figures import RESIDUAL_HEIGHT, TORQUE_HEIGHT
 from mechid.web.session import Session
 from mechid.web.tab import RELOAD_S
@@ -41,7 +41,7 @@ def idle(browser):
     until(browser, "return Boolean(window.mechid) && mechid.idle()")
 
 
-def with_range(browser, address, width=1400, *, dark=False):
+def opened(browser, address, width=1400, *, dark=False):
     screen = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
     scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
@@ -93,7 +93,7 @@ def dragged(browser, pixels, modifiers=0):
 
 @pytest.mark.parametrize(("width", "dark"), [(1400, False), (1400, True), (390, False)])
 def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(browser, address, width, dark):
-    with_range(browser, address, width, dark=dark)
+    opened(browser, address, width, dark=dark)
     asked(browser, do="look", records=["full_46", "micro_46", "sweep"], seconds=1e9)
     assert {urlsplit(url).netloc for url in requests(browser)} == {urlsplit(address).netloc}
     assert faults(browser) == []
@@ -107,7 +107,7 @@ def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(
 
 
 def test_figures_carry_axis_labels_with_units(browser, address):
-    with_range(browser, address)
+    opened(browser, address)
     labels = browser.execute_script(
         "return Bokeh.documents[0].roots().flatMap((root) => [...root.references()])"
         ".filter((m) => m.type.endsWith('Axis')).map((m) => m.axis_label)"
@@ -117,7 +117,7 @@ def test_figures_carry_axis_labels_with_units(browser, address):
 
 
 def test_a_slider_moves_the_curves_to_the_simulation_of_its_value(browser, address, source):
-    with_range(browser, address)
+    opened(browser, address)
     before = browser.execute_script(SOURCE, "time_0")
     pressed(browser, "ArrowRight", 12)
     after = browser.execute_script(SOURCE, "time_0")
@@ -147,7 +147,7 @@ return Object.fromEntries(names.map((name) => [name, Array.from(source.data[name
 
 def test_a_drawing_leaves_style_sheets_alone_that_stay_as_they_are(browser, address):
     """Truth: writing a sheet puts another text into it, as a change of it does."""
-    with_range(browser, address)
+    opened(browser, address)
     texts = """
     const { InlineStyleSheet } = Bokeh.require("core/dom");
     const sheet = new InlineStyleSheet("a { top: 0px }"), first = sheet.el.firstChild;
@@ -159,7 +159,7 @@ def test_a_drawing_leaves_style_sheets_alone_that_stay_as_they_are(browser, addr
 
 
 def test_a_sweep_is_shown_over_time_and_frequency_and_follows_when_the_slider_rests(browser, address, source):
-    with_range(browser, address)
+    opened(browser, address)
     hidden = "return document.querySelector('.sweep').hidden"
     assert browser.execute_script(hidden)
     asked(browser, do="look", records=["full_46", "sweep"], seconds=1e9)
@@ -186,7 +186,7 @@ def test_a_sweep_is_shown_over_time_and_frequency_and_follows_when_the_slider_re
 
 
 def test_a_zoom_shows_every_sample(browser, address, source):
-    with_range(browser, address)
+    opened(browser, address)
     browser.execute_script(
         "const root = Bokeh.documents[0].roots().find((r) => r.name === 'time_0');"
         "[...root.references()].find((m) => m.type === 'Figure').x_range.setv({ start: 0.1, end: 0.11 })"
@@ -199,7 +199,7 @@ def test_a_zoom_shows_every_sample(browser, address, source):
 
 def test_a_slider_has_fine_steps_where_there_is_no_estimate(browser, address, campaign):
     """Truth: a notch is a 2000th of the logarithm between the file's bounds, and a fine step a hundredth of it."""
-    with_range(browser, address)
+    opened(browser, address)
     limits, start = campaign.mechanism.parameters[KNOB], told(browser)["knobs"][KNOB]["value"]
     notch = np.log(limits.max / limits.min) / 2000.0
     pressed(browser, "ArrowRight", 5, SHIFT)
@@ -215,7 +215,7 @@ def test_a_slider_has_fine_steps_where_there_is_no_estimate(browser, address, ca
 
 
 def test_the_highlighted_button_is_the_search_until_the_sliders_have_left_the_catalogue(browser, address):
-    with_range(browser, address)
+    opened(browser, address)
     strong = "return [...document.querySelectorAll('button.strong')].map((b) => b.textContent)"
     assert browser.execute_script(strong) == ["Search from scratch"]
     pressed(browser, "ArrowRight", 1)
@@ -226,7 +226,7 @@ def test_the_highlighted_button_is_the_search_until_the_sliders_have_left_the_ca
 
 
 def test_undo_by_the_button_and_by_the_keyboard(browser, address):
-    with_range(browser, address)
+    opened(browser, address)
     start = told(browser)["knobs"][KNOB]["value"]
     pressed(browser, "ArrowRight", 1)
     browser.find_element("id", "undo").click()
@@ -242,7 +242,7 @@ def test_undo_by_the_button_and_by_the_keyboard(browser, address):
 def test_with_shift_a_key_or_a_pixel_is_a_tenth_of_a_sigma(browser, estimated):
     """Truth: the estimate's own value and standard error."""
     address, estimate = estimated
-    with_range(browser, address)
+    opened(browser, address)
     value, sigma = estimate.values[KNOB], estimate.sigmas[KNOB]
     asked(browser, do="estimate")
     pressed(browser, "ArrowUp", 7, SHIFT)
@@ -262,7 +262,7 @@ def test_with_shift_a_key_or_a_pixel_is_a_tenth_of_a_sigma(browser, estimated):
 
 
 def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
-    with_range(browser, address)
+    opened(browser, address)
     browser.find_element("id", "fit").click()
     until(browser, "return mechid.state().run?.state === 'finished' && mechid.state().verdict")
     idle(browser)
@@ -298,7 +298,7 @@ def endless_search(monkeypatch):
 
     def endless(campaign, **options):
         while True:
-            ask()
+            check_interruption()
             time.sleep(1e-3)
 
     monkeypatch.setattr("mechid.web.session.identify", endless)
@@ -306,7 +306,7 @@ def endless_search(monkeypatch):
 
 @pytest.mark.usefixtures("endless_search")
 def test_cancel_keeps_what_is_set(browser, address):
-    with_range(browser, address)
+    opened(browser, address)
     pressed(browser, "ArrowRight", 3)
     was = told(browser)
     browser.execute_script("document.getElementById('search').click()")
@@ -328,10 +328,10 @@ def fits_at_work():
 @pytest.mark.usefixtures("endless_search")
 def test_closing_the_page_ends_its_fit(browser, address):
     """Truth: the thread of a fit without an end of its own; a page that is loaded anew comes back sooner."""
-    with_range(browser, address)
+    opened(browser, address)
     first = browser.current_window_handle
     browser.switch_to.new_window("tab")
-    with_range(browser, address)
+    opened(browser, address)
     browser.find_element("id", "search").click()
     until(browser, "return mechid.state().run?.state === 'running'")
     fits = fits_at_work()
@@ -346,7 +346,7 @@ def test_closing_the_page_ends_its_fit(browser, address):
 @pytest.mark.usefixtures("endless_search")
 def test_a_page_loaded_anew_keeps_values_undo_and_the_fit_at_work(browser, address):
     """Truth: what was set before, and the fit's own thread, which is the same."""
-    with_range(browser, address)
+    opened(browser, address)
     asked(browser, do="turn", name=KNOB, value=700.0)
     asked(browser, do="turn", name=KNOB, value=701.0)
     browser.find_element("id", "search").click()
@@ -367,12 +367,12 @@ def test_a_page_loaded_anew_keeps_values_undo_and_the_fit_at_work(browser, addre
 
 def test_another_tab_does_not_take_the_session_of_one_that_is_open(browser, address):
     """Truth: a copy of a tab has its token too; the values set in the one that is open stay its own."""
-    with_range(browser, address)
+    opened(browser, address)
     first = browser.current_window_handle
     asked(browser, do="turn", name=KNOB, value=702.0)
     token = told(browser)["tab"]
     browser.switch_to.new_window("tab")
-    with_range(browser, address)
+    opened(browser, address)
     asked(browser, do="hello", tab=token)
     assert told(browser)["knobs"][KNOB]["value"] != 702.0
     browser.close()
@@ -398,7 +398,7 @@ def written(browser, value):
 @pytest.mark.parametrize(("end", "side"), [("max", "above"), ("min", "below")])
 def test_a_value_out_of_bounds_goes_back_to_the_bound_and_is_said(browser, address, source, end, side):
     """Truth: the file's bound, which the model uses."""
-    with_range(browser, address)
+    opened(browser, address)
     bound = getattr(source.campaign.mechanism.parameters[KNOB], end)
     asked_for = bound * (10.0 if end == "max" else 0.1)
     for _ in range(2):  # also where the bound is in use already
@@ -413,7 +413,7 @@ def test_a_value_out_of_bounds_goes_back_to_the_bound_and_is_said(browser, addre
 def test_the_grade_is_greyed_as_soon_as_a_value_is_not_the_estimates(browser, estimated):
     """Truth: the tone of the verdict as the browser draws it, and the distance in standard errors."""
     address, estimate = estimated
-    with_range(browser, address)
+    opened(browser, address)
     colour = "return getComputedStyle(document.getElementById('headline')).color"
     graded, apart = browser.execute_script(colour), browser.find_element("id", "apart")
     assert apart.text == ""
@@ -427,17 +427,17 @@ def test_the_grade_is_greyed_as_soon_as_a_value_is_not_the_estimates(browser, es
 
 def test_the_picture_is_seen_without_scrolling(browser, estimated):
     """Truth: where the browser draws the torque and its residual on a screen of 1400 x 900."""
-    with_range(browser, estimated[0])
+    opened(browser, estimated[0])
     top = browser.execute_script("return document.querySelector('.figure.time').getBoundingClientRect().top")
     assert top + TOOLBAR_PX + TORQUE_HEIGHT + RESIDUAL_HEIGHT < 900.0
 
 
 def test_two_tabs_do_not_disturb_each_other(browser, address):
-    with_range(browser, address)
+    opened(browser, address)
     first = browser.current_window_handle
     start = told(browser)["knobs"][KNOB]["value"]
     browser.switch_to.new_window("tab")
-    with_range(browser, address)
+    opened(browser, address)
     asked(browser, do="turn", name=KNOB, value=700.0)
     asked(browser, do="free", name=KNOB, **{"is": False})
     browser.close()
@@ -450,7 +450,7 @@ def test_two_tabs_do_not_disturb_each_other(browser, address):
 @pytest.mark.parametrize("width", [1400, 390])
 def test_the_switch_of_an_effect_moves_the_curves_at_once_and_undo_takes_it_back(browser, switched, diagnosed, width):
     """Truth: the simulation with the effect's amplitude at zero."""
-    with_range(browser, switched, width)
+    opened(browser, switched, width)
     switch = browser.find_element("css selector", ".effect-named [role=switch]")
     assert switch.is_selected()
     on = browser.execute_script(SOURCE, "time_0")
@@ -479,8 +479,8 @@ def test_terms_that_a_fit_elsewhere_added_get_sliders(browser, following, lackin
     """Truth: the mechanism that the records are of. The fit's estimate is made up, its journal is a real one."""
     (address, path), (_, estimate) = following, lacking
     monkeypatch.setattr("mechid.web.session.read_estimated", lambda path, campaign: estimate)
-    journal = Journal.opened(path, {})
-    with_range(browser, address)
+    journal = Journal.open(path, {})
+    opened(browser, address)
     assert not browser.execute_script("return mechid.knobs.has(arguments[0])", DETENT[0])
     until(browser, "return Boolean(mechid.state().run)")
     path.with_name("estimate.json").write_text("{}")
@@ -501,7 +501,7 @@ def test_terms_that_a_fit_elsewhere_added_get_sliders(browser, following, lackin
 
 
 def test_hostile_titles_columns_and_paths_show_as_text(browser, address, source):
-    with_range(browser, address)
+    opened(browser, address)
     folder = source.campaign.path.parent.name
     assert browser.find_element("tag name", "h1").text.split() == folder.split()
     assert browser.title.startswith("<img src=x")
@@ -513,7 +513,7 @@ def test_hostile_titles_columns_and_paths_show_as_text(browser, address, source)
 
 
 def test_the_saved_file_is_the_mechanism_that_is_set(browser, address, tmp_path):
-    with_range(browser, address)
+    opened(browser, address)
     asked(browser, do="turn", name=KNOB, value=877.5)
     where = {"behavior": "allow", "downloadPath": str(tmp_path)}
     browser.execute_cdp_cmd("Browser.setDownloadBehavior", where)

@@ -61,7 +61,7 @@ def record_information(campaign: Campaign, fit: Fit) -> Information | None:
     if problem.size == 0:
         return None
     q = problem.start
-    whole = problem.whole()
+    whole = problem.whole_windows()
     with np.errstate(all="ignore"):
         triangles = [channel_triangles(problem.model, t, q, whole[t.name]) for t in problem.targets]
     names, slopes = problem.coordinates.value_slopes(q)
@@ -118,7 +118,7 @@ def _at_estimate(parameter: Parameter, fit: Fit) -> Parameter:
 
 def _with_residual_noise(target: Target, own: RecordFit) -> Target:
     """Set the noise levels of a target to the residual RMS of its channels."""
-    return target.each(lambda channel: replace(channel, sigma=own.residual_of(channel.quantity)))
+    return target.map_channels(lambda channel: replace(channel, sigma=own.residual_of(channel.quantity)))
 
 
 def _information(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[ChannelJacobian]) -> Information | None:

@@ -17,7 +17,7 @@ from mechid.budgets.orbit import find_orbit
 from mechid.budgets.period_map import PeriodMap
 from mechid.budgets.settings import MOTION
 from mechid.budgets.steady_state import SteadyState, cut_off, enough_substeps, periods_to_settle, steady_state
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 
@@ -84,7 +84,7 @@ def steady_states(
     rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
     starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
     while starts:
-        tried = mapped(_tried, [(rates[k], x) for k, _, x in starts], workers)
+        tried = map_tasks(_tried, [(rates[k], x) for k, _, x in starts], workers)
         fresh = [(k, rates[k].add(found, way)) for (k, way, _), found in zip(starts, tried, strict=True)]
         starts = [
             (k + side, way, state.x)

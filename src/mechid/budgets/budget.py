@@ -32,7 +32,7 @@ from mechid.budgets.side_source import SideSource
 from mechid.budgets.standing import Parts, nominal_level, standing
 from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.errors import InputFileError
-from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.parallel import map_tasks, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
 from mechid.plant.flight import moving_base_objection
@@ -207,7 +207,7 @@ class _Maker:
             (here[0].rate, [_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1])
             for here in found
         ]
-        joined = mapped(partial(_reached, mechanism, mode, enough_substeps(mechanism, mode)), tasks, self.workers)
+        joined = map_tasks(partial(_reached, mechanism, mode, enough_substeps(mechanism, mode)), tasks, self.workers)
         return tuple(_largest([self._respond(mode, state) for state in states]) for states in joined)
 
     def _respond(self, mode: OperatingMode, state: SteadyState) -> Response:
@@ -249,7 +249,7 @@ class _Maker:
     def _with_standings(self, made: ModeBudget) -> ModeBudget:
         self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
         tasks = [(r, [(1.0, made.worst_for(r))]) for r in self.file.requirements]
-        standings = mapped(partial(_stands, made.mode.name, self.estimate, self.ensemble), tasks, self.workers)
+        standings = map_tasks(partial(_stands, made.mode.name, self.estimate, self.ensemble), tasks, self.workers)
         return replace(made, standings=tuple(standings))
 
     def by_duty(self, modes: Sequence[ModeBudget]) -> tuple[Standing, ...]:

@@ -15,6 +15,6 @@ Scheduler = Annotated[
 
 def on_scheduler(address: str | None) -> AbstractContextManager[None]:
     """Return a context in which the workers of a scheduler execute mapped work; None uses this process."""
-    from mechid.identification.computation.workforce import lent_by
+    from mechid.identification.computation.workforce import working_on_scheduler
 
-    return lent_by(address, lambda line: typer.echo(line, err=True))
+    return working_on_scheduler(address, lambda line: typer.echo(line, err=True))

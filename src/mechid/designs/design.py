@@ -30,7 +30,7 @@ from mechid.designs.standpoint import Standpoint, after_fit, before_test
 from mechid.designs.step_loss import Margins, is_stepper, margins
 from mechid.designs.trust import departing_share
 from mechid.errors import FitError, UsageError, did_you_mean
-from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.parallel import map_tasks, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Optimum
 from mechid.plant.mechanism import Mechanism
@@ -190,7 +190,7 @@ class _Making:
         self.say("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), self._losses()
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
-        kept_off = mapped(partial(_margins, self.mechanisms[0]), records, self.workers)
+        kept_off = map_tasks(partial(_margins, self.mechanisms[0]), records, self.workers)
         return Design(
             campaign=self.campaign,
             options=self.options,
@@ -307,7 +307,7 @@ class _Making:
         rates = self.options.candidates.rates or usual_rates(self.mechanisms[0])
         highest = DESIGN.rate_margin * max(rates)
         one = partial(_rate_map, self.mechanisms, highest)
-        return tuple(mapped(one, self._commands(), self.workers))
+        return tuple(map_tasks(one, self._commands(), self.workers))
 
     def _losses(self) -> tuple[LossRow, ...]:
         commands = [c for c in self._commands() if c.stepping in self.options.candidates.steppings]

@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from mechid.arrays import FloatArray
 from mechid.designs.planned import PlannedRecord
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.search.box import sample_box
@@ -47,7 +47,7 @@ def informations(
             on_record(next(number), len(records))
 
     order = sorted(range(len(records)), key=lambda k: -records[k].base.samples)
-    found = mapped(partial(_of_record, space, points), [records[k] for k in order], workers, ended)
+    found = map_tasks(partial(_of_record, space, points), [records[k] for k in order], workers, ended)
     out = np.zeros((len(points), len(records), space.size, space.size))
     out[:, order] = np.moveaxis(np.array(found).reshape(len(order), len(points), space.size, space.size), 0, 1)
     return out
@@ -64,7 +64,7 @@ def _of_record(space: SearchSpace, points: FloatArray, record: PlannedRecord) ->
 def _information(problem: Problem, q: FloatArray) -> FloatArray:
     """Return J^T J of a problem of one record, a free time offset eliminated, (n, n); zero where it failed."""
     size = problem.space.size
-    (triangle,) = problem.triangles(q, problem.whole())
+    (triangle,) = problem.triangles(q, problem.whole_windows())
     if not np.all(np.isfinite(triangle.jacobian)):
         return np.zeros((size, size))
     return without_offsets(triangle.jacobian, size)

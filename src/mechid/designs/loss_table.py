@@ -9,7 +9,7 @@ from mechid.command import Command
 from mechid.designs.rate_limit import RateLimit
 from mechid.designs.settings import RATE
 from mechid.designs.step_loss import heavier, pull_in, pull_out, rubbing, weaker
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.stepper import HOLDING
@@ -42,7 +42,7 @@ class LossRow:
 def loss_table(mechanism: Mechanism, commands: Sequence[Command], workers: int = 1) -> tuple[LossRow, ...]:
     """Return the limits of each command's stepping over load inertia, friction torque and voltage."""
     cases = [(command, *change) for command in commands for change in _changes(mechanism)]
-    return tuple(mapped(_row, cases, workers))
+    return tuple(map_tasks(_row, cases, workers))
 
 
 def _row(case: tuple[Command, str, float, Mechanism]) -> LossRow:

@@ -84,7 +84,7 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
     ArithmeticError
         A record cannot be simulated there.
     """
-    parts = [*problem.triangles(q, problem.whole()), *problem.prior_triangles(q)]
+    parts = [*problem.triangles(q, problem.whole_windows()), *problem.prior_triangles(q)]
     if before is not None:
         values, vectors = np.linalg.eigh(before)
         rows = np.zeros((before.shape[0], problem.size))

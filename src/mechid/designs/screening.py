@@ -11,7 +11,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.step_loss import Driven, driven
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.plant.mechanism import Mechanism
 
 
@@ -46,7 +46,7 @@ class Screening:
 
 def screening(mechanisms: Sequence[Mechanism], records: Sequence[PlannedRecord], workers: int = 1) -> Screening:
     """Return how each mechanism comes through each record."""
-    found = mapped(partial(_through, mechanisms), records, workers)
+    found = map_tasks(partial(_through, mechanisms), records, workers)
     lost = np.array([[d.lost for d in column] for column in found], dtype=np.bool_)
     peak = np.array([[d.peak_torque for d in column] for column in found])
     return Screening(lost.T, peak.T)

@@ -21,9 +21,9 @@ from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
 from mechid.designs.settings import DESIGN
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.disturbance import with_disturbances
 from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Problem, transfer_values
@@ -109,7 +109,7 @@ def predicted_torque(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], workers: int
 ) -> list[FloatArray]:
     """Return the torque of a model in each record, (samples,), NaN where it cannot be simulated."""
-    return mapped(partial(_predicted, campaign, model), records, workers)
+    return map_tasks(partial(_predicted, campaign, model), records, workers)
 
 
 def _predicted(campaign: Campaign, model: Model, record: PlannedRecord) -> FloatArray:
@@ -123,7 +123,7 @@ def _shown(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], torques: Sequence[FloatArray], workers: int
 ) -> list[FloatArray]:
     """Return what a model leaves of each record, and its derivatives to what it moves already."""
-    return mapped(partial(_shown_of, campaign, model), list(zip(records, torques, strict=True)), workers)
+    return map_tasks(partial(_shown_of, campaign, model), list(zip(records, torques, strict=True)), workers)
 
 
 def _shown_of(campaign: Campaign, model: Model, task: tuple[PlannedRecord, FloatArray]) -> FloatArray:
@@ -148,7 +148,7 @@ def with_records(campaign: Campaign, model: Model, records: Sequence[PlannedReco
     new = [replace(r, name=f"{r.name} again" if r.name in names else r.name).target() for r in records]
     some = []
     if model.disturbances:
-        for one in possible(replace(plain, targets=(*plain.targets, *new)), campaign):
+        for one in possible_disturbances(replace(plain, targets=(*plain.targets, *new)), campaign):
             if one.name in model.disturbances:
                 some.append(replace(one, own={t.name: one.own[t.name] for t in new if t.name in one.own}))
     problem = with_disturbances(replace(model.problem, targets=tuple(new)), some)
@@ -181,7 +181,7 @@ def refitted(
     there = len(problem.targets) - len(records)
     new = [measuring(t, torque) for t, torque in zip(problem.targets[there:], torques, strict=True)]
     problem = replace(problem, targets=(*problem.targets[:there], *new))
-    windows = problem.whole() | dict(model.setting.windows)
+    windows = problem.whole_windows() | dict(model.setting.windows)
     q = solve(
         problem,
         transfer_values(model.problem, model.q, problem),

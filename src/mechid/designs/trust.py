@@ -16,7 +16,7 @@ from mechid.arrays import FloatArray
 from mechid.designs.criterion import sizes
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.settings import DESIGN
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.uncertainty.settings import ERRORS
@@ -57,13 +57,13 @@ def departing_share(
     )
     drawn = np.clip(looked[:, None] + steps.transpose(0, 2, 1), space.lower, space.upper)
     tasks = [(record, information[: len(looked), k]) for k, record in enumerate(records)]
-    return np.array(mapped(partial(_share, space, looked, drawn), tasks, workers))
+    return np.array(map_tasks(partial(_share, space, looked, drawn), tasks, workers))
 
 
 def _share(space: SearchSpace, points: FloatArray, drawn: FloatArray, task: tuple[PlannedRecord, FloatArray]) -> float:
     """Return the share of draws in which a record departs from its information, (points, n, n)."""
     record, information = task
-    problem = Problem(space, (record.target().settled,))
+    problem = Problem(space, (record.target().with_fixed_parameters,))
     return float(np.mean([_departing(problem, q, drawn[s], information[s]) for s, q in enumerate(points)]))
 
 

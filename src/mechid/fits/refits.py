@@ -50,7 +50,7 @@ def refit_journal(fit: Fit, path: Path | str | None, *, resume: bool) -> Journal
         return None
     values = [[name, p.value, str(p.status)] for name, p in fit.parameters.items()]
     inputs = {**campaign_digests(fit.required_campaign), "estimate.json": digest(values)}
-    opened = Journal.opened(Path(path), inputs, resume=resume)
+    opened = Journal.open(Path(path), inputs, resume=resume)
     if opened.notice:
         warnings.warn(opened.notice, stacklevel=2)
     return opened

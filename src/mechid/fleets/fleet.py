@@ -19,7 +19,7 @@ from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, trend, without
 from mechid.fleets.unit_run import How, UnitRun, run_unit, silent, task_of
 from mechid.holding import held
-from mechid.identification.computation.parallel import Done, is_lent, mapped
+from mechid.identification.computation.parallel import Done, is_external, map_tasks
 from mechid.identification.computation.progress import Tell
 from mechid.identification.result.fit_file import read_numbers
 from mechid.shown import Shown
@@ -118,8 +118,8 @@ def make_fleet(
             for number, run, _ in done:
                 say(f"{tasks[number].label}: {run.words}")
 
-        identified = run_unit if is_lent() else partial(run_unit, say=say)
-        return replace(fleet_of(asked, mapped(identified, tasks, 1, ended)), folder=out)
+        identified = run_unit if is_external() else partial(run_unit, say=say)
+        return replace(fleet_of(asked, map_tasks(identified, tasks, 1, ended)), folder=out)
 
 
 def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:

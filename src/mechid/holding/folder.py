@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
+from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout
+
 from mechid.errors import UnwritableError, UsageError
-from mechid.holding.holder import Holder, Life, read_holder, this_process
+from mechid.holding.holder import Holder, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
 from mechid.reading.whole import read_text
-from mechid.writing import creating_folder, is_unwritable_error, unwritable_error
+from mechid.writing import creating_folder, is_unwritable_error, unwritable_error, write_atomically
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
 """Folders that are held around what runs now, each with the token of its hold."""
 _LOCKS: dict[Path, Holder] = {}
 """Lock files of this process, whichever thread holds their folders."""
+GUARD_NAME = ".mechid.guard.lock"
+"""Of the file that the system locks. The record is another one: Windows lets nobody read a file that is locked."""
+MARKER_NAME = ".mechid.marker.lock"
+"""Of the file whose being there is the lock, on file systems that lock no files."""
+LOCK_FILES = ".mechid.*lock"
+"""All three, as a shell takes it."""
+NO_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP})
+PATIENCE_S = 2.0
+"""For the record of a run that has locked a folder an instant ago, or is about to let go of it."""
 MOST_NAMED = 8
 """Of the files that a run has saved until it could write no more."""
 
@@ -26,9 +38,10 @@ MOST_NAMED = 8
 def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
     """Hold a folder, made with its parents, against other runs; what a killed one left half-written is removed.
 
-    A file in the folder says who holds it. That of a process that has ended, or whose number another one has by now,
-    is taken over. Who holds the folder already holds it on. A folder that was made for it, and in which nothing was
-    written, is removed again.
+    The system's lock of a file goes with its process, so that a run that was killed is in nobody's way. A second file
+    says who holds the folder; where it names another machine it counts too, since some network file systems lock for
+    one machine alone. Who holds the folder already holds it on. A folder that was made for it, and in which nothing
+    was written, is removed again.
 
     Parameters
     ----------
@@ -55,7 +68,8 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
         yield around[place]
         return
     with _made_if_used(place), creating_folder(folder):
-        own = _LOCKS[place / LOCK_NAME] = _taken(place / LOCK_NAME, Path(folder), within)
+        guard, own = _take(place / LOCK_NAME, Path(folder), within)
+        _LOCKS[place / LOCK_NAME] = own
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
             sweep(place)
@@ -64,6 +78,7 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
         finally:
             _HELD.reset(reset)
             _let_go(place / LOCK_NAME, own)
+            guard.release()  # after its file has gone: who waits for it then finds that it is nobody's
             _LOCKS.pop(place / LOCK_NAME, None)
 
 
@@ -100,53 +115,56 @@ def _said(place: Path, folder: Path) -> Iterator[None]:
         raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
 
 
-def _taken(lock: Path, folder: Path, within: str) -> Holder:
-    """Write the lock file, and return who this process is in it."""
+def _take(lock: Path, folder: Path, within: str) -> tuple[BaseFileLock, Holder]:
+    """Lock a folder, and write who this process is; return both."""
     own = this_process(within)
-    with _one_at_a_time(lock.parent):
-        while not _written(lock, own):
-            found = _holder(lock)
-            if found is not None and _is_at_work(found, within):
-                raise UsageError(_refusal(folder, found, lock))
-            lock.unlink(missing_ok=True)
-    return own
+    if _is_given_up(_holder(lock), within):
+        for name in (GUARD_NAME, MARKER_NAME):  # new files have locks of their own
+            lock.with_name(name).unlink(missing_ok=True)
+    try:
+        guard = _acquire_guard(lock)
+    except Timeout:
+        raise UsageError(_refusal(folder, _holder(lock))) from None
+    try:
+        found = _holder(lock)
+        if found is not None and found.is_elsewhere and not _is_given_up(found, within):
+            raise UsageError(_refusal(folder, found))
+        write_atomically(lock, own.text())
+    except BaseException:
+        lock.with_name(GUARD_NAME).unlink(missing_ok=True)
+        guard.release()
+        raise
+    return guard, own
 
 
-def _is_at_work(found: Holder, within: str) -> bool:
-    life = found.life
-    return life is Life.HERE or (life is Life.ELSEWHERE and (not within or found.within != within))
+def _is_given_up(found: Holder | None, within: str) -> bool:
+    """Whether the work is given out again, since the machine that had it no longer answers."""
+    return found is not None and found.is_elsewhere and bool(within) and found.within == within
 
 
-def _refusal(folder: Path, found: Holder, lock: Path) -> str:
+def _acquire_guard(lock: Path) -> BaseFileLock:
+    """Lock the file beside a record; Timeout where another run has it locked."""
+
+    def is_known() -> bool:
+        return _holder(lock) is not None
+
+    guard: BaseFileLock = FileLock(lock.with_name(GUARD_NAME), thread_local=False, fallback_to_soft=False)
+    try:
+        guard.acquire(timeout=PATIENCE_S, cancel_check=is_known)
+    except OSError as error:
+        if error.errno not in NO_LOCKS:
+            raise
+        guard = SoftFileLock(lock.with_name(MARKER_NAME), thread_local=False)
+        guard.acquire(timeout=PATIENCE_S, cancel_check=is_known)
+    return guard
+
+
+def _refusal(folder: Path, found: Holder | None) -> str:
+    who = f": {found.words}" if found else ""
     remedy = "wait until it has ended, or give another folder"
-    if found.life is Life.ELSEWHERE:
-        remedy += f"; should it be gone, which cannot be seen from here, remove {folder / lock.name}"
-    return f"{folder}: another run holds it: {found.words}; {remedy}"
-
-
-def _written(lock: Path, own: Holder) -> bool:
-    """Write a lock file as a whole if there is none, and return whether there was none."""
-    beside = lock.with_name(f"{lock.name}.{own.token}.{own.pid}.part")
-    try:
-        beside.write_text(own.text(), encoding="utf-8")
-        try:
-            lock.hardlink_to(beside)  # in one step, and never onto one that is there
-        except FileExistsError:
-            return False
-        except OSError:  # a file system without links
-            return _created(lock, own.text())
-    finally:
-        beside.unlink(missing_ok=True)
-    return True
-
-
-def _created(lock: Path, text: str) -> bool:
-    try:
-        with lock.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        return False
-    return True
+    if found and found.is_elsewhere:
+        remedy += f"; should it be gone, which cannot be seen from here, remove {folder / LOCK_FILES}"
+    return f"{folder}: another run holds it{who}; {remedy}"
 
 
 def _holder(lock: Path) -> Holder | None:
@@ -157,32 +175,12 @@ def _holder(lock: Path) -> Holder | None:
 
 
 def _let_go(lock: Path, own: Holder) -> None:
-    """Remove the lock file where it is still this hold's."""
+    """Remove the record and the locked file where they are still this hold's."""
     with suppress(OSError):
         found = _holder(lock)
         if found is not None and found.token == own.token:
             lock.unlink()
-
-
-@contextmanager
-def _one_at_a_time(folder: Path) -> Iterator[None]:
-    """Let one process at a time look at the lock file of a folder and replace it, where the system can do that.
-
-    Where it cannot, two runs that find the same stale file at the same instant may both take it for theirs.
-    """
-    try:
-        import fcntl
-
-        handle = os.open(folder, os.O_RDONLY)
-    except (ImportError, OSError):
-        yield
-        return
-    try:
-        with suppress(OSError):  # some network file systems lock no folders
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
+            lock.with_name(GUARD_NAME).unlink()
 
 
 def _saved_since(folder: Path, instant_ns: int) -> str:

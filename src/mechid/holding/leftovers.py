@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from mechid.holding.holder import beginning
-
 LOCK_NAME = ".mechid.lock"
 """Of the file that says who holds a folder."""
 PART = re.compile(r"\..+\.(?P<pid>\d+)\.part")
@@ -45,5 +43,17 @@ def _left(folder: Path, *, with_own: bool) -> Iterator[Path]:
     with suppress(OSError):
         for path in folder.iterdir():
             part = PART.fullmatch(path.name)
-            if part and (not beginning(pid := int(part["pid"])) or (with_own and pid == os.getpid())):
+            if part and (not _is_running(pid := int(part["pid"])) or (with_own and pid == os.getpid())):
                 yield path
+
+
+def _is_running(pid: int) -> bool:
+    """Whether a process of this number is there; one that has ended, and whose end nobody has asked for, is not."""
+    import psutil  # loaded only where something was left
+
+    try:
+        return bool(psutil.Process(pid).status() != psutil.STATUS_ZOMBIE)
+    except (psutil.NoSuchProcess, OverflowError):
+        return False
+    except psutil.AccessDenied:  # another user's
+        return True

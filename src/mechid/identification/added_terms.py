@@ -10,10 +10,10 @@ from scipy.special import chdtrc
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import appendix_text
-from mechid.identification.effects.disturbance import lacking_tables
+from mechid.identification.effects.disturbance import missing_tables
 from mechid.identification.effects.effect import AddedTerms, lay_out
 from mechid.identification.effects.pruning import linearise
-from mechid.identification.effects.scores import by_own_residuals
+from mechid.identification.effects.scores import weight_by_residuals
 from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit
@@ -40,7 +40,8 @@ def add_missing_entries(fit: Fit, campaign: Campaign, state: SearchState) -> Fit
     state : SearchState
         State at the end of the search.
     """
-    if state.added is None or not state.added.names:  # a table alone, for gains of records, is no effect
+    # A table alone, for gains of records, is no effect.
+    if state.added is None or not state.added.names:
         return fit
     terms = missing_terms(fit, campaign.mechanism, state)
     return replace(
@@ -126,21 +127,22 @@ def _cost_falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tu
 
 def _fall_by_law(state: SearchState, written: Mechanism, added: AddedTerms) -> float:
     """Return the fall of the cost by a law in place of the user's, compared with a refit of the user's law."""
-    weighted, _ = by_own_residuals(state.problem, state.q, state.windows)
+    weighted, _ = weight_by_residuals(state.problem, state.q, state.windows)
     cost = weighted.total_norm(state.q, state.windows) ** 2
     moved = {p.name for p in weighted.space.mechanism.free}
     without_law = lay_out(AddedTerms(written), added.terms, _tables(written, state)).mechanism
     free = tuple(p.name for p in without_law.free if p.name in moved)
     plain = AddedTerms(without_law.with_free(free)).problem(weighted)
     q = plain.coordinates.clip(plain.coordinates.point(weighted.coordinates.values(state.q)))
-    if state.outcome is not FitOutcome.INTERRUPTED:  # a user who interrupts does not wait for another fit
+    # A user who interrupts does not wait for another fit.
+    if state.outcome is not FitOutcome.INTERRUPTED:
         q = solve(plain, q, state.windows, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     return max(plain.total_norm(q, state.windows) ** 2 - cost, 0.0)
 
 
 def _tables(written: Mechanism, state: SearchState) -> frozenset[str]:
     """Return the tables that a mechanism lacks for the disturbances found in the records."""
-    return lacking_tables(written, [found.disturbance for found in state.found])
+    return missing_tables(written, [found.disturbance for found in state.found])
 
 
 def predict_as_written(fit: Fit, campaign: Campaign, state: SearchState) -> AsWritten:

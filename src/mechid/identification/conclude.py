@@ -14,10 +14,10 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import is_start_name
 from mechid.identification.added_terms import add_missing_entries, incomplete_reason
 from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
-from mechid.identification.effects.mains import grid_shown
+from mechid.identification.effects.mains import find_grid_hz
 from mechid.identification.grading import Evidence, grade_fit
 from mechid.identification.held_out_nuisance import fit_held_out_records
-from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
+from mechid.identification.output_error.declaration import DECLARED, reinterpret_campaign
 from mechid.identification.output_error.identity import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
@@ -28,7 +28,7 @@ from mechid.identification.result.missing import OwnValue, missing_entry, missin
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.solve import promised_fall
+from mechid.identification.search.solve import predicted_reduction
 from mechid.identification.stages.departure import departure
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.further_errors import clock_warnings
@@ -53,7 +53,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
     """
     problem, windows, readings = state.problem, state.windows, state.readings
     declared = campaign
-    written = disturbed_campaign(campaign_as_read(campaign, readings), [found.disturbance for found in state.found])
+    written = disturbed_campaign(reinterpret_campaign(campaign, readings), [found.disturbance for found in state.found])
     hum = lines_by_record(problem, [record.name for record in written.records])
     written = replace(written, records=tuple(with_lines(record, hum[record.name]) for record in written.records))
     campaign = replace(written, mechanism=state.added.mechanism) if state.added else written
@@ -108,7 +108,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
-        mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else grid_shown(problem, q),
+        mains_hz=None if evidence.lost or state.outcome is FitOutcome.INTERRUPTED else find_grid_hz(problem, q),
         synthetic=campaign.synthetic,
         path=state.path,
     )
@@ -150,7 +150,9 @@ def _evidence(
         campaign=str(campaign.path),
         used=windows,
         used_to_s=used_to_s,
-        promised_fall=math.nan if lost else max(promised_fall(triangle, verdict.counted), lower.gain if lower else 0.0),
+        predicted_reduction=math.nan
+        if lost
+        else max(predicted_reduction(triangle, verdict.counted), lower.gain if lower else 0.0),
         cost=triangle.cost,
         lost=lost,
         contradicted=state.contradicted,

@@ -40,7 +40,7 @@ class Evidence:
         Fitted records.
     used_to_s : mapping of record to float
         Record time up to which a record was used that should have been used whole.
-    promised_fall : float
+    predicted_reduction : float
         Fall of the cost that the derivatives still predict, in sigmas squared.
     cost : float
     lost : bool
@@ -58,7 +58,7 @@ class Evidence:
     campaign: str
     used: Collection[str]
     used_to_s: Mapping[str, float]
-    promised_fall: float
+    predicted_reduction: float
     cost: float
     lost: bool
     contradicted: Mapping[str, str]
@@ -234,7 +234,7 @@ def _physical_limit_reason(p: ParameterEstimate) -> Reason:
 def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     """Yield the doubts that the end of the search leaves."""
     again = f"mechid identify {evidence.campaign} --out DIR --seed {evidence.seed + 1}"
-    fall = evidence.promised_fall
+    fall = evidence.predicted_reduction
     if fit.outcome is FitOutcome.EVENT_MISSED:
         yield Reason(cause=Cause.EVENT_MISSED, text=fit.outcome.value, next_command=again)
     if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= GRADE.near_optimum * evidence.cost:

@@ -120,7 +120,7 @@ def _fit_first_part(record: CampaignRecord, fit: Fit, campaign: Campaign, state:
         errors = np.where(counted, np.sqrt(variance), np.nan)
     else:
         q, errors = problem.start, np.full(q.size, np.nan)
-    units = {p.name: p.declaration.unit for p in target.moved}
+    units = {p.name: p.declaration.unit for p in target.free_parameters}
     named = zip(problem.coordinates.own_names, q.tolist(), errors.tolist(), strict=True)
     own = {n: OwnValue(value=x, std_error=e if math.isfinite(e) else None, unit=units[n]) for n, x, e in named}
     return Nuisance(samples=stop, until_s=target.base.start_s + stop * target.base.interval_s, parameters=own)
@@ -132,8 +132,8 @@ def _problem(record: CampaignRecord, fit: Fit, campaign: Campaign, state: Search
     target = target_of(record)
     if campaign.options.spikes == "reject":
         target = reject_spikes(target)
-    target = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].found.sigma))
-    wanted = () if campaign.options.priors == "none" else target.moved
+    target = target.map_channels(lambda channel: replace(channel, sigma=noises[channel.quantity].found.sigma))
+    wanted = () if campaign.options.priors == "none" else target.free_parameters
     priors = {p.name: (p.value, p.sigma) for p in wanted if p.sigma}
     space, was = SearchSpace(fit.mechanism.with_free(())), state.problem
     return Problem(space, (target,), priors, substeps=was.substeps, workers=was.workers), target
@@ -186,7 +186,7 @@ def _noise_variances(problem: Problem, target: Target, q: FloatArray, stop: int,
     series = residuals_by_quantity(problem, target, q, window)
     # Noise is at least the residual's RMS: with the mechanism held, its errors are in the residual too.
     sizes = {c.quantity: norm(series[c.quantity]) / math.sqrt(stop) for c in target.channels}
-    judged = target.each(lambda channel: replace(channel, sigma=max(channel.sigma, sizes[channel.quantity])))
+    judged = target.map_channels(lambda channel: replace(channel, sigma=max(channel.sigma, sizes[channel.quantity])))
     problem = replace(problem, targets=(judged,))
     windows = {target.name: window}
     robust = uncertainty(problem, q, windows, problem.joint(q, windows), counted).robust

@@ -17,7 +17,7 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.conclude import GoOn, conclude
 from mechid.identification.effects.disturbance import lines_of, with_disturbances
-from mechid.identification.effects.mains import mains, read_anew
+from mechid.identification.effects.mains import mains, redetermine_hum
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -27,24 +27,24 @@ from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
 from mechid.identification.search.gates import grow_horizons
-from mechid.identification.search.rest import rest_of
-from mechid.identification.stages.disturbances import asks_for_more, fit_with_disturbances, without_imitations
+from mechid.identification.search.rest import rest_window
+from mechid.identification.stages.disturbances import fit_with_disturbances, needs_more_effects, replace_imitations
 from mechid.identification.stages.freeze import freeze_dependent
-from mechid.identification.stages.growth import searched, warm_start
+from mechid.identification.stages.growth import search_growth, warm_start
 from mechid.identification.stages.joint_fit import (
     confirm_optimum,
     fit_past_cliffs,
-    held_by_file,
+    is_on_file_bound,
     joint_fit,
-    threshold_warnings,
+    warn_of_thresholds,
 )
 from mechid.identification.stages.kernels_ahead import LINE, KernelsAhead
 from mechid.identification.stages.masked_growth import fit_followed_again
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.start_growth import horizon_warnings
+from mechid.identification.stages.start_growth import warn_of_short_horizons
 from mechid.identification.stages.watch import Watch
-from mechid.identification.stages.whole_records import with_effect_asked_for
+from mechid.identification.stages.whole_records import add_needed_effect
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import reject_spikes, rejection_warnings
 from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
@@ -101,7 +101,7 @@ def identify(
     """
     given = campaign
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     with one_core_algebra(), KernelsAhead(problem, campaign) as ahead:
         begun = near is None and not campaign.stages and ahead.start_if_new()
         if near is None:
@@ -113,7 +113,7 @@ def identify(
                 so_far = conclude(campaign, at.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
                 keep(replace(so_far, campaign=given))
 
-        watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_lacking
+        watch.keep, watch.compile_ahead = keep_so_far, ahead.start_if_missing
         if begun:
             watch.tell("kernels", LINE)
         try:
@@ -134,7 +134,8 @@ def identify(
         state = state.with_warnings(*rejection_warnings(state.problem))
         try:
             fit = conclude(campaign, state, seed, watch.seconds, _continue_from_draws(watch))
-        except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
+        # An interrupted conclusion keeps the values found, without the test by draws.
+        except KeyboardInterrupt:
             fit = conclude(campaign, state.with_outcome(FitOutcome.INTERRUPTED), seed, watch.seconds)
     return replace(fit, campaign=given)
 
@@ -174,7 +175,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
     if not campaign.options.mains:
         return problem
-    rests = {t.name: rest_of(t) for t in targets}
+    rests = {t.name: rest_window(t) for t in targets}
     hum = mains(problem, declared_hz=campaign.options.mains, rests=rests)
     return with_disturbances(problem, [hum]) if hum else problem
 
@@ -185,7 +186,7 @@ def _follow_plan(
     """Run the standard plan: multi-start on the first moments, gated growth, joint fit, noise from the residuals."""
     names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.own_names)
     if near is None:
-        state, growth = searched(watch, state, campaign, names, seed, patient=patient)
+        state, growth = search_growth(watch, state, campaign, names, seed, patient=patient)
     else:
         state, growth = warm_start(state, near, seed)
     if growth is None:
@@ -195,30 +196,32 @@ def _follow_plan(
     left_out = any(t.left_out for t in state.readings.values())
     whole = growth.complete and not left_out
     state = state.at(growth.q, growth.horizons).with_outcome(FitOutcome.CONVERGED if whole else FitOutcome.HORIZON)
-    state = watch.note(state.with_warnings(*horizon_warnings(state.problem, growth)))
+    state = watch.note(state.with_warnings(*warn_of_short_horizons(state.problem, growth)))
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.with_problem(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=STAGES.rough_tolerance)
     state = fit_followed_again(watch, state, names)
     watch.keep(state)
     if campaign.options.mains and lines_of(state.problem):
-        state = watch.note(state.with_problem(read_anew(state.problem, state.q, campaign.options.mains)))
+        state = watch.note(state.with_problem(redetermine_hum(state.problem, state.q, campaign.options.mains)))
     before = state
     state = fit_with_disturbances(watch, state, campaign, names)
-    is_held = held_by_file(state.problem, state.q)  # then a bound explains a residual beyond noise
-    asks = (state.found and not before.found) or (asks_for_more(watch, state) and not is_held)
+    # A bound explains a residual beyond noise: it is no sign of a missing effect.
+    is_held = is_on_file_bound(state.problem, state.q)
+    asks = (state.found and not before.found) or (needs_more_effects(watch, state) and not is_held)
     if growth.complete and not before.added and asks:
         found = tuple(one.disturbance.name for one in state.found)
-        wider = with_effect_asked_for(watch, before, campaign, found, seed)
+        wider = add_needed_effect(watch, before, campaign, found, seed)
         if wider is not before:
             more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
             wider = fit_with_disturbances(watch, wider, campaign, more)
-            if asks_for_more(watch, wider):  # an effect that leaves more than white noise may be an imitation
+            # An effect that leaves more than white noise may be an imitation.
+            if needs_more_effects(watch, wider):
                 watch.note(state)
             else:
                 state, names = wider, more
-    state = without_imitations(watch, state, campaign, names)
+    state = replace_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)
     return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, names, seed)))
@@ -229,7 +232,7 @@ def _pass_cliffs_again(watch: Watch, before: SearchState, state: SearchState, se
 
     Warnings about the threshold from before that are removed.
     """
-    stale = threshold_warnings(RELEASED, before)
+    stale = warn_of_thresholds(RELEASED, before)
     state = replace(state, warnings=tuple(line for line in state.warnings if line not in stale))
     state = state.with_outcome(FitOutcome.CONVERGED) if state.outcome is FitOutcome.CLIFF else state
     return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, _names(state), seed)))
@@ -257,7 +260,7 @@ def _continue_from_draws(watch: Watch) -> GoOn:
 
 def _set_final_outcome(state: SearchState) -> SearchState:
     """Set the outcome and the warnings of the state at the end of the plan, by its last joint fit."""
-    said = threshold_warnings(RELEASED, state)
+    said = warn_of_thresholds(RELEASED, state)
     state = state.with_warnings(*said)
     if state.outcome.has_optimum and said:
         return state.with_outcome(FitOutcome.CLIFF)
@@ -298,7 +301,7 @@ def identify_from(
     planned = replace(campaign, stages=())
     problem = make_problem(planned, workers or os.cpu_count() or 1)
     point = run_up(problem, problem.coordinates.point(values), known=values)
-    state = SearchState(problem, point, problem.whole())
+    state = SearchState(problem, point, problem.whole_windows())
     watch = Watch(state, listener, 3)
     total = sum(t.samples for t in problem.targets)
 

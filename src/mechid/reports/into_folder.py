@@ -129,7 +129,7 @@ class _IntoFolder(Companion):
         """Open the journal of the folder, and say what it holds already."""
         path, run = self.folder / FILE_NAME, self.run
         about = {"campaign": str(campaign.path.resolve()), "seed": run.seed, "mechid": version("mechid")}
-        self.journal = Journal.opened(path, identification_inputs(campaign, run.seed), resume=run.resume, **about)
+        self.journal = Journal.open(path, identification_inputs(campaign, run.seed), resume=run.resume, **about)
         self.stages = StageLines(self.journal)
         if self.journal.notice:
             self.say(f"warning: {self.journal.notice}")

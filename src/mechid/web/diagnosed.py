@@ -11,7 +11,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.disturbance import Disturbance, disturbed_campaign
 from mechid.identification.identify import make_problem
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME, REMEDY, read_diagnosis
@@ -150,7 +150,7 @@ def _disturbances(campaign: Campaign, missing: Iterable[Missing]) -> dict[str, D
     names = {one.name for one in missing if not one.block}
     if not names:
         return {}
-    found = possible(make_problem(campaign, 1), campaign)
+    found = possible_disturbances(make_problem(campaign, 1), campaign)
     return {one.name: one for one in found if one.name in names and one.parameters}
 
 

@@ -40,9 +40,9 @@ def test_a_known_step_is_not_worked_out_again_and_leaves_its_generator_where_it_
     """Truth: the first run's result, and the draw that follows it."""
     path = tmp_path / "journal.jsonl"
     rng = np.random.default_rng(5)
-    first = Journal.opened(path, INPUTS).step("draw", [1.0], lambda: rng.standard_normal(3), rng)
+    first = Journal.open(path, INPUTS).step("draw", [1.0], lambda: rng.standard_normal(3), rng)
     then = rng.standard_normal()
-    again, fresh = Journal.opened(path, INPUTS, resume=True), np.random.default_rng(5)
+    again, fresh = Journal.open(path, INPUTS, resume=True), np.random.default_rng(5)
     second = again.step("draw", [1.0], lambda: pytest.fail("worked out again"), fresh)
     assert second.tobytes() == first.tobytes()
     assert fresh.standard_normal() == then
@@ -52,35 +52,35 @@ def test_a_known_step_is_not_worked_out_again_and_leaves_its_generator_where_it_
 def test_a_half_written_last_line_is_no_line(tmp_path):
     """Truth: the whole lines before it; what comes next begins a line of its own."""
     path = tmp_path / "journal.jsonl"
-    journal = Journal.opened(path, INPUTS)
+    journal = Journal.open(path, INPUTS)
     journal.step("a", [1], lambda: 1)
     whole = path.read_text()
     journal.step("b", [2], lambda: 2)
     path.write_text(path.read_text()[: len(whole) + 20])
-    resumed = Journal.opened(path, INPUTS, resume=True)
+    resumed = Journal.open(path, INPUTS, resume=True)
     assert len(resumed.known) == 1
     assert [line["event"] for line in lines_of(path)] == ["started", "step", "resumed"]
 
 
 def test_a_new_run_takes_nothing_from_the_one_before(tmp_path):
     path = tmp_path / "journal.jsonl"
-    Journal.opened(path, INPUTS).step("a", [1], lambda: 1)
-    assert Journal.opened(path, INPUTS).step("a", [1], lambda: 2) == 2
-    assert Journal.opened(path, INPUTS, resume=True).step("a", [1], lambda: 3) == 2
+    Journal.open(path, INPUTS).step("a", [1], lambda: 1)
+    assert Journal.open(path, INPUTS).step("a", [1], lambda: 2) == 2
+    assert Journal.open(path, INPUTS, resume=True).step("a", [1], lambda: 3) == 2
 
 
 def test_a_journal_of_other_inputs_is_refused(tmp_path):
     path = tmp_path / "journal.jsonl"
-    Journal.opened(path, {"mechanism": "m", "seed": "1"})
+    Journal.open(path, {"mechanism": "m", "seed": "1"})
     with pytest.raises(UsageError, match=r"had other inputs \(seed\); .* without --resume"):
-        Journal.opened(path, {"mechanism": "m", "seed": "2"}, resume=True)
+        Journal.open(path, {"mechanism": "m", "seed": "2"}, resume=True)
 
 
 def test_a_file_that_is_no_journal_is_refused(tmp_path):
     path = tmp_path / "journal.jsonl"
     path.write_text("started yesterday\n")
     with pytest.raises(UsageError, match="line 1: is no entry of a journal"):
-        Journal.opened(path, INPUTS)
+        Journal.open(path, INPUTS)
 
 
 @pytest.mark.parametrize("resume", [False, True])
@@ -89,11 +89,11 @@ def test_the_journal_of_a_version_without_digests_stays_and_a_run_begins_behind_
     path = tmp_path / "journal.jsonl"
     earlier = "".join(json.dumps(line) + "\n" for line in ({"event": "started", "inputs": INPUTS}, {"event": "step"}))
     path.write_text(earlier)
-    journal = Journal.opened(path, INPUTS, resume=resume)
+    journal = Journal.open(path, INPUTS, resume=resume)
     assert "earlier version" in journal.notice
     assert journal.step("a", [1], lambda: 1) == 1
     assert path.read_text().startswith(earlier)
-    assert Journal.opened(path, INPUTS, resume=True).step("a", [1], lambda: 2) == 1
+    assert Journal.open(path, INPUTS, resume=True).step("a", [1], lambda: 2) == 1
 
 
 FORGED = {
@@ -117,10 +117,10 @@ def test_a_line_that_is_whole_and_holds_no_value_is_worked_out_again(tmp_path, f
         rng = np.random.default_rng(5)
         return journal.step("draw", [1.0], lambda: rng.standard_normal(3), rng), rng.standard_normal()
 
-    first, then = drawn(Journal.opened(path, INPUTS))
+    first, then = drawn(Journal.open(path, INPUTS))
     lines = path.read_text().splitlines()
     path.write_text("\n".join([lines[0], seal({**entry(lines[1]), **FORGED[forged]})]) + "\n")
-    result, following = drawn(Journal.opened(path, INPUTS, resume=True))
+    result, following = drawn(Journal.open(path, INPUTS, resume=True))
     assert (result.tobytes(), following) == (first.tobytes(), then)
 
 
@@ -150,7 +150,7 @@ def numbers(fit):
 def test_from_every_line_of_its_journal_a_run_comes_to_the_same_numbers(campaign, tmp_path):
     """Truth: the undisturbed run; a killed one leaves some whole lines and perhaps the beginning of the next."""
     path = tmp_path / "whole.jsonl"
-    undisturbed = numbers(identify(campaign, journal=Journal.opened(path, INPUTS)))
+    undisturbed = numbers(identify(campaign, journal=Journal.open(path, INPUTS)))
     lines = path.read_text().splitlines(keepends=True)
     kinds = [json.loads(line)["step"] for line in lines[1:]]
     assert {"starts", "starts refined", "growth begins", "growth round", "joint fit"} <= set(kinds)
@@ -158,7 +158,7 @@ def test_from_every_line_of_its_journal_a_run_comes_to_the_same_numbers(campaign
     for count in [1, 9, *later]:
         cut = tmp_path / f"{count}.jsonl"
         cut.write_text("".join(lines[:count]) + "".join(lines[count : count + 1])[:30])
-        resumed = Journal.opened(cut, INPUTS, resume=True)
+        resumed = Journal.open(cut, INPUTS, resume=True)
         assert len(resumed.known) == count - 1
         assert numbers(identify(campaign, journal=resumed)) == undisturbed, count
         done = [line["step"] for line in lines_of(cut) if line["event"] == "step"]
@@ -167,7 +167,7 @@ def test_from_every_line_of_its_journal_a_run_comes_to_the_same_numbers(campaign
 
 def test_without_a_journal_the_numbers_are_the_same(campaign, tmp_path):
     """Truth: the run without one."""
-    kept = identify(campaign, journal=Journal.opened(tmp_path / "journal.jsonl", INPUTS))
+    kept = identify(campaign, journal=Journal.open(tmp_path / "journal.jsonl", INPUTS))
     assert numbers(kept) == numbers(identify(campaign))
 
 
@@ -196,13 +196,13 @@ def entry(line):
 def test_a_damaged_line_is_left_out_and_nothing_else_is_lost(tmp_path, damage):
     """Truth: the other steps come from the journal, the damaged one is worked out again, to the same result."""
     path = tmp_path / "journal.jsonl"
-    journal = Journal.opened(path, INPUTS)
+    journal = Journal.open(path, INPUTS)
     for number in range(1, 4):
         journal.step("a", [number], lambda number=number: 10 * number)
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines[:2], DAMAGES[damage](lines[2]), lines[3]]) + "\n")
-    resumed = Journal.opened(path, INPUTS, resume=True)
-    assert resumed.notice == f"{path}: line 3 is damaged and left out; what stood there is worked out again"
+    resumed = Journal.open(path, INPUTS, resume=True)
+    assert resumed.notice == f"{path}: line 3 is damaged and ignored; the results lost there are computed again"
     done = []
     found = [resumed.step("a", [n], lambda n=n: done.append(n) or 10 * n) for n in range(1, 4)]
     assert (found, done) == ([10, 20, 30], [2])
@@ -212,11 +212,11 @@ def test_a_damaged_line_is_left_out_and_nothing_else_is_lost(tmp_path, damage):
 def test_a_damaged_beginning_mixes_no_runs(tmp_path):
     """Truth: a step depends on the inputs of its whole run too, so that none of another run is taken."""
     path = tmp_path / "journal.jsonl"
-    Journal.opened(path, INPUTS).step("a", [1], lambda: 1)
-    Journal.opened(path, {"mechanism": "another"}).step("a", [1], lambda: 2)
+    Journal.open(path, INPUTS).step("a", [1], lambda: 1)
+    Journal.open(path, {"mechanism": "another"}).step("a", [1], lambda: 2)
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines[:2], lines[2][:-9], *lines[3:]]) + "\n")
-    assert Journal.opened(path, INPUTS, resume=True).step("a", [1], lambda: 3) == 1
+    assert Journal.open(path, INPUTS, resume=True).step("a", [1], lambda: 3) == 1
 
 
 def test_the_digest_of_a_long_file_holds_none_of_it(tmp_path):

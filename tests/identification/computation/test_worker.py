@@ -10,7 +10,7 @@ import pytest
 import chores
 from finished import optimum
 from mechid.errors import WorkersError
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.bootstrap import bootstrap
 
@@ -26,7 +26,7 @@ def test_a_worker_of_another_version_is_refused_by_name():
     said = r"worker \S+:\d+ is refused: it has mechid 0\.0\.9; here is mechid 0\.1"
     odd = ProcessPoolExecutor(1, mp_context=SPAWN, initializer=chores.of_another_version)
     with odd, working_on(odd), pytest.raises(WorkersError, match=said):
-        mapped(partial(chores.squared, 0), range(3), 1)
+        map_tasks(partial(chores.squared, 0), range(3), 1)
 
 
 def without_cache(folder):
@@ -39,7 +39,7 @@ def without_cache(folder):
 def test_a_worker_that_cannot_write_to_its_cache_says_so_once(tmp_path):
     told = []
     with without_cache(tmp_path) as odd, working_on(odd, told.append):
-        folders = mapped(chores.cache_of, range(3), 1)
+        folders = map_tasks(chores.cache_of, range(3), 1)
     assert len(set(folders)) == len(told) == 1
     assert folders[0] != str(tmp_path / "file" / "cache")
     assert not Path(folders[0]).exists(), "it is gone with its process"

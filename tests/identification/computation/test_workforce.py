@@ -18,7 +18,7 @@ from mechid.campaign import load_mechanism
 from mechid.errors import WorkersError
 from mechid.identification.computation import worker
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.computation.settings import WORK
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.identify import identify, make_problem
@@ -86,7 +86,7 @@ def test_a_block_of_ones_own_goes_along(pool):
     """Truth: the kernel's hash here; the worker has never seen the file of the block."""
     mechanism = load_mechanism(Path(__file__).parents[3] / "examples" / "own_block" / "mechanism.toml")
     with working_on(pool):
-        assert mapped(chores.hash_of_kernel, [mechanism], 1) == [chores.hash_of_kernel(mechanism)]
+        assert map_tasks(chores.hash_of_kernel, [mechanism], 1) == [chores.hash_of_kernel(mechanism)]
 
 
 def test_a_problem_goes_to_a_worker_once():
@@ -96,7 +96,7 @@ def test_a_problem_goes_to_a_worker_once():
     with working_on(recorded):
         function = partial(chores.squared, heavy)
         for first in range(3):
-            mapped(function, range(first, first + 40), 1)
+            map_tasks(function, range(first, first + 40), 1)
     carried = [function for _, _, function, _ in recorded.calls if function is not None]
     assert len(recorded.calls) > 2 * WORK.ahead
     assert len(carried) == 1
@@ -110,7 +110,7 @@ def test_batches_take_a_second(monkeypatch):
     monkeypatch.setattr(worker.time, "perf_counter", lambda: next(now))
     recorded = chores.Recorded(1)
     with working_on(recorded):
-        mapped(partial(chores.squared, 0), range(1000), 1)
+        map_tasks(partial(chores.squared, 0), range(1000), 1)
     sizes = [len(pickle.loads(tasks)) for *_, tasks in recorded.calls]
     assert sum(sizes) == 1000
     assert sizes[: 2 * WORK.ahead] == [1] * WORK.ahead + sizes[WORK.ahead : 2 * WORK.ahead]
@@ -121,13 +121,13 @@ def test_a_process_that_dies_is_told_and_its_journal_goes_on(tmp_path):
     """Truth: what had ended before is in the journal, and is not worked out again."""
     path, before = tmp_path / "journal.jsonl", list(range(4))
     with ProcessPoolExecutor(1, mp_context=SPAWN) as doomed, working_on(doomed):
-        journal = Journal.opened(path, {})
-        assert journal.mapped("square", partial(chores.squared, 0), before, 1) == [0, 1, 4, 9]
-        with pytest.raises(WorkersError, match=r"the workers are lost .* --resume goes on, also without them"):
-            journal.mapped("square", chores.fatal, [4], 1)
-    resumed = Journal.opened(path, {}, resume=True)
+        journal = Journal.open(path, {})
+        assert journal.map_tasks("square", partial(chores.squared, 0), before, 1) == [0, 1, 4, 9]
+        with pytest.raises(WorkersError, match=r"the workers are lost .* continue with --resume, with or without them"):
+            journal.map_tasks("square", chores.fatal, [4], 1)
+    resumed = Journal.open(path, {}, resume=True)
     asked = []
-    assert resumed.mapped("square", lambda n: asked.append(n) or n**2, [*before, 4], 1) == [0, 1, 4, 9, 16]
+    assert resumed.map_tasks("square", lambda n: asked.append(n) or n**2, [*before, 4], 1) == [0, 1, 4, 9, 16]
     assert asked == [4]
 
 

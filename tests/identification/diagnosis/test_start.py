@@ -42,8 +42,8 @@ def test_a_diagnosis_begins_with_a_law_and_the_terms_beside_it():
     problem = added.problem(make_problem(campaign, 1))
     start = {"anti_alias.frequency": frequency, "stepper.torque_harmonic.0.amplitude": 0.02}
     begun = problem.coordinates.point({**TRUTH, **start, "stepper.torque_harmonic.0.phase_deg": 40.0})
-    solution = solve(problem, begun, problem.whole())
-    state = SearchState(problem, solution.q, problem.whole(), outcome=FitOutcome.CONVERGED, solution=solution)
+    solution = solve(problem, begun, problem.whole_windows())
+    state = SearchState(problem, solution.q, problem.whole_windows(), outcome=FitOutcome.CONVERGED, solution=solution)
     fit = conclude(campaign, replace(state, searched=True, added=added), seed=1, seconds=1.0)
     plain, whole = initial_models(replace(fit, campaign=campaign))
     assert plain.effects == ()

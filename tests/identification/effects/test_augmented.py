@@ -7,7 +7,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.effects.augmented import augment
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.effect import AddedTerms
 from mechid.identification.identify import make_problem
 from mechid.identification.search.solve import solve
@@ -30,10 +30,10 @@ def made():
     )
     plain = make_problem(own, 1)
     superset = superset_of(own.mechanism, grown_only=True)
-    delay = next(one for one in possible(plain, own) if one.name == "record.delay")
+    delay = next(one for one in possible_disturbances(plain, own) if one.name == "record.delay")
     model = augment(plain, AddedTerms(own.mechanism), superset, [HARMONIC, DETENT], [delay], "three effects")
     q = model.point_of(augment(plain, AddedTerms(own.mechanism), None, (), (), "as written"), plain.start)
-    return plain, model, solve(model.problem, q, model.problem.whole(), steps=30, tolerance=1e-6).q
+    return plain, model, solve(model.problem, q, model.problem.whole_windows(), steps=30, tolerance=1e-6).q
 
 
 def own_values(problem, q, model):
@@ -46,11 +46,11 @@ def test_a_point_of_less_is_where_the_further_effects_are_nothing(made):
     """Truth: the simulation of the mechanism without them."""
     plain, model, _ = made
     assert model.effects == (HARMONIC, DETENT, "record.delay")
-    bare = model.keeping(plain, (), "as written")
+    bare = model.keep_effects(plain, (), "as written")
     assert bare.effects == ()
     q = model.point_of(bare, bare.problem.start)
     assert set(own_values(model.problem, q, model).values()) == {0.0}
-    whole = plain.whole()
+    whole = plain.whole_windows()
     cost = model.problem.total_norm(q, whole)
     assert cost == pytest.approx(plain.total_norm(plain.start, whole), rel=1e-9)
 
@@ -58,7 +58,7 @@ def test_a_point_of_less_is_where_the_further_effects_are_nothing(made):
 def test_what_is_kept_is_where_it_was(made):
     """Truth: the values of the model with all three effects."""
     plain, model, q = made
-    less = model.keeping(plain, [HARMONIC], "one effect")
+    less = model.keep_effects(plain, [HARMONIC], "one effect")
     assert (less.name, less.effects, less.disturbances) == ("one effect", (HARMONIC,), ())
     assert less.added.widths.keys() < model.added.widths.keys()
     there = less.problem.coordinates.values(less.point_of(model, q))
@@ -72,8 +72,8 @@ def test_the_effect_that_made_the_record_is_needed_alone(made):
     """Truth: the harmonic; the rise without it is what a fit of the mechanism as written leaves more, roughly: by
     derivatives where there are 23,000 sigmas squared of it."""
     plain, model, q = made
-    whole = plain.whole()
-    found = model.needed(q, whole)
+    whole = plain.whole_windows()
+    found = model.needed_effects(q, whole)
     assert list(found) == [HARMONIC]
     cost = model.problem.total_norm(q, whole) ** 2
     without = plain.total_norm(solve(plain, plain.start, whole, steps=20).q, whole) ** 2
@@ -86,11 +86,11 @@ def test_a_prior_becomes_wider_where_its_term_stands_at_the_edge(made):
     values = model.problem.coordinates.values(q)
     (name,) = {n for n in model.names_by_effect[HARMONIC] if n.endswith("amplitude")}
     at_edge = model.problem.coordinates.point({**values, name: 3.0 * model.added.widths[name]})
-    wider = model.widened(plain, at_edge, 2.0, 4.0)
+    wider = model.widen_priors(plain, at_edge, 2.0, 4.0)
     (other,) = model.added.widths.keys() - {name}
     assert wider.added.widths == {name: 4.0 * model.added.widths[name], other: model.added.widths[other]}
     assert wider.problem.shrinkage == wider.added.widths
-    assert model.widened(plain, at_edge, 3.5, 4.0) is model
+    assert model.widen_priors(plain, at_edge, 3.5, 4.0) is model
     assert plain.shrinkage == {}
 
 
@@ -100,27 +100,27 @@ def test_a_prior_becomes_wider_where_a_value_of_a_record_stands_at_the_edge(made
     values = model.problem.coordinates.values(q)
     (delay,) = model.disturbances[0].parameters
     at_edge = model.problem.coordinates.point({**values, delay.name: 3.0 * delay.sigma})
-    wider = model.widened(plain, at_edge, 2.0, 4.0)
+    wider = model.widen_priors(plain, at_edge, 2.0, 4.0)
     (found,) = wider.disturbances[0].parameters
     assert found.sigma == pytest.approx(4.0 * delay.sigma)
     assert wider.problem.priors[delay.name] == (delay.value, found.sigma)
     assert wider.added.widths == model.added.widths
     np.testing.assert_allclose(wider.point_of(model, at_edge), at_edge)
-    assert model.widened(plain, at_edge, 3.5, 4.0) is model
+    assert model.widen_priors(plain, at_edge, 3.5, 4.0) is model
 
 
 def test_a_model_laid_out_has_the_same_residual_and_no_place_for_others(made):
     """Truth: the same effects on the plant of all terms, at the same values; the parameters of its plant by count."""
     plain, model, q = made
-    compact = model.laid_out(plain)
+    compact = model.lay_out(plain)
     there = compact.point_of(model, q)
-    whole = model.problem.whole()
+    whole = model.problem.whole_windows()
     assert compact.effects == model.effects
     assert compact.problem.total_norm(there, whole) == pytest.approx(model.problem.total_norm(q, whole), rel=1e-9)
     assert model.point_of(compact, there) == pytest.approx(q, rel=1e-9)
     wide, small = (len(m.problem.space.mechanism.plant.parameters) for m in (model, compact))
     assert small < 0.6 * wide
-    fewer = compact.keeping(plain, {DETENT, "record.delay"}, "two")
+    fewer = compact.keep_effects(plain, {DETENT, "record.delay"}, "two")
     assert set(fewer.effects) == {DETENT, "record.delay"}
     moved = fewer.problem.coordinates.values(fewer.point_of(compact, there))
     kept = compact.problem.coordinates.values(there)

@@ -7,7 +7,12 @@ import pytest
 from disturbed_bench import written
 from mechid.campaign import load_campaign
 from mechid.campaign.identify_options import DISTURBANCES
-from mechid.identification.effects.campaign_disturbances import Declared, possible, recalled, widened
+from mechid.identification.effects.campaign_disturbances import (
+    Declared,
+    possible_disturbances,
+    restore_found_records,
+    widen_priors,
+)
 from mechid.identification.effects.disturbance import with_disturbances
 from mechid.identification.effects.settings import PRIORS
 from mechid.identification.identify import make_problem
@@ -21,7 +26,7 @@ def bench(tmp_path_factory):
 
 
 def names(campaign):
-    return {one.name for one in possible(make_problem(campaign, 1), campaign)}
+    return {one.name for one in possible_disturbances(make_problem(campaign, 1), campaign)}
 
 
 def test_what_the_file_excludes_is_not_possible(bench):
@@ -37,7 +42,7 @@ def test_a_record_alone_differs_from_no_other(bench):
 
 
 def test_priors_are_as_wide_as_the_settings_say(bench):
-    some = {one.name: one for one in possible(make_problem(bench, 1), bench)}
+    some = {one.name: one for one in possible_disturbances(make_problem(bench, 1), bench)}
     (clock,) = some["clock"].parameters
     assert (clock.value, clock.sigma, clock.max) == (0.0, PRIORS.clock_ppm, PRIORS.reach * PRIORS.clock_ppm)
     for p in some["record.voltage"].parameters:
@@ -48,12 +53,12 @@ def test_priors_are_as_wide_as_the_settings_say(bench):
 def widened_at(bench, name, sigmas, *, edge=2.0, factor=4.0, times=1):
     """Return a disturbance whose first value stands so many of its deviations off, widened, and it before."""
     plain = make_problem(bench, 1)
-    before = one = next(one for one in possible(plain, bench) if one.name == name)
+    before = one = next(one for one in possible_disturbances(plain, bench) if one.name == name)
     for _ in range(times):
         problem = with_disturbances(plain, [one])
         p = one.parameters[0]
         q = problem.coordinates.point({p.name: p.value + sigmas * p.sigma})
-        (one,) = widened((one,), problem, q, edge, factor)
+        (one,) = widen_priors((one,), problem, q, edge, factor)
     return one, before
 
 
@@ -89,7 +94,7 @@ def test_a_value_of_a_mechanism_that_is_free_keeps_the_range_of_the_file(bench):
 @pytest.mark.parametrize("name", ["clock", "record.clock", "record.delay", "record.voltage", "record.temperature"])
 def test_what_declares_a_disturbance_takes_its_place(bench, name):
     """Truth: declared by its TOML it is free at the values written, and no longer possible."""
-    one = next(one for one in possible(make_problem(bench, 1), bench) if one.name == name)
+    one = next(one for one in possible_disturbances(make_problem(bench, 1), bench) if one.name == name)
     values = {p.name: p.value + 0.5 * p.sigma for p in one.parameters}
     path = bench.path.with_name("declared.toml")
     path.write_text(bench.path.read_text() + "\n" + one.toml(values))
@@ -101,10 +106,10 @@ def test_what_declares_a_disturbance_takes_its_place(bench, name):
 
 def test_a_disturbance_found_earlier_is_free_again_within_its_bounds(bench):
     found = {
-        "campaign.clock_ppm": Declared.bounded(0.0, -1500.0, 1500.0, 300.0),
-        "record.half.peak_voltage": Declared.bounded(10.0, None, None, None),
+        "campaign.clock_ppm": Declared.from_file(0.0, -1500.0, 1500.0, 300.0),
+        "record.half.peak_voltage": Declared.from_file(10.0, None, None, None),
     }
-    back = {r.name: {p.name: p for p in r.parameters if p.is_free} for r in recalled(bench, found).records}
+    back = {r.name: {p.name: p for p in r.parameters if p.is_free} for r in restore_found_records(bench, found).records}
     assert set(back["full"]) == {"campaign.clock_ppm"}
     assert set(back["half"]) == set(found)
     own = back["half"]["record.half.peak_voltage"]

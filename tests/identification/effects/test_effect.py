@@ -68,7 +68,9 @@ def test_a_start_is_transferred_to_the_null_of_its_terms():
         plain.coordinates.values(plain.start)
     )
     assert [values[name] for name in sorted(added.new)] == [0.0] * 6
-    assert wide.total_norm(q, wide.whole()) == pytest.approx(plain.total_norm(plain.start, plain.whole()), rel=1e-9)
+    assert wide.total_norm(q, wide.whole_windows()) == pytest.approx(
+        plain.total_norm(plain.start, plain.whole_windows()), rel=1e-9
+    )
 
 
 def test_small_priors_are_of_both_parts_of_a_pair_and_have_their_derivative():

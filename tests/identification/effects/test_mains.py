@@ -9,7 +9,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.effects.disturbance import lines_of
 from mechid.identification.effects.mains import mains
 from mechid.identification.identify import make_problem
-from mechid.identification.search.rest import rest_of
+from mechid.identification.search.rest import rest_window
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, measured, record, truth
 
 HUM_HZ, REST_S = 50.06, 0.5
@@ -33,7 +33,7 @@ def lines_hz(found):
 
 def test_rests_tell_the_frequency_where_motion_hides_it(problem):
     """Truth: 50.06 Hz, which half a second at twice the noise tells to some hundredths of a hertz."""
-    rests = {t.name: rest_of(t) for t in problem.targets}
+    rests = {t.name: rest_window(t) for t in problem.targets}
     found = lines_hz(mains(problem, declared_hz=50.0, rests=rests))
     assert sorted(found) == pytest.approx([HUM_HZ, 2.0 * HUM_HZ, 3.0 * HUM_HZ], abs=0.03)
     hidden = lines_hz(mains(problem, declared_hz=50.0))
@@ -41,7 +41,7 @@ def test_rests_tell_the_frequency_where_motion_hides_it(problem):
 
 
 def test_every_record_keeps_one_frequency_of_its_own(problem):
-    rests = {t.name: rest_of(t) for t in problem.targets}
+    rests = {t.name: rest_window(t) for t in problem.targets}
     found = mains(problem, declared_hz=50.0, rests=rests)
     assert set(found.lines_hz) == {t.name for t in problem.targets}
 

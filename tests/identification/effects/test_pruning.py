@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.identification.effects.pruning import falls, needed_groups
+from mechid.identification.effects.pruning import cost_reductions, needed_groups
 from mechid.identification.output_error.reduction import Triangle, triangle_of_rows
 
 
@@ -40,7 +40,7 @@ def test_a_fall_is_what_one_group_explains_beside_what_is_in_none():
     J, r = rng.standard_normal((60, 6)), rng.standard_normal(60)
     r -= 2.0 * J[:, 3] + 0.5 * J[:, 1]
     groups = {"right": (3,), "wrong": (2,), "two": (4, 5)}
-    found = falls(triangle_of_rows(r, J), groups)
+    found = cost_reductions(triangle_of_rows(r, J), groups)
     plain = least_squares(J[:, :2], r)
     for name, places in groups.items():
         assert found[name] == pytest.approx(plain - least_squares(J[:, [0, 1, *places]], r), rel=1e-8), name
@@ -50,4 +50,6 @@ def test_a_fall_is_what_one_group_explains_beside_what_is_in_none():
 def test_a_prior_makes_an_effect_explain_less():
     """Truth: one column of 1 with a residual of 3 and a prior of width 1/2: 9 of misfit, 9/5 with it."""
     rows = np.array([[1.0], [2.0]])
-    assert falls(triangle_of_rows(np.array([-3.0, 0.0]), rows), {"small": (0,)})["small"] == pytest.approx(9.0 / 5.0)
+    assert cost_reductions(triangle_of_rows(np.array([-3.0, 0.0]), rows), {"small": (0,)})["small"] == pytest.approx(
+        9.0 / 5.0
+    )

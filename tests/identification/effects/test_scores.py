@@ -3,7 +3,7 @@
 import pytest
 
 from disturbed_bench import written
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.scores import scores
 from mechid.identification.identify import make_problem
 
@@ -19,7 +19,7 @@ def test_the_score_tells_which_it_is(clock):
     one, truth = clock
     plain = make_problem(one, 1)
     q = plain.coordinates.point(truth)
-    found = scores(plain, q, plain.whole(), possible(plain, one, q))
+    found = scores(plain, q, plain.whole_windows(), possible_disturbances(plain, one, q))
     assert max(found, key=lambda name: found[name].excess) == "clock"
     assert {name: score.dof for name, score in found.items()} == {
         "clock": 1,

@@ -65,8 +65,8 @@ def problem():
         ):
             value = mechanism.value(dotted) * (1.0 + 0.01 * k)
             own.append(free(f"record.{name}.{key}", value, sigma, declared[dotted], dotted))
-        targets.append(one.with_own(*own))
-    priors = {p.name: (p.value, p.sigma) for t in targets for p in t.moved}
+        targets.append(one.add_parameters(*own))
+    priors = {p.name: (p.value, p.sigma) for t in targets for p in t.free_parameters}
     return Problem(SearchSpace(mechanism), tuple(targets), priors)
 
 
@@ -121,19 +121,19 @@ def test_a_mean_that_the_records_tell_is_held_as_loosely_as_one_value():
         one = target_of(record(name, measured(truth(), COMMANDS[name], rng, seconds=0.1), COMMANDS[name]))
         gain = free(f"record.{name}.transducer.gain", 1.0, 0.03, declared["transducer.gain"], "transducer.gain")
         supply = free(f"record.{name}.peak_voltage", 5.7, 0.1, declared["stepper.peak_voltage"], "stepper.peak_voltage")
-        targets.append(one.with_own(gain, supply))
+        targets.append(one.add_parameters(gain, supply))
         far |= {gain.name: 1.02, supply.name: mechanism.value("stepper.peak_voltage") + 0.02}
-    priors = {p.name: (p.value, p.sigma) for t in targets for p in t.moved}
+    priors = {p.name: (p.value, p.sigma) for t in targets for p in t.free_parameters}
     coordinates = Problem(SearchSpace(mechanism), tuple(targets), priors).coordinates
     gains, supplies = coordinates.means
-    assert (gains.of, gains.is_told, gains.sigma) == ("transducer.gain", True, 0.03)
-    assert (supplies.of, supplies.is_told) == ("stepper.peak_voltage", False)
+    assert (gains.of, gains.is_determined, gains.sigma) == ("transducer.gain", True, 0.03)
+    assert (supplies.of, supplies.is_determined) == ("stepper.peak_voltage", False)
     assert supplies.sigma == pytest.approx(1e-3 * 0.1)
     start = Problem(SearchSpace(mechanism), tuple(targets), priors).start
     q = coordinates.point(coordinates.values(start) | far)
     rows = coordinates.prior_rows(q)[0]
     assert sorted(rows[-2:]) == pytest.approx([0.02 / 0.03, 0.02 / 1e-4])
-    assert len(coordinates.unknown_means(q)) == 1, "what the records tell adds nothing unseen to the errors"
+    assert len(coordinates.undetermined_means(q)) == 1, "what the records tell adds nothing unseen to the errors"
 
 
 @pytest.mark.parametrize("ppm", [-450.0, 300.0])

@@ -7,11 +7,11 @@ from mechid.command import RateProfile
 from mechid.identification.output_error.declaration import (
     DECLARED,
     Reading,
-    campaign_as_read,
-    command_as_read,
-    problem_as_read,
-    record_as_read,
-    target_as_read,
+    reinterpret_campaign,
+    reinterpret_command,
+    reinterpret_problem,
+    reinterpret_record,
+    reinterpret_target,
 )
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -46,31 +46,33 @@ def test_a_reading_comes_back_from_what_is_written(reading):
 def test_a_further_reading_adds_to_the_one_before():
     """Truth: two reversals are none; what is found later goes before what was found first."""
     first = Reading(polarity=-1, scale=2.0)
-    both = first.beside(Reading(polarity=-1, direction=-1, scale=3.0))
+    both = first.combine(Reading(polarity=-1, direction=-1, scale=3.0))
     assert (both.polarity, both.direction, both.scale) == (1, -1, 3.0)
-    assert first.beside(DECLARED) == first
+    assert first.combine(DECLARED) == first
 
 
 def test_a_command_runs_backward_at_another_rate_from_another_angle():
     reading = Reading(direction=-1, rate=RateProfile.constant(23.0), start_angle_deg=90.0)
-    command = command_as_read(COMMANDS["full_46"], reading)
+    command = reinterpret_command(COMMANDS["full_46"], reading)
     assert command.rate.rates == (-23.0,)
     assert command.start_angle_deg == 90.0
-    assert command_as_read(COMMANDS["full_46"], DECLARED) == COMMANDS["full_46"]
+    assert reinterpret_command(COMMANDS["full_46"], DECLARED) == COMMANDS["full_46"]
 
 
 def test_samples_are_multiplied_in_target_and_record_alike():
     """Truth: the samples by hand; noise and rounding keep their share of them."""
     own, reading = made(), Reading(polarity=-1, scale=2.0)
     target = target_of(own)
-    read = target_as_read(target, reading)
+    read = reinterpret_target(target, reading)
     np.testing.assert_array_equal(read.leading.measured, -2.0 * target.leading.measured)
     assert read.leading.sigma == 2.0 * target.leading.sigma
-    np.testing.assert_array_equal(record_as_read(own, reading).data.channels[0].data, -2.0 * target.leading.measured)
+    np.testing.assert_array_equal(
+        reinterpret_record(own, reading).data.channels[0].data, -2.0 * target.leading.measured
+    )
 
 
 def test_a_time_offset_becomes_free_within_its_bounds():
-    read = target_as_read(target_of(made()), Reading(time_offset_s=(0.1, 0.0, 0.2)))
+    read = reinterpret_target(target_of(made()), Reading(time_offset_s=(0.1, 0.0, 0.2)))
     offset = read.time_offset
     assert (offset.value, offset.min, offset.max, offset.is_free) == (0.1, 0.0, 0.2, True)
 
@@ -78,10 +80,10 @@ def test_a_time_offset_becomes_free_within_its_bounds():
 def test_a_record_that_is_left_out_is_kept_for_validation():
     records = [made(), made("micro_46")]
     readings = {"full_46": Reading(left_out=True)}
-    read = campaign_as_read(campaign(truth(), *records), readings)
+    read = reinterpret_campaign(campaign(truth(), *records), readings)
     assert [r.use for r in read.records] == ["validate", "estimate"]
     problem = Problem(SearchSpace(truth()), tuple(map(target_of, records)))
-    assert [t.name for t in problem_as_read(problem, readings).targets] == ["micro_46"]
+    assert [t.name for t in reinterpret_problem(problem, readings).targets] == ["micro_46"]
 
 
 def test_what_is_taken_is_written_and_read_again():
@@ -96,5 +98,5 @@ def test_what_is_taken_is_written_and_read_again():
 
 def test_a_further_reading_is_beside_the_first():
     """Truth: two faults of one record, found one after the other."""
-    found = Reading(scale=1e-3, polarity=-1).beside(Reading(polarity=-1, start_angle_deg=45.0))
+    found = Reading(scale=1e-3, polarity=-1).combine(Reading(polarity=-1, start_angle_deg=45.0))
     assert found == Reading(scale=1e-3, start_angle_deg=45.0)

@@ -174,7 +174,7 @@ def test_a_detent_beyond_its_disc_goes_on_by_amplitude_and_phase(problem):
     at = {c.kind: j for j, c in enumerate(problem.space.coordinates) if c.kind in ("cosine", "sine")}
     q[at["cosine"]], q[at["sine"]] = 0.09, -0.09
     outside = problem.space.outside_disc(q[: problem.space.size])
-    polar, moved = problem.in_polar(outside, q)
+    polar, moved = problem.to_polar(outside, q)
     values = polar.space.values(moved[: polar.space.size])
     assert values["stepper.detent.1.amplitude"] == 0.1
     assert values["stepper.detent.1.phase_deg"] == pytest.approx(-45.0, rel=1e-13)
@@ -207,7 +207,7 @@ def test_what_stands_on_a_bound_is_known():
     for name, moved in cases.items():
         q = problem.space.from_values({**known, **moved})
         assert set(names[problem.coordinates.on_bound(q)]) == {name}
-    polar, q = problem.in_polar(frozenset({"stepper.detent.1.amplitude"}), problem.start)
+    polar, q = problem.to_polar(frozenset({"stepper.detent.1.amplitude"}), problem.start)
     q = polar.space.from_values({**known, "stepper.detent.1.phase_deg": -180.0})
     assert not polar.coordinates.on_bound(q).any()
 
@@ -242,7 +242,7 @@ def test_coordinates_are_transferred_to_the_last_bit_and_values_are_not(problem)
 
 def test_a_point_of_some_records_is_joined_with_what_the_others_have(problem):
     """Truth: the coordinates of the mechanism from the part, the time offset that it does not have from elsewhere."""
-    part = problem.only(["micro_46", "micro_92"])
+    part = problem.restrict_to(["micro_46", "micro_92"])
     q, at = part.start + 0.01, problem.start + 0.02 * problem.coordinates.span
     joined = problem.point_from(part, q)
     np.testing.assert_array_equal(problem.coordinates.of_mechanism(joined), q)

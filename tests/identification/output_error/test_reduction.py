@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mechid.identification.output_error.reduction import absorb, combine_triangles, without_projected_rows
+from mechid.identification.output_error.reduction import absorb, combine_triangles, drop_projected_rows
 
 
 def matrix(n, linear, columns, seed):
@@ -21,7 +21,7 @@ def streamed(whole, linear, block):
     for first in range(0, len(whole), block):
         part = whole[first : first + block]
         absorb(R, np.array(part.T, order="C"), len(part))
-    return without_projected_rows(R, linear, len(whole))
+    return drop_projected_rows(R, linear, len(whole))
 
 
 def projected(whole, linear):

@@ -41,8 +41,8 @@ def test_burn_in_does_not_count():
 
 
 def test_the_beginning_of_a_target_is_its_first_samples(target):
-    spoilt = target.each(lambda c: replace(c, rejected=np.array([3, 90, 200])))
-    first = spoilt.beginning(100)
+    spoilt = target.map_channels(lambda c: replace(c, rejected=np.array([3, 90, 200])))
+    first = spoilt.truncate(100)
     assert (first.samples, first.base.samples) == (100, 100)
     np.testing.assert_array_equal(first.leading.measured, target.leading.measured[:100])
     np.testing.assert_array_equal(first.leading.rejected, [3, 90])
@@ -50,26 +50,26 @@ def test_the_beginning_of_a_target_is_its_first_samples(target):
 
 
 def test_a_target_that_no_channel_changes_is_the_same_one(target):
-    assert target.each(lambda c: c) is target
+    assert target.map_channels(lambda c: c) is target
 
 
 def test_a_prefilter_takes_rounding_for_colour():
     """Truth: rounding has a quarter of the variance of white noise; behind a prefilter the rest is its own."""
     plain, filtered = channel(), channel(prefilter=Autoregression(np.array([1.0, -0.5]), 0.7))
-    assert (plain.rounded, plain.scale, plain.order) == (0.25, 2.0, 0)
-    assert (filtered.rounded, filtered.scale, filtered.order) == (0.0, 0.7, 1)
+    assert (plain.rounding_share, plain.scale, plain.order) == (0.25, 2.0, 0)
+    assert (filtered.rounding_share, filtered.scale, filtered.order) == (0.0, 0.7, 1)
 
 
 @pytest.mark.parametrize(("linear", "turns", "columns"), [(0, (), 0), (2, (), 2), (1, (0.005, 0.01), 5)])
 def test_each_line_projects_out_a_cosine_and_a_sine(linear, turns, columns):
-    assert channel(linear=linear, turns=turns).removed == columns
+    assert channel(linear=linear, turns=turns).projected_columns == columns
 
 
 def test_a_free_time_offset_moves_the_edges_within_reach(target):
     """Truth: its bounds; held, its value."""
     free = target.with_time_offset(time_offset_of("full_46", 0.01, (-0.03, 0.02)))
     assert free.latest_s == latest_of(free.own, free.base) == 0.03
-    held = free.holding({OFFSET: 0.01})
-    assert {q.name for q in free.moved} == {OFFSET}
-    assert held.moved == ()
+    held = free.fix_parameters({OFFSET: 0.01})
+    assert {q.name for q in free.free_parameters} == {OFFSET}
+    assert held.free_parameters == ()
     assert math.isclose(held.latest_s, 0.01)

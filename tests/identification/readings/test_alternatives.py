@@ -6,7 +6,7 @@ import pytest
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import MOST_MICROSTEPS
 from mechid.identification.identify import make_problem
-from mechid.identification.output_error.declaration import Reading, command_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_command
 from mechid.identification.readings.alternatives import describe_saturation, distinct_turns_deg, judge, other_steppings
 from odd_records import SECONDS, bending, made
 from synthetic import (
@@ -33,7 +33,7 @@ from synthetic import (
 def test_steps_may_be_twice_or_half_as_many(stepping, microsteps, tried):
     """Truth: by hand, at the declared rate and with the declared pulses; each is a command that can be."""
     command = Command(stepping=stepping, microsteps=microsteps, rate=RateProfile.constant(46.0))
-    read = [command_as_read(command, taken) for taken in other_steppings(command)]
+    read = [reinterpret_command(command, taken) for taken in other_steppings(command)]
     assert [(c.stepping, c.microsteps, c.rate.rates[0]) for c in read] == tried
 
 
@@ -76,7 +76,7 @@ def test_turns_that_no_torque_shows_are_not_tried():
 def test_a_command_taken_backward_runs_backward():
     """Truth: the command's own edges, of which the other direction has the mirror image."""
     command = COMMANDS["full_46"]
-    there, back = command.excitation(0.1), command_as_read(command, Reading(direction=-1)).excitation(0.1)
+    there, back = command.excitation(0.1), reinterpret_command(command, Reading(direction=-1)).excitation(0.1)
     np.testing.assert_array_equal(there.times, back.times)
     np.testing.assert_allclose(there.values[0], [1, 1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)
     np.testing.assert_allclose(back.values[0], [-1, -1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)

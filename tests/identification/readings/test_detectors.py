@@ -55,7 +55,7 @@ def bench(monkeypatch):
 def begun(bench):
     """Return a campaign and its state after the first step of identify."""
     problem = make_problem(bench, 1)
-    return apply_findings(bench, SearchState(problem, problem.start, problem.whole()), 0)
+    return apply_findings(bench, SearchState(problem, problem.start, problem.whole_windows()), 0)
 
 
 def test_check_prints_what_a_new_detector_finds(bench):

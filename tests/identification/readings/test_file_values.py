@@ -9,7 +9,7 @@ import pytest
 from layouts import changed
 from mechid.campaign import Match, mechanism_from_table
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.output_error.declaration import Reading, problem_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_problem
 from mechid.identification.readings.detectors import declaration_warnings
 from mechid.identification.readings.file_values import find_wrong_counts, find_wrong_values, other_counts
 from mechid.identification.readings.finding import DeclaredRecords
@@ -158,7 +158,7 @@ def test_a_right_file_is_not_looked_at(monkeypatch):
 def test_a_record_of_the_other_sign_is_no_wrong_value():
     """Truth: the file is right, and one record has the other polarity; no value makes up for that."""
     problem = make_problem(made_with(file_with()), 1)
-    odd = problem_as_read(problem, {"full_23": Reading(polarity=-1)})
+    odd = reinterpret_problem(problem, {"full_23": Reading(polarity=-1)})
     assert find_wrong_values(odd, 0, lambda name: None) == []
 
 

@@ -54,20 +54,20 @@ def test_numbers_are_the_same_whatever_the_number_of_workers(housing, found):
 def test_a_resumed_bootstrap_is_the_same_and_may_grow(housing, found, tmp_path):
     """Truth: the undisturbed run; of its journal eight draws and the beginning of eight more are left."""
     path = tmp_path / "bootstrap.jsonl"
-    bootstrap(housing, 17, workers=2, journal=Journal.opened(path, {}))
+    bootstrap(housing, 17, workers=2, journal=Journal.open(path, {}))
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[:2]) + lines[2][:40])
-    again = bootstrap(housing, 19, journal=Journal.opened(path, {}, resume=True))
+    again = bootstrap(housing, 19, journal=Journal.open(path, {}, resume=True))
     assert repr(again.draws) == repr(found.draws[:19])
 
 
 def test_coloured_noise_is_drawn_with_its_colour(housing):
     """Truth: the process' own variance and lag-one correlation, b = (1, -0.9): 1 / (1 - 0.81) and 0.9."""
     colour = Autoregression(np.array([1.0, -0.9]), 0.002)
-    world = replace(module._world(housing), noise={"full_46": (colour,)})
+    world = replace(module._build_basis(housing), noise={"full_46": (colour,)})
     target = measuring(housing.problem.targets[0], np.zeros(0))
     rng = np.random.default_rng(8)
-    draws = [module._drawn(target, world, rng).leading.measured - world.signals["full_46"][0] for _ in range(40)]
+    draws = [module._draw_target(target, world, rng).leading.measured - world.signals["full_46"][0] for _ in range(40)]
     series = np.array(draws)
     assert series.std() == pytest.approx(0.002 / math.sqrt(0.19), rel=0.03)
     assert np.mean(series[:, 1:] * series[:, :-1]) / series.var() == pytest.approx(0.9, abs=0.01)

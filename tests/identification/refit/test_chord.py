@@ -22,7 +22,7 @@ def made():
     """Return a problem at its optimum, its windows, and draws of its record with noise of their own."""
     campaign = bench(displaced(truth(), FREE), truth(), "full_46", seed=6, seconds=0.2)
     problem = make_problem(campaign, 1)
-    windows = problem.whole()
+    windows = problem.whole_windows()
     q = solve(problem, problem.start, windows).q
     (target,) = problem.targets
     (clean,) = problem.model.predict(target, q, target.samples)

@@ -106,10 +106,10 @@ def test_a_resumed_profile_is_the_same(housing, tmp_path):
     """Truth: the undisturbed one, to the bit, from the first half of its journal."""
     path = tmp_path / "profile.jsonl"
     run = partial(profiles, housing, HOUSING[:1])
-    whole = run(journal=Journal.opened(path, {}))
+    whole = run(journal=Journal.open(path, {}))
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[: len(lines) // 2]))
-    again = run(journal=Journal.opened(path, {}, resume=True))
+    again = run(journal=Journal.open(path, {}, resume=True))
     assert repr(again) == repr(whole)
     steps = [json.loads(line)["event"] for line in path.read_text().splitlines()].count("step")
     assert steps == len(lines) - 1, "nothing is worked out twice"

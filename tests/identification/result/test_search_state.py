@@ -21,7 +21,7 @@ def state():
     """Return where a search for the gear begins, a tenth off."""
     made = bench(displaced(truth(), dict.fromkeys(GEAR, 1.1)), truth(), "full_46", seed=3, seconds=0.1)
     problem = make_problem(made, 1)
-    return SearchState(problem, problem.start, problem.whole())
+    return SearchState(problem, problem.start, problem.whole_windows())
 
 
 def test_a_step_returns_the_next_state_and_leaves_its_own(state):

@@ -1,16 +1,11 @@
 """Points of a scrambled Sobol sequence."""
 
 import numpy as np
-import pytest
-from scipy.stats import qmc
 
-from mechid.identification.search.box import DIRECTIONS, sobol_points
+from mechid.identification.search.box import sobol_points
 
 
-@pytest.mark.parametrize("seed", [0, 7])
-@pytest.mark.parametrize("dimensions", [1, 2, 16, len(DIRECTIONS), len(DIRECTIONS) + 1])
-@pytest.mark.parametrize("points", [1, 2, 2048])
-def test_they_are_those_of_scipy(dimensions, points, seed):
-    """To the last bit: where a search begins is part of what a seed promises."""
-    truth = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(seed)).random(points)
-    assert np.array_equal(sobol_points(dimensions, points, seed), truth)
+def test_a_seed_gives_the_same_points_as_ever():
+    """Stored fits begin there. Truth: Joe and Kuo's sequence with Matousek's scramble, written out without SciPy."""
+    first = [[698390514, 984954286, 107864316], [157954000, 268807610, 670511557], [498437756, 674719580, 383116549]]
+    assert np.array_equal(sobol_points(3, 4, seed=7)[:3] * 2**30, first)

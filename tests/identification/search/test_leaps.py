@@ -7,7 +7,7 @@ import pytest
 
 from mechid.identification.identify import make_problem
 from mechid.identification.search.horizons import followed_samples, least_horizons
-from mechid.identification.search.leaps import leap, retreat, without_samples
+from mechid.identification.search.leaps import exclude_samples, leap, retreat
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.search.solve import solve
 from synthetic import bench, displaced, truth, with_leading
@@ -42,7 +42,7 @@ def test_a_leap_passes_over_a_spoilt_window():
     assert gates["micro_46"] < 3001
     q, found = leap(problem, problem.start, gates, least, MOST)
     assert found == {"full_23": BEGINS, "micro_46": 3001}
-    counted = solve(problem, problem.start, problem.whole(), steps=20).q
+    counted = solve(problem, problem.start, problem.whole_windows(), steps=20).q
     assert off(problem, q) < 5e-4 < off(problem, counted)
 
 
@@ -67,8 +67,8 @@ def test_samples_left_out_do_not_count():
     """Truth: the cost of the record without its spoilt samples."""
     problem, _, _ = spoilt(1.0, np.full(ENDS - BEGINS, 0.2))
     target, window = problem.targets[0], {"full_23": (0, 3001)}
-    masked = without_samples(target, np.arange(BEGINS, ENDS))
-    assert without_samples(target, np.zeros(0, dtype=np.int64)) is target
+    masked = exclude_samples(target, np.arange(BEGINS, ENDS))
+    assert exclude_samples(target, np.zeros(0, dtype=np.int64)) is target
     assert problem.norm(target, problem.start, window["full_23"]) ** 2 > 1e4
     cost = problem.norm(masked, problem.start, window["full_23"]) ** 2
     assert cost == pytest.approx(3001 - (ENDS - BEGINS), rel=0.1)

@@ -9,12 +9,12 @@ from mechid.identification.identify import make_problem
 from mechid.identification.search.gates import grow_horizons
 from mechid.identification.search.horizons import gate_window, unfollowed_records
 from mechid.identification.search.masks import (
-    count_followed_again,
+    apply_masks,
     grow_past_misfit,
     is_rare,
+    lift_followed_masks,
     mask_near,
     masked_runs,
-    with_masks,
 )
 from mechid.identification.search.settings import SEARCH
 from synthetic import RATE_HZ, bench, displaced, truth, with_leading
@@ -84,20 +84,20 @@ def test_what_is_no_single_moment_is_not_masked(knocks):
 def test_a_longer_record_may_have_several_moments():
     """Truth: two knocks in 4 s, 50 ms of masks at most, within a hundredth; and three times as many, which are not."""
     problem = knocked((FULL, 1.0, 0.003), (FULL, 3.0, 0.003), seconds=4.0)
-    found = with_masks(problem, {FULL: [(9950, 10100), (29950, 30100)]})
+    found = apply_masks(problem, {FULL: [(9950, 10100), (29950, 30100)]})
     assert is_rare(found)
     assert not unfollowed_records(found, at_truth(found))
-    assert not is_rare(with_masks(problem, {FULL: [(k, k + 50) for k in range(1000, 31000, 5000)]}))
+    assert not is_rare(apply_masks(problem, {FULL: [(k, k + 50) for k in range(1000, 31000, 5000)]}))
 
 
 def test_a_moment_that_is_followed_counts_again():
     """Truth: masks where a knock is and where none is, at the mechanism that made the records."""
     problem = knocked((FULL, 0.25, 0.005))
-    masked = with_masks(problem, {FULL: [(1000, 1150), (2450, 2600)], MICRO: [(2000, 2100)]})
-    found = count_followed_again(masked, at_truth(problem))
+    masked = apply_masks(problem, {FULL: [(1000, 1150), (2450, 2600)], MICRO: [(2000, 2100)]})
+    found = lift_followed_masks(masked, at_truth(problem))
     assert masked_runs(found) == {FULL: ((2450, 2600),)}
     np.testing.assert_array_equal(found.targets[0].leading.rejected, np.arange(2450, 2600))
-    assert count_followed_again(found, at_truth(problem)) is found
+    assert lift_followed_masks(found, at_truth(problem)) is found
 
 
 def test_masks_leave_gaps_as_they_are():
@@ -106,11 +106,11 @@ def test_masks_leave_gaps_as_they_are():
     gap = np.arange(1020, 1030)
     target = with_leading(problem.targets[0], bridged=gap, rejected=gap)
     problem = replace(problem, targets=(target, *problem.targets[1:]))
-    masked = with_masks(problem, {FULL: [(1000, 1150)]})
+    masked = apply_masks(problem, {FULL: [(1000, 1150)]})
     assert masked_runs(masked) == {FULL: ((1000, 1150),)}
-    found = count_followed_again(masked, at_truth(problem))
+    found = lift_followed_masks(masked, at_truth(problem))
     np.testing.assert_array_equal(found.targets[0].leading.rejected, gap)
-    assert with_masks(problem, {}) is problem
+    assert apply_masks(problem, {}) is problem
 
 
 def test_trusted_values_mask_what_they_do_not_follow():

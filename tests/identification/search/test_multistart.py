@@ -17,7 +17,7 @@ from synthetic import COMMANDS, campaign, measured, record, truth
 def quiet_problem(tmp_path_factory):
     """Return a problem whose records are so noisy that all starts explain them alike."""
     problem = make_problem(CASES["direct_torque_drive"].campaign(tmp_path_factory.mktemp("quiet")), 1)
-    quiet = tuple(t.each(lambda channel: replace(channel, sigma=1e6 * channel.sigma)) for t in problem.targets)
+    quiet = tuple(t.map_channels(lambda channel: replace(channel, sigma=1e6 * channel.sigma)) for t in problem.targets)
     return replace(problem, targets=quiet)
 
 

@@ -8,7 +8,7 @@ import pytest
 from mechid.identification.identify import make_problem
 from mechid.identification.search.first_moments import first_residual, first_window
 from mechid.identification.search.multistart import robust_triangle
-from mechid.identification.search.rest import hum_from_rest, rest_of
+from mechid.identification.search.rest import hum_from_rest, rest_window
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, measured, record, truth
 
 HUM_NM, HUM_HZ = 2.0 * NOISE_NM, 50.02
@@ -28,7 +28,7 @@ def hummed(start_s, hum_nm=HUM_NM):
 def test_hum_goes_on_as_the_rest_shows_it():
     target = hummed(0.5).targets[0]
     first, stop = first_window(target)
-    found = hum_from_rest(target.leading, rest_of(target), (first, stop))
+    found = hum_from_rest(target.leading, rest_window(target), (first, stop))
     true = HUM_NM * np.sin(2.0 * np.pi * HUM_HZ * np.arange(first, stop) / RATE_HZ + 1.0)
     np.testing.assert_allclose(found, true, atol=0.15 * NOISE_NM)
 
@@ -44,13 +44,13 @@ def test_the_truth_leaves_its_noise_alone():
 
 def test_a_record_without_rest_keeps_its_hum():
     target = hummed(0.0).targets[0]
-    assert not hum_from_rest(target.leading, rest_of(target), first_window(target)).any()
+    assert not hum_from_rest(target.leading, rest_window(target), first_window(target)).any()
 
 
 def test_a_channel_without_lines_has_none():
     target = hummed(0.5, 0.0).targets[0]
     plain = replace(target.leading, turns=())
-    assert not hum_from_rest(plain, rest_of(target), first_window(target)).any()
+    assert not hum_from_rest(plain, rest_window(target), first_window(target)).any()
 
 
 def test_without_rest_the_waves_of_hum_leave_nothing_of_it():

@@ -7,7 +7,7 @@ import pytest
 
 from mechid.identification.identify import identify
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.reduction import Triangle, absorb, without_projected_rows
+from mechid.identification.output_error.reduction import Triangle, absorb, drop_projected_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.result.grade import FitOutcome
@@ -42,7 +42,7 @@ def triangle(q):
     rows = np.column_stack([residual(q), jacobian(q)])
     R = np.zeros((3, 3))
     absorb(R, np.ascontiguousarray(rows.T), len(rows))
-    return without_projected_rows(R, 0, len(rows))
+    return drop_projected_rows(R, 0, len(rows))
 
 
 def least(start, bounds=FAR, norm=norm, triangle=triangle, steps=200):
@@ -145,11 +145,11 @@ def lost():
 
 def test_a_short_record_is_fitted_to_its_truth(problem):
     """Truth: the mechanism that made the record, in Fisher's measure: 3 parameters, a chi-square below 20."""
-    found = solve(problem, problem.start, problem.whole())
+    found = solve(problem, problem.start, problem.whole_windows())
     off = found.q - SearchSpace(truth().with_free(tuple(FREE))).start
     assert found.converged
     assert off @ np.linalg.solve(covariance(found.triangle), off) < 20.0
-    assert found.triangle.cost < 0.01 * problem.joint(problem.start, problem.whole()).cost
+    assert found.triangle.cost < 0.01 * problem.joint(problem.start, problem.whole_windows()).cost
 
 
 @pytest.mark.parametrize("calls", [1, 2, 3])
@@ -163,8 +163,10 @@ def test_an_interrupt_leaves_the_best_accepted_point(problem, calls):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        solve(problem, problem.start, problem.whole(), progress=stop, accepted=lambda q: accepted.append(q.copy()))
-    costs = [problem.joint(q, problem.whole()).cost for q in accepted]
+        solve(
+            problem, problem.start, problem.whole_windows(), progress=stop, accepted=lambda q: accepted.append(q.copy())
+        )
+    costs = [problem.joint(q, problem.whole_windows()).cost for q in accepted]
     assert costs == sorted(costs, reverse=True)
     assert len(set(costs)) == len(costs)
     assert not costs or costs[-1] == pytest.approx(min(told[: len(told) - 1]), rel=1e-9)
@@ -173,9 +175,9 @@ def test_an_interrupt_leaves_the_best_accepted_point(problem, calls):
 def test_a_failed_simulation_costs_everything(lost):
     """Truth: nothing is known of it, which is infinitely bad, not free of residual."""
     problem = Problem(SearchSpace(lost.mechanism), (target_of(lost.records[0]),))
-    assert problem.norms(problem.start, problem.whole()) == [math.inf]
-    assert problem.joint(problem.start, problem.whole()).norm == math.inf
-    found = solve(problem, problem.start, problem.whole())
+    assert problem.norms(problem.start, problem.whole_windows()) == [math.inf]
+    assert problem.joint(problem.start, problem.whole_windows()).norm == math.inf
+    found = solve(problem, problem.start, problem.whole_windows())
     assert (found.converged, found.triangle.norm) == (False, math.inf)
 
 

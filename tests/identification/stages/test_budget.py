@@ -35,7 +35,7 @@ def test_a_campaign_that_nothing_explains_ends_at_its_budget_and_says_so_first(a
 
     def ended(resume):
         with counted() as work:
-            fit = identify(another, workers=1, journal=Journal.opened(path, {"a": "b"}, resume=resume))
+            fit = identify(another, workers=1, journal=Journal.open(path, {"a": "b"}, resume=resume))
         return fit, work.done
 
     fit, work = ended(resume=False)

@@ -8,7 +8,7 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.compared_effects import look_at_first_moments, look_at_hum
 from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import refined_look
+from mechid.identification.stages.first_look import fit_look
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, campaign, measured, record, truth
 
 
@@ -43,7 +43,7 @@ def test_hum_explains_the_first_moments_with_its_own_grid_alone():
     families = Families(make_problem(hummed, 1), hummed)
     assert set(families.unseen_grids) == {50.0, 60.0}
     points = [families.plain.start]
-    plain = refined_look(families.bare, points[0], Journal())
+    plain = fit_look(families.bare, points[0], Journal())
     right = look_at_hum(families, plain, 60.0, points, str, Journal())
     assert right.explains
     assert right.model.effects == ("mains:60Hz",)

@@ -8,7 +8,7 @@ from ladder_bench import SAMPLES, climb_of_one_record, followed
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.search.multistart import Candidate
 from mechid.identification.stages import effect_rungs
-from mechid.identification.stages.effect_rungs import with_periods_seen
+from mechid.identification.stages.effect_rungs import tune_periods
 from mechid.identification.stages.first_look import FirstLook
 from mechid.identification.stages.term_growth import Reached
 
@@ -32,10 +32,10 @@ def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb,
     for samples, taken in ((SAMPLES, True), (300, False)):
         again = Reached(better, followed(better.problem.start, samples))
         monkeypatch.setattr(effect_rungs, "grow_model", lambda *_args, again=again, **_options: again)
-        assert with_periods_seen(climb, families, grown) is (again if taken else grown)
+        assert tune_periods(climb, families, grown) is (again if taken else grown)
     assert seen[0] == ("friction.position:output:28", {"full_46": (0, SAMPLES)}), "0.1 s past the horizon at least"
     bare = Reached(families.bare, followed(q, 400))
-    assert with_periods_seen(climb, families, bare) is bare
+    assert tune_periods(climb, families, bare) is bare
     assert [term for term, _ in seen] == [f"friction.position:output:{k}" for k in (28, 29, 28)], "none of the bare one"
 
 

@@ -26,7 +26,7 @@ def test_a_family_has_what_it_says(families):
     assert set(families.model(RECORDS).effects) == of_records, "gains too, although the file has no transducer"
     usual = set(families.model(TERMS).effects)
     assert {"stepper.torque_harmonic:3", "stepper.phase_offset", "gear.kinematic_error:4"} <= usual
-    assert not any(name in families.unlisted for name in usual)
+    assert not any(name in families.unlisted_terms for name in usual)
     assert set(families.model(TERMS_AND_RECORDS).effects) == usual | of_records
     rarer = set(families.model(EVERYTHING).effects) - usual - of_records
     assert {"stepper.detent:1.2deg", "gear.kinematic_error:7"} <= rarer
@@ -45,7 +45,7 @@ def test_another_number_of_periods_takes_the_place_of_one(families):
     assert model.effects == (RIGHT,)
     assert model.name == RIGHT
     amplitude = next(name for name in moved.values() if name.endswith("amplitude"))
-    whole = model.problem.whole()
+    whole = model.problem.whole_windows()
     q = solve(model.problem, model.point_of(families.bare, families.plain.start), whole, steps=30).q
     assert model.problem.coordinates.values(q)[amplitude] == pytest.approx(AMPLITUDE_NM, rel=0.1)
     wrong = families.with_effect(families.bare, families.with_periods(RIGHT, 90))
@@ -57,12 +57,12 @@ def test_a_law_stands_beside_the_effects_of_a_model(families):
     """Truth: the parameters of both, by name."""
     model = families.with_effect(families.bare, "stepper.torque_harmonic:3")
     law = next(one for one in families.laws() if one.name == "anti_alias:4")
-    both = families.by_law(law, model)
+    both = families.model_with_law(law, model)
     assert both.effects == ("anti_alias:4", "stepper.torque_harmonic:3")
     assert both.added.law == "anti_alias:4"
     assert both.added.terms == ("stepper.torque_harmonic:3",)
     assert {"anti_alias.frequency", "stepper.torque_harmonic.0.amplitude"} <= both.added.new.keys()
-    assert families.by_law(law).effects == ("anti_alias:4",)
+    assert families.model_with_law(law).effects == ("anti_alias:4",)
 
 
 def test_nothing_is_added_where_the_campaign_wants_none(families):

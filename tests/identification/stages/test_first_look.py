@@ -8,7 +8,7 @@ import pytest
 from detent_bench import detent_families, look_without_the_detent
 from mechid.identification.computation.journal import Journal
 from mechid.identification.stages.families import TERMS_AND_RECORDS
-from mechid.identification.stages.first_look import effect_words, first_windows, pruned_look, refined_look
+from mechid.identification.stages.first_look import effect_words, first_windows, fit_look, prune_look
 from mechid.identification.stages.settings import STAGES
 
 RIGHT, WRONG = "stepper.detent:2.77deg", "stepper.torque_harmonic:3"
@@ -28,7 +28,7 @@ def look_with(families, plain, *names):
     model = families.bare
     for name in names:
         model = families.with_effect(model, name)
-    return refined_look(model, model.point_of(families.bare, plain.q), Journal())
+    return fit_look(model, model.point_of(families.bare, plain.q), Journal())
 
 
 def test_the_effect_that_is_missing_explains_the_first_moments(families, plain):
@@ -37,9 +37,9 @@ def test_the_effect_that_is_missing_explains_the_first_moments(families, plain):
     assert not plain.explains
     right, wrong = look_with(families, plain, RIGHT), look_with(families, plain, WRONG)
     assert right.explains
-    assert right.left == pytest.approx(1.0, abs=0.1)
+    assert right.cost_per_sample == pytest.approx(1.0, abs=0.1)
     assert not wrong.explains
-    assert wrong.left > 4.0
+    assert wrong.cost_per_sample > 4.0
     assert right.criterion < wrong.criterion
     assert wrong.cost < plain.cost
 
@@ -56,19 +56,19 @@ def test_what_is_not_needed_is_dropped(families, plain):
     """Truth: the detent alone is missing."""
     wide = look_with(families, plain, RIGHT, WRONG, "record.delay")
     said = []
-    less = pruned_look(families, wide, said.append, Journal())
+    less = prune_look(families, wide, said.append, Journal())
     assert less.model.effects == (RIGHT,)
     assert less.explains
     assert said[0].startswith(f"needed there: {RIGHT} (")
     bad = look_with(families, plain, WRONG)
-    assert bad.left > STAGES.prunable
-    assert pruned_look(families, bad, said.append, Journal()) is bad, "which are needed cannot be told there"
+    assert bad.cost_per_sample > STAGES.prunable
+    assert prune_look(families, bad, said.append, Journal()) is bad, "which are needed cannot be told there"
 
 
 def test_a_family_begins_where_it_is_and_explains_no_more_than_it_holds(families, plain):
     """Truth: no term of the usual ones is a detent of 130 periods."""
     model = families.model(TERMS_AND_RECORDS)
-    wide = refined_look(model, model.point_of(families.bare, plain.q), Journal())
+    wide = fit_look(model, model.point_of(families.bare, plain.q), Journal())
     assert wide.cost < plain.cost
     assert not wide.explains
 

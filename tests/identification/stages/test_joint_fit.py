@@ -9,7 +9,7 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.identify import make_problem
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.joint_fit import held_by_file, leave_corner
+from mechid.identification.stages.joint_fit import is_on_file_bound, leave_corner
 from mechid.parameter import Status
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
@@ -45,7 +45,7 @@ def problem_of(mechanism, records, start):
 
 
 def fitted(problem, q):
-    return solve(problem, q, problem.whole())
+    return solve(problem, q, problem.whole_windows())
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +79,6 @@ def test_a_corner_of_two_parameters_is_held_by_no_bound_of_the_file(records):
     """Truth: static friction at Coulomb friction, by hand; Coulomb friction at its own least."""
     problem = problem_of(stribeck(), records, {**MADE, "static": 2.5e-3, "coulomb": 2.5e-3})
     assert problem.coordinates.on_bound(problem.start).any()
-    assert not held_by_file(problem, problem.start)
+    assert not is_on_file_bound(problem, problem.start)
     at_least = problem_of(stribeck(), records, {**MADE, "coulomb": LIMITS["coulomb"][0]})
-    assert held_by_file(at_least, at_least.start)
+    assert is_on_file_bound(at_least, at_least.start)

@@ -38,7 +38,7 @@ def test_values_of_records_come_first_then_the_superset_and_the_laws_in_their_or
     assert found[0][1] == records.coordinates.lanes
     assert found[1][0] is families.superset.mechanism.plant
     assert [plant for plant, _ in found[2:]] == [law.mechanism.plant for law in families.laws()]
-    assert [wanted for _, wanted in found[2:]] == [families.by_law(law).problem.size for law in families.laws()]
+    assert [wanted for _, wanted in found[2:]] == [families.model_with_law(law).problem.size for law in families.laws()]
 
 
 def test_without_terms_there_is_no_law_to_compile(campaign, problem):
@@ -56,7 +56,7 @@ def test_models_of_one_plant_share_a_kernel(campaign, problem):
     assert lanes.pop() >= wide.problem.space.size
     tight = replace(single.problem, capacity=0)
     assert tight.coordinates.lanes == tight.space.size
-    q, windows = single.problem.start, single.problem.whole()
+    q, windows = single.problem.start, single.problem.whole_windows()
     assert (single.problem.joint(q, windows).jacobian == tight.joint(q, windows).jacobian).all()
 
 
@@ -66,12 +66,12 @@ def test_a_search_starts_it_once_for_a_mechanism(campaign, problem, tmp_path):
         assert ahead.start_if_new()
         child = ahead._child
         assert child.poll() is None
-        assert not ahead.start_if_lacking(Families(problem, campaign)), "it is at work already"
+        assert not ahead.start_if_missing(Families(problem, campaign)), "it is at work already"
     assert child.returncode is not None, "it has not outlived the search"
     assert list(tmp_path.rglob("ahead_*.txt"))
     with KernelsAhead(problem, campaign) as again:
         assert not again.start_if_new()
-        assert again.start_if_lacking(Families(problem, campaign)), "the layouts are not there yet"
+        assert again.start_if_missing(Families(problem, campaign)), "the layouts are not there yet"
 
 
 @pytest.mark.usefixtures("two_cores")
@@ -92,17 +92,17 @@ def test_what_goes_wrong_there_is_no_fault_of_the_search(campaign, problem, monk
         assert ahead._child.wait(timeout=60) == 3
     monkeypatch.setattr(kernels_ahead.sys, "executable", os.devnull)
     with KernelsAhead(problem, campaign) as ahead:
-        assert not ahead.start_if_lacking(Families(problem, campaign))
+        assert not ahead.start_if_missing(Families(problem, campaign))
 
 
 @pytest.mark.usefixtures("two_cores")
 def test_it_is_not_started_without_a_core_or_a_need(campaign, problem, monkeypatch):
     families = Families(problem, campaign)
     monkeypatch.setattr(kernels_ahead, "is_compiled", lambda plant, wanted: True)
-    assert not KernelsAhead(problem, campaign).start_if_lacking(families)
+    assert not KernelsAhead(problem, campaign).start_if_missing(families)
     monkeypatch.setattr(kernels_ahead, "is_compiled", lambda plant, wanted: False)
     monkeypatch.setattr(kernels_ahead, "usable_cores", lambda: 1)
-    assert not KernelsAhead(problem, campaign).start_if_lacking(families)
+    assert not KernelsAhead(problem, campaign).start_if_missing(families)
     assert not KernelsAhead(problem, campaign).start_if_new()
 
 

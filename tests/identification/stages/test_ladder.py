@@ -63,11 +63,11 @@ def test_the_furthest_growth_is_kept(climb):
     """Truth: shares by hand; a rung that comes less far changes nothing."""
     model = climb.families.bare
     far, near = (Reached(model, followed(climb.best.q, n)) for n in (700, 300))
-    at = climb.at(far)
+    at = climb.with_growth(far)
     assert at.reached is far
     assert at.at(near).reached is far
     assert at.growth is climb.growth, "that of the mechanism as written, until a rung has followed all"
-    assert climb.at(near).at(far).reached is far
+    assert climb.with_growth(near).with_growth(far).reached is far
 
 
 def test_a_growth_that_follows_all_records_is_settled(climb, monkeypatch):
@@ -75,11 +75,11 @@ def test_a_growth_that_follows_all_records_is_settled(climb, monkeypatch):
     complete = Reached(climb.families.bare, followed(climb.best.q, SAMPLES))
     settled = replace(climb.state, warnings=("settled",))
     monkeypatch.setattr(ladder, "settle", lambda _watch, _state, reached, _seed: (settled, reached.growth))
-    end = climb.at(complete)
+    end = climb.with_growth(complete)
     assert end.complete
     assert end.state is settled
     monkeypatch.setattr(ladder, "settle", lambda *_: None)
-    refused = climb.at(complete)
+    refused = climb.with_growth(complete)
     assert not refused.complete
     assert refused.state is climb.state
     assert refused.reached is complete

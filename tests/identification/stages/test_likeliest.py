@@ -10,8 +10,8 @@ from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
 from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import first_windows, refined_look
-from mechid.identification.stages.likeliest import effect_scores, likeliest_effects
+from mechid.identification.stages.first_look import first_windows, fit_look
+from mechid.identification.stages.likeliest import effect_scores, rank_effects
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
 
 ORDER, SECONDS = 5, 0.6
@@ -37,19 +37,19 @@ def test_the_likeliest_single_effect_has_nearly_the_right_number_of_periods():
     made = detent_bench()
     families = Families(make_problem(made, 1), made)
     plain, windows = families.plain, first_windows(families.plain)
-    q = refined_look(families.bare, plain.start, Journal()).q
-    listed, slow, detents = likeliest_effects(families, families.bare, q, windows)
+    q = fit_look(families.bare, plain.start, Journal()).q
+    listed, slow, detents = rank_effects(families, families.bare, q, windows)
     assert slow == []
     assert families.periods(detents[0]) == pytest.approx(PERIODS, rel=0.03)
     near = [families.periods(name) for name in detents]
     assert sum(abs(one / PERIODS - 1.0) < 0.05 for one in near) == 1, "of neighbours the best one alone is ranked"
-    assert not any(name in families.unlisted for name in listed)
+    assert not any(name in families.unlisted_terms for name in listed)
     assert "stepper.torque_harmonic:3" not in listed[:2]
 
 
 def test_friction_over_the_angle_is_alone_with_its_order(uneven):
     """Truth: 5 periods a turn of the rotor, of which the records see one and a half."""
-    of_records, listed, found = likeliest_effects(uneven, uneven.bare, uneven.plain.start, uneven.plain.whole())
+    of_records, listed, found = rank_effects(uneven, uneven.bare, uneven.plain.start, uneven.plain.whole_windows())
     assert set(of_records) <= {"record.delay", "record.voltage", "record.gain", "clock"}
     assert not any(uneven.is_slow(name) for name in listed)
     assert found[0] == f"friction.position:{ORDER}"
@@ -59,7 +59,7 @@ def test_friction_over_the_angle_is_alone_with_its_order(uneven):
 
 def test_first_moments_are_not_asked_for_friction_over_the_angle(uneven):
     """Truth: windows of 60 ms, in which the rotor turns by 10 degrees."""
-    kinds = likeliest_effects(uneven, uneven.bare, uneven.plain.start, first_windows(uneven.plain))
+    kinds = rank_effects(uneven, uneven.bare, uneven.plain.start, first_windows(uneven.plain))
     assert not any(uneven.is_slow(name) for names in kinds for name in names)
 
 

@@ -36,8 +36,8 @@ def grown(name):
     superset = superset_of(made.mechanism, grown_only=True)
     added = add_terms(superset, [term.name for term in superset.terms])
     wide = added.problem(plain)
-    q = solve(wide, transfer_values(plain, plain.start, wide), wide.whole(), steps=30, tolerance=1e-6).q
-    return plain, SearchState(wide, q, wide.whole(), added=added)
+    q = solve(wide, transfer_values(plain, plain.start, wide), wide.whole_windows(), steps=30, tolerance=1e-6).q
+    return plain, SearchState(wide, q, wide.whole_windows(), added=added)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_the_term_that_is_there_is_kept_alone_and_laid_out_first(with_harmonic):
     values = found.values
     assert values["stepper.torque_harmonic.0.amplitude"] == pytest.approx(0.03, rel=0.05)
     samples = sum(t.samples for t in plain.targets)
-    assert found.problem.total_norm(found.q, plain.whole()) ** 2 < 1.05 * samples
+    assert found.problem.total_norm(found.q, plain.whole_windows()) ** 2 < 1.05 * samples
 
 
 def test_all_terms_stay_where_no_smaller_set_will_do(with_harmonic):
@@ -68,17 +68,17 @@ def test_a_law_in_place_of_another_has_nothing_to_drop(with_harmonic):
     plain, _ = with_harmonic
     mechanism = plain.space.mechanism
     law = substitute_law(mechanism, next(iter(rivals_of(mechanism))))
-    state = SearchState(law.problem(plain), law.problem(plain).start, plain.whole(), added=law)
+    state = SearchState(law.problem(plain), law.problem(plain).start, plain.whole_windows(), added=law)
     assert drop_unneeded_terms(state, plain) is state
 
 
 def test_an_alias_is_tried_and_named():
     """Truth: offsets of the phase voltages and a detent of one period in a turn of the electrical angle are one."""
     plain, state = grown(DETENT)
-    all_terms = linearise(state.problem, state.q, state.problem.whole(), state.added.names_by_term)
-    assert len(all_terms.needed) == 1
-    assert all_terms.needed <= {DETENT, OFFSETS}
-    assert {DETENT, OFFSETS} - all_terms.needed in list(exchanges(all_terms, all_terms.needed))
+    all_terms = linearise(state.problem, state.q, state.problem.whole_windows(), state.added.names_by_term)
+    assert len(all_terms.needed_effects) == 1
+    assert all_terms.needed_effects <= {DETENT, OFFSETS}
+    assert {DETENT, OFFSETS} - all_terms.needed_effects in list(exchanges(all_terms, all_terms.needed_effects))
     found = drop_unneeded_terms(state, plain).added
     (kept,) = found.terms
     assert found.aliases == {kept: (({DETENT, OFFSETS} - {kept}).pop(),)}

@@ -18,7 +18,7 @@ def after():
     """Return the climb after the rung, of records that the mechanism as written follows for 10 ms."""
     campaign = detent_bench(0.3)
     problem = make_problem(campaign, 1)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     growth = Growth(problem.start, {t.name: 100 for t in problem.targets}, False, 0)
     best = Candidate(problem.start, 100.0)
     return NAMED_AT_RAISED_LEVEL.attempt(Climb(Watch(state, silent, 4), campaign, 1, state, best, growth=growth))

@@ -28,7 +28,7 @@ def climb_of(further):
     torque = np.array(target.leading.measured) + further
     problem = replace(problem, targets=(with_leading(target, measured=torque),))
     growth = grow_horizons(problem, problem.start, np.random.default_rng(1), escapes=0)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     return Climb(Watch(state, silent, 4), campaign, 1, state, Candidate(problem.start, 1e6), growth=growth)
 
 
@@ -38,7 +38,7 @@ def restless(monkeypatch):
     tremor = 20.0 * NOISE_NM * np.sin(np.arange(SAMPLES) ** 1.5 / 40.0)
     climb = climb_of(tremor)
     start = Candidate(climb.state.problem.start, 1e6)
-    monkeypatch.setattr(reading_rungs, "refined_starts", lambda *_: iter([start]))
+    monkeypatch.setattr(reading_rungs, "refine_starts", lambda *_: iter([start]))
     return climb
 
 
@@ -84,7 +84,7 @@ def test_other_starts_are_grown_where_nothing_contradicts(monkeypatch):
     far, right = problem.coordinates.lower, problem.start
     stalled = Growth(far, {"full_46": 150}, False, 3)
     monkeypatch.setattr(reading_rungs, "agreement", lambda *_, **__: None)
-    monkeypatch.setattr(reading_rungs, "wrong_values", lambda *_: [])
+    monkeypatch.setattr(reading_rungs, "find_wrong_values", lambda *_: [])
     monkeypatch.setattr(reading_rungs, "common_readings", lambda *_: [])
     one = replace(climb, growth=stalled, found=iter([Candidate(right, 10.0)]))
     end = climb_ladder(one, READINGS[-1:])
@@ -103,7 +103,7 @@ def test_a_value_that_is_wrong_by_a_hundred_is_said_and_nothing_else_tried(monke
 
     climb = replace(climb_of(0.0), growth=Growth(np.zeros(1), {"full_46": 150}, False, 3), found=iter(()))
     monkeypatch.setattr(reading_rungs, "agreement", lambda *_, **__: None)
-    monkeypatch.setattr(reading_rungs, "wrong_values", lambda *_: [Wrong])
+    monkeypatch.setattr(reading_rungs, "find_wrong_values", lambda *_: [Wrong])
     end = READINGS[-1].attempt(climb)
     assert end.state.contradicted == {Wrong.parameter: Wrong.text}
     assert end.growth is climb.growth

@@ -24,7 +24,7 @@ def plain(families):
 def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
     """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
     near = families.with_periods(RIGHT, 125)
-    monkeypatch.setattr(single_effects, "likeliest_effects", lambda *_: [[WRONG], [near]])
+    monkeypatch.setattr(single_effects, "rank_effects", lambda *_: [[WRONG], [near]])
     windows, said = first_windows(families.plain), []
     listed, looks = look_at_singles(families, families.bare, plain.q, windows, said.append, Journal())
     assert [look.model.effects for look in [*listed, *looks[:1]]] == [(WRONG,), (near,)]
@@ -45,7 +45,7 @@ def test_a_kind_is_looked_at_when_it_is_asked_for(families, plain, monkeypatch):
             asked.append(names)
             yield names
 
-    monkeypatch.setattr(single_effects, "likeliest_effects", kinds)
+    monkeypatch.setattr(single_effects, "rank_effects", kinds)
     looks = look_at_singles(families, families.bare, plain.q, first_windows(families.plain), str, Journal())
     first = next(looks)
     assert [look.model.effects for look in first[:2]] == [(RIGHT,), (WRONG,)]

@@ -18,7 +18,7 @@ def test_candidates_are_grown_at_once_and_count_in_their_order(monkeypatch):
     """Truth: one after the other here. The third follows all records first, whatever the later ones do."""
     campaign = synthetic.bench(synthetic.truth(), synthetic.truth(), "full_46", seed=5, seconds=0.1)
     problem = make_problem(campaign, 1)
-    state = SearchState(problem, problem.start, problem.whole())
+    state = SearchState(problem, problem.start, problem.whole_windows())
     grown = []
 
     def grow(problem, q, rng, *_, **__):

@@ -20,10 +20,10 @@ from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
 from mechid.identification.stages.term_growth import (
     Reached,
-    freed_where_stalled,
-    needed_disturbances,
+    free_family_at_stall,
+    select_needed_disturbances,
     settle,
-    state_so_far,
+    unfinished_state,
 )
 from mechid.identification.stages.watch import Watch
 from synthetic import COMMANDS, NOISE_NM, RATE_HZ, TRUTH, bench, campaign, displaced, measured, record, truth
@@ -48,7 +48,7 @@ def with_hum(chi_square):
 @pytest.mark.parametrize("chi_square", [0.0, 6.0, 14.0])
 def test_a_hum_that_may_be_chance_is_not_named(chi_square):
     plain, reached = with_hum(chi_square)
-    found, problem, q = needed_disturbances(reached)
+    found, problem, q = select_needed_disturbances(reached)
     assert found == ()
     assert [t.leading.turns for t in problem.targets] == [t.leading.turns for t in plain.targets]
     assert problem.coordinates.names == plain.coordinates.names
@@ -57,7 +57,7 @@ def test_a_hum_that_may_be_chance_is_not_named(chi_square):
 
 def test_a_clear_hum_is_kept_with_what_it_explains():
     plain, reached = with_hum(200.0)
-    (found,), problem, _ = needed_disturbances(reached)
+    (found,), problem, _ = select_needed_disturbances(reached)
     assert found.disturbance is HUM
     assert found.share == 1.0
     assert found.chi_square > DURING_FIT.least_chi_square
@@ -76,7 +76,7 @@ def beside(*, amplitude):
     made_by = mechanism_from_table({**CATALOGUE, "stepper": stepper}, "made by").with_values(TRUTH)
     made = bench(truth().with_free(FREE), made_by, "full_46", "micro_46", seed=4, seconds=0.3)
     plain = make_problem(made, 1)
-    state = SearchState(plain, plain.start, plain.whole())
+    state = SearchState(plain, plain.start, plain.whole_windows())
     return Watch(state, silent, 4), state, Families(plain, made)
 
 
@@ -94,7 +94,7 @@ def test_what_is_needed_where_a_growth_stalls_is_kept_alone(lacking):
     watch, state, families = lacking
     horizons = {t.name: t.samples // 2 for t in state.problem.targets}
     stalled = Reached(families.bare, Growth(state.q, horizons, False, 3))
-    small = freed_where_stalled(watch, families, stalled, TERMS_AND_RECORDS)
+    small = free_family_at_stall(watch, families, stalled, TERMS_AND_RECORDS)
     assert small.model.effects == (HARMONIC,)
     assert small.growth.horizons == horizons, "it has not been grown"
     assert small.share == pytest.approx(0.5, abs=1e-3)
@@ -108,7 +108,7 @@ def test_records_are_settled_with_the_terms_that_they_need(lacking):
     model = families.bare
     for name in (HARMONIC, OTHER, "record.delay"):
         model = families.with_effect(model, name)
-    q = solve(model.problem, model.point_of(families.bare, state.q), model.problem.whole(), steps=20).q
+    q = solve(model.problem, model.point_of(families.bare, state.q), model.problem.whole_windows(), steps=20).q
     settled, growth = settle(watch, state, all_followed(model, q), 1)
     assert settled.added.terms == (HARMONIC,)
     assert settled.added.widths == {}
@@ -135,7 +135,7 @@ def test_what_has_not_arrived_is_a_state_with_its_effects(lacking):
     model = families.with_effect(families.bare, HARMONIC)
     windows = {t.name: (0, t.samples // 2) for t in state.problem.targets}
     q = solve(model.problem, model.point_of(families.bare, state.q), windows, steps=20).q
-    so_far = state_so_far(state, Reached(model, Growth(q, {n: stop for n, (_, stop) in windows.items()}, False, 3)))
+    so_far = unfinished_state(state, Reached(model, Growth(q, {n: stop for n, (_, stop) in windows.items()}, False, 3)))
     assert so_far.added.terms == (HARMONIC,)
     assert "stepper.torque_harmonic.1.order" not in so_far.problem.space.mechanism.parameters
     before, after = model.problem.coordinates.values(q), so_far.problem.coordinates.values(so_far.q)

@@ -45,9 +45,9 @@ def test_elsewhere_it_is_the_residual_with_offset_and_drift_removed(problem):
 def test_the_level_is_that_of_the_beginning_not_the_one_released(problem):
     """Truth: noise released to a thousand times as much changes no floor."""
     watched = ResidualToNoise(problem)
-    before = watched.seen("joint fit", problem, problem.start)
+    before = watched.measure("joint fit", problem, problem.start)
     released = problem.with_sigmas({t.name: 1e3 * t.leading.sigma for t in problem.targets})
-    assert watched.seen("noise re-estimated", released, problem.start) == pytest.approx(before)
+    assert watched.measure("noise re-estimated", released, problem.start) == pytest.approx(before)
 
 
 def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, monkeypatch):
@@ -55,12 +55,12 @@ def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, mo
     clock = itertools.count()
     monkeypatch.setattr("mechid.identification.stages.watch.time", SimpleNamespace(perf_counter=clock.__next__))
     watched = ResidualToNoise(problem)
-    looks = [bool(watched.seen("joint fit", problem, problem.start)) for _ in range(100)]
+    looks = [bool(watched.measure("joint fit", problem, problem.start)) for _ in range(100)]
     apart = np.diff(np.flatnonzero(looks))
     assert looks[0]
     assert set(apart.tolist()) <= {round(1.0 / STAGES.share_of_time), round(1.0 / STAGES.share_of_time) + 1}
-    assert watched.seen("noise re-estimated", problem, problem.start)
-    assert not watched.seen("noise re-estimated", problem, problem.start)
+    assert watched.measure("noise re-estimated", problem, problem.start)
+    assert not watched.measure("noise re-estimated", problem, problem.start)
 
 
 def test_a_simulation_that_fails_is_infinitely_far_off(problem):
@@ -70,12 +70,12 @@ def test_a_simulation_that_fails_is_infinitely_far_off(problem):
 
 def test_what_does_not_count_is_left_out(problem):
     """Truth: a tenth of the samples spoilt and rejected leaves what the others say."""
-    (target,) = problem.only(["full_46"]).targets
+    (target,) = problem.restrict_to(["full_46"]).targets
     spoilt = target.leading.measured.copy()
     rejected = np.arange(0, spoilt.size, 10)
     spoilt[rejected] = 1e3
     other = with_leading(target, measured=spoilt, rejected=rejected)
-    problem_of = problem.only(["full_46"])
+    problem_of = problem.restrict_to(["full_46"])
     q = problem.coordinates.point({"gear.stiffness": truth().value("gear.stiffness")})
     changed = type(problem)(problem_of.space, (other,))
     (ratio,) = residual_to_noise(changed, q, {("full_46", "torque"): synthetic.NOISE_NM}).values()
@@ -84,7 +84,7 @@ def test_what_does_not_count_is_left_out(problem):
 
 def test_nobody_is_told_who_does_not_listen(monkeypatch):
     """A search without a listener does not spend its share."""
-    monkeypatch.setattr(ResidualToNoise, "seen", lambda *_: pytest.fail("looked at for nobody"))
+    monkeypatch.setattr(ResidualToNoise, "measure", lambda *_: pytest.fail("looked at for nobody"))
     campaign = bench(displaced(truth(), {"gear.stiffness": 1.001}), truth(), "full_46", seed=8, seconds=0.1)
     identify(campaign, workers=1, near={"gear.stiffness": truth().value("gear.stiffness")})
 
@@ -93,5 +93,5 @@ def test_a_look_does_not_count_among_what_a_search_is_asked(problem):
     """The clock makes looks: a search is to be ended at the same place in each run."""
     asked = []
     with interrupted_by(lambda: asked.append(1)):
-        ResidualToNoise(problem).seen("joint fit", problem, problem.start)
+        ResidualToNoise(problem).measure("joint fit", problem, problem.start)
     assert not asked

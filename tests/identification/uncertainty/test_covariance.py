@@ -62,9 +62,9 @@ def scatter(factors, names, noise, draws, *, seconds, seed):
     for rng in np.random.default_rng(seed).spawn(draws):
         targets = tuple(measuring(t, torque[t.name] + noise(rng, t.samples)) for t in problem.targets)
         here = replace(problem, targets=targets)
-        solution = solve(here, here.start, here.whole())
+        solution = solve(here, here.start, here.whole_windows())
         assert solution.converged
-        u = uncertainty(here, solution.q, here.whole(), solution.triangle, np.ones(here.size, dtype=bool))
+        u = uncertainty(here, solution.q, here.whole_windows(), solution.triangle, np.ones(here.size, dtype=bool))
         found.append((solution.q - exact, u.white, u.robust))
     return Scatter(*map(np.array, zip(*found, strict=True)))
 
@@ -138,7 +138,7 @@ def one_fit():
     torque = torque_of(truth(), COMMANDS["full_46"], 3001) + coloured(np.random.default_rng(23), 3001)
     own = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), sigma=NOISE_NM)
     problem = Problem(SearchSpace(truth().with_free(tuple(FREE))), (own,), substeps=2)
-    return problem, problem.whole(), problem.joint(problem.start, problem.whole())
+    return problem, problem.whole_windows(), problem.joint(problem.start, problem.whole_windows())
 
 
 def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):

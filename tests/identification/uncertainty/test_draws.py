@@ -25,7 +25,7 @@ def at_truth(names, *records, seconds, changes=None):
     targets = [target_of(record(n, measured(made_by, COMMANDS[n], rng, seconds=seconds), COMMANDS[n])) for n in records]
     space = SearchSpace(displaced(made_by, dict.fromkeys(names, 1.0)))
     problem = Problem(space, tuple(with_leading(t, sigma=NOISE_NM) for t in targets), substeps=2)
-    q, windows = problem.start, problem.whole()
+    q, windows = problem.start, problem.whole_windows()
     return problem, q, windows, covariance(problem.joint(q, windows))
 
 
@@ -142,7 +142,7 @@ def beside_the_optimum():
     of = campaign(start, *records)
     problem = make_problem(of, 1)
     problem = replace(problem, targets=tuple(with_leading(t, sigma=NOISE_NM) for t in problem.targets), substeps=2)
-    windows = problem.whole()
+    windows = problem.whole_windows()
     best = solve(problem, problem.start, windows)
     q = best.q + 2.5 * np.sqrt(np.diag(covariance(best.triangle))) * [1.0, 0.0]
     state = SearchState(problem, q, windows, outcome=FitOutcome.CONVERGED, searched=True)

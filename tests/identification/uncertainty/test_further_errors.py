@@ -69,7 +69,7 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
     names, held, sigma = ("friction.static", "gear.stiffness"), "friction.coulomb", 2e-5
     made = bench(displaced(truth(), dict.fromkeys(names, 1.0)), truth(), "full_46", seed=53, seconds=SHORT_S)
     problem = make_problem(made, 1)
-    q, windows, target = problem.start, problem.whole(), problem.targets[0]
+    q, windows, target = problem.start, problem.whole_windows(), problem.targets[0]
     every, slopes = problem.coordinates.value_slopes(q)
     assert every == names
     white = slopes @ covariance(problem.joint(q, windows)) @ slopes.T

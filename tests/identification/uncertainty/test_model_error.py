@@ -46,7 +46,7 @@ def problem_of(mechanism, seed):
     problem = Problem(SearchSpace(displaced(truth(), FREE)), targets, substeps=2).with_sigmas(
         dict.fromkeys(MADE, NOISE_NM)
     )
-    return problem, solve(problem, problem.start, problem.whole())
+    return problem, solve(problem, problem.start, problem.whole_windows())
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_clusters_by_phase_are_those_of_statsmodels(fitted):
     found = ols.fit(
         cov_type="cluster", cov_kwds={"groups": np.concatenate(groups).astype(int), "use_correction": False}
     )
-    parts = scores(problem, q, problem.whole()).parts
+    parts = scores(problem, q, problem.whole_windows()).parts
     g = np.concatenate([p.phases.scores - p.phases.information @ step for p in parts])
     ours = clustered_covariance(g, np.linalg.inv(rJ[:, 1:].T @ rJ[:, 1:]))
     theirs = found.cov_params() * len(g) / (len(g) - 1)

@@ -67,7 +67,7 @@ def test_a_clean_record_has_no_spikes(name):
     target = target_of(record(name, torque, COMMANDS[name]))
     assert reject_spikes(target) is target
     problem = Problem(SearchSpace(displaced(truth(), dict.fromkeys(GEAR, 1.0))), (target,), substeps=2)
-    assert reject_outliers(problem, problem.start, problem.whole()) is problem
+    assert reject_outliers(problem, problem.start, problem.whole_windows()) is problem
 
 
 AR = np.array([1.0, -2.0 * 0.9 * np.cos(2.0 * np.pi * 888.0 / 1e4), 0.81])
@@ -90,10 +90,10 @@ def whitened(draws, seconds):
     for rng in np.random.default_rng(73).spawn(draws):
         noisy = measuring(target, torque + coloured(rng, torque.size))
         here = Problem(space, (noisy,), substeps=2)
-        here, _ = release_noise(here, here.start, here.whole(), IdentifyOptions(colour="prefilter"))
-        solution = solve(here, here.start, here.whole())
+        here, _ = release_noise(here, here.start, here.whole_windows(), IdentifyOptions(colour="prefilter"))
+        solution = solve(here, here.start, here.whole_windows())
         every = np.ones(here.size, dtype=bool)
-        u = uncertainty(here, solution.q, here.whole(), solution.triangle, every)
+        u = uncertainty(here, solution.q, here.whole_windows(), solution.triangle, every)
         found.append((solution.q - here.start, u.white, u.robust, here.targets[0].leading.prefilter))
     return found
 

@@ -78,7 +78,7 @@ def test_no_declared_level_is_beyond_arithmetic(sigma, quantisation, gain):
     assert 0.0 < channel.sigma <= LARGEST
     assert math.isfinite(channel.sigma**2)
     assert math.isfinite(1.0 / channel.sigma**2)
-    assert 0.0 <= channel.rounded <= 1.0
+    assert 0.0 <= channel.rounding_share <= 1.0
 
 
 def stalled(problem):
@@ -201,7 +201,7 @@ def louder_problem(**changes):
     """The mechanism that made a record, whose noise is said to be twice what was added."""
     torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(5), seconds=0.2)
     target = target_of(record_of("full_46", torque, COMMANDS["full_46"]))
-    louder = target.each(lambda c: replace(c, sigma=TWICE * NOISE_NM, **changes))
+    louder = target.map_channels(lambda c: replace(c, sigma=TWICE * NOISE_NM, **changes))
     return Problem(SearchSpace(truth()), (louder,), substeps=4)
 
 

@@ -1,1 +1,1 @@
-"""A long computation: its journal on disk, its map over tasks, what it tells of itself."""
+"""Long computations: their journal on disk, the map over tasks, and progress reports."""

@@ -1,9 +1,9 @@
-"""The journal of a long computation: what has been worked out, on disk, so that a killed run goes on from there.
+"""Journal of a long computation: results on disk, from which a killed run resumes.
 
-A step is a pure function of its inputs. Its result is noted under their digest, to the last bit, before the next
-step begins; a resumed run goes the same way again and takes from the journal what is there. So it ends with the
-numbers of an undisturbed run, wherever that was killed, and repeats at most the step that was at work. Each line
-has a digest of itself, so that a damaged one is found.
+A step is a pure function of its inputs. Its result is written under the digest of its inputs, to the last bit, before
+the next step begins. A resumed run repeats the same steps and takes their results from the journal. It therefore ends
+with the numbers of an uninterrupted run, and repeats at most the step that was running. Each line contains its own
+digest, so that damage is detected.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
-from mechid.identification.computation.parallel import Done, mapped, with_work
+from mechid.identification.computation.parallel import Done, count_work, map_tasks
 from mechid.identification.computation.worker import source_digest
 from mechid.simulation.work import count, counted
 from mechid.writing import attach_path, creating_folder
 
 STARTED, STEP = "started", "step"
 SEPARATOR = b', "check": "'
-"""What stands before the digest, the last of a line."""
+"""Text before the digest, which is the last entry of a line."""
 DIGITS = 16
-"""Hexadecimal ones, of a line's digest: a line that was damaged passes once in 2e19."""
+"""Hexadecimal digits of a line's digest: a damaged line passes once in 2e19."""
 NEEDED: Mapping[str, Mapping[str, type | tuple[type, ...]]] = {
     STARTED: {"inputs": dict},
     STEP: {"step": str, "key": str, "seconds": (int, float), "work": int, "result": object, "rng": object},
 }
-"""Keys that an event's line has to have, and of which type."""
+"""Required keys of each event's line, with their types."""
 
 
 def seal(entry: Mapping[str, object]) -> str:
@@ -52,18 +52,18 @@ def seal(entry: Mapping[str, object]) -> str:
 
 
 def read_entries(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]], str]:
-    """Return the whole entries of a journal in their order, and what was damaged in a line; none of a missing file.
+    """Return the intact entries of a journal in order, and a notice of damaged lines; none for a missing file.
 
     Parameters
     ----------
     path : Path
     mends : bool
-        Whether a last line that was not written to its end is cut off in the file.
+        Whether an incomplete last line is cut off in the file.
 
     Raises
     ------
     UsageError
-        No line is an entry, nor was one of an earlier version's: it is another file.
+        No line is an entry, not even one of an earlier version: it is another file.
     """
     if not path.exists():
         return [], ""
@@ -75,14 +75,17 @@ def read_entries(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]
     lines = [entry for entry in found if entry is not None]
     damaged = [number for number, entry in enumerate(found, 1) if entry is None]
     if damaged and not lines:
-        if not any(map(_is_earlier, whole.splitlines())):
+        if not any(map(_is_unsealed_entry, whole.splitlines())):
             raise UsageError(f"{path}: line {damaged[0]}: is no entry of a journal; move the file away")
-        return [], f"{path}: was begun by an earlier version of mechid; its lines stay, and their steps are done again"
-    return lines, _notice(path, damaged)
+        return (
+            [],
+            f"{path}: is from an earlier version of mechid; its lines are kept, and their steps are computed again",
+        )
+    return lines, _damage_notice(path, damaged)
 
 
 def _entry(line: bytes) -> dict[str, Any] | None:
-    """Return the entry of a line; None of one that is damaged, or of another program."""
+    """Return the entry of a line; None if it is damaged, or of another program."""
     text, _, check = line.rpartition(SEPARATOR)
     if check != f'{_digest(text + b"}")}"}}'.encode():
         return None
@@ -96,8 +99,8 @@ def _entry(line: bytes) -> dict[str, Any] | None:
     return entry if all(key in entry and isinstance(entry[key], kind) for key, kind in needed.items()) else None
 
 
-def _is_earlier(line: bytes) -> bool:
-    """Tell whether a line is an entry as versions wrote them that gave no digests."""
+def _is_unsealed_entry(line: bytes) -> bool:
+    """Tell whether a line is an entry of an earlier version that wrote no digests."""
     try:
         entry = json.loads(line)
     except (ValueError, RecursionError):
@@ -109,29 +112,29 @@ def _digest(text: bytes) -> str:
     return hashlib.sha256(text).hexdigest()[:DIGITS]
 
 
-def _notice(path: Path, damaged: list[int]) -> str:
+def _damage_notice(path: Path, damaged: list[int]) -> str:
     if not damaged:
         return ""
     lines = (
         f"line {damaged[0]} is" if len(damaged) == 1 else f"{len(damaged)} lines, the first of them {damaged[0]}, are"
     )
-    return f"{path}: {lines} damaged and left out; what stood there is worked out again"
+    return f"{path}: {lines} damaged and ignored; the results lost there are computed again"
 
 
 RESUMED = "resumed"
 VERSION = "version of mechid"
-"""Of the inputs: other code may go another way."""
+"""One of the inputs, because other code may take other steps."""
 
 
 class Journal:
-    """Results by the digest of what they follow from; one without a file remembers nothing.
+    """Results by the digest of their inputs; a journal without a file stores nothing.
 
     Attributes
     ----------
     saved_s : float
-        What the steps taken from the journal took when they were worked out. Their work counts as if it were done now.
+        Time that the steps taken from the journal took originally. Their work counts as if it were done now.
     notice : str
-        What was found damaged in the file, in a line; empty where nothing was.
+        Damage found in the file, in a line; empty if there was none.
     """
 
     def __init__(
@@ -142,11 +145,11 @@ class Journal:
         self.inputs = ""
 
     @classmethod
-    def opened(cls, path: Path, inputs: Mapping[str, str], *, resume: bool = False, **entries: object) -> Self:
-        """Open a journal for a computation from `inputs`, digests by name; its folder is made where it is missing.
+    def open(cls, path: Path, inputs: Mapping[str, str], *, resume: bool = False, **entries: object) -> Self:
+        """Open a journal for a computation from `inputs`, digests by name; a missing folder is created.
 
-        A new run is appended, its first line with `entries` too; a resumed one takes up the last. What a killed
-        run left half-written is cut off; a line that is damaged otherwise is left out, and its step done again.
+        A new run is appended, with `entries` in its first line; a resumed one continues the last run. An incomplete
+        last line of a killed run is cut off; any other damaged line is ignored, and its step computed again.
 
         Raises
         ------
@@ -169,7 +172,7 @@ class Journal:
         return journal
 
     def note(self, event: str, **entries: object) -> None:
-        """Append a line; when this returns it is on the disk."""
+        """Append a line; it is on the disk when this returns."""
         self._append([{"event": event, **entries}])
 
     def _append(self, lines: Sequence[Mapping[str, object]]) -> None:
@@ -189,25 +192,26 @@ class Journal:
     def step(
         self, kind: str, inputs: Sequence[Any], work: Callable[[], Any], rng: np.random.Generator | None = None
     ) -> Any:
-        """Return the result of `work`, from the journal where it is there, else worked out and noted.
+        """Return the result of `work`, from the journal if it is there, else computed and written.
 
-        `inputs` are all that the result depends on beside the inputs of the whole journal. Both are made of plain
-        numbers, arrays, texts, lists and mappings; tuples come back as lists. The state of a generator that the
-        work draws from is one of the inputs, and the one that it leaves is restored.
+        `inputs` are everything that the result depends on, except the inputs of the whole journal. Inputs and result
+        consist of plain numbers, arrays, texts, lists and mappings; tuples are returned as lists. The state of a
+        generator from which the work draws is one of the inputs, and its final state is restored.
         """
         if self.path is None:
             return work()
         key = self._key(kind, inputs, rng)
-        if found := self._recalled(key, rng):
+        if found := self._recall(key, rng):
             return found[0]
         began = time.perf_counter()
         with counted() as own:
             result = pack(work())
         left = pack(rng.bit_generator.state) if rng else None
         self._append([_step(kind, key, time.perf_counter() - began, own.done, result, left)])
+        # The result is unpacked even when it is new, so that resumed and uninterrupted runs see identical types.
         return unpack(result)
 
-    def mapped(
+    def map_tasks(
         self,
         kind: str,
         function: Callable[[Any], Any],
@@ -215,33 +219,33 @@ class Journal:
         workers: int,
         on_result: Callable[[Any, Any], None] = lambda task, result: None,
     ) -> list[Any]:
-        """Return ``[function(t) for t in tasks]``, each task a step of which it is itself the inputs.
+        """Return ``[function(t) for t in tasks]``, each task a step whose only input is the task.
 
-        What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
-        `on_result` is called with each task and its result.
+        Known results are taken from the journal. The other tasks are mapped, and written as they end, wherever they
+        run. `on_result` is called with each task and its result.
         """
         keys = [self._key(kind, task) if self.path else "" for task in tasks]
-        results = {i: found[0] for i, key in enumerate(keys) if (found := self._recalled(key))}
+        results = {i: found[0] for i, key in enumerate(keys) if (found := self._recall(key))}
         for i, result in results.items():
             on_result(tasks[i], result)
         left = [i for i in range(len(tasks)) if i not in results]
 
-        def ended(done: Sequence[Done[Any]]) -> None:
+        def note_done(done: Sequence[Done[Any]]) -> None:
             fresh = [(left[n], pack(result) if self.path else result, work, s) for n, (result, work), s in done]
             self._append([_step(kind, keys[i], seconds, work, result) for i, result, work, seconds in fresh])
             for i, result, _, _ in fresh:
                 results[i] = unpack(result) if self.path else result
                 on_result(tasks[i], results[i])
 
-        mapped(partial(with_work, function), [tasks[i] for i in left], workers, ended)
+        map_tasks(partial(count_work, function), [tasks[i] for i in left], workers, note_done)
         return [results[i] for i in range(len(tasks))]
 
     def _key(self, kind: str, inputs: Any, rng: np.random.Generator | None = None) -> str:
-        """Return under what a step is noted: a digest of all that its result follows from."""
+        """Return the key of a step: a digest of everything that its result depends on."""
         return digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
 
-    def _recalled(self, key: str, rng: np.random.Generator | None = None) -> tuple[Any] | None:
-        """Return the result of a step that is noted, its generator restored; None where no such value is there."""
+    def _recall(self, key: str, rng: np.random.Generator | None = None) -> tuple[Any] | None:
+        """Return the stored result of a step and restore its generator; None if there is no valid value."""
         if key not in self.known:
             return None
         line = self.known[key]
@@ -250,8 +254,15 @@ class Journal:
             result = unpack(line["result"])
             if rng:
                 rng.bit_generator.state = unpack(line["rng"])
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):  # whole, but no value of ours
+        except (
+            ArithmeticError,
+            AttributeError,
+            LookupError,
+            TypeError,
+            ValueError,
+        ):  # an intact line with a foreign value
             if rng:
+                # A state that was set before the failure must not leak into the computation that replaces the step.
                 rng.bit_generator.state = before
             return None
         self.saved_s += line["seconds"]
@@ -264,7 +275,7 @@ def _step(kind: str, key: str, seconds: float, work: int, result: object, rng: o
 
 
 def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Return inputs and events of the last run that a journal tells of, both empty where there is none."""
+    """Return inputs and events of the last run in a journal, both empty if there is none."""
     try:
         lines, _ = read_entries(path, mends=False)
     except (OSError, UsageError):
@@ -277,19 +288,20 @@ def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
 
 
 def with_version(inputs: Mapping[str, str]) -> dict[str, str]:
-    """Return inputs with the version of mechid, as a journal notes them."""
+    """Return inputs with the version of mechid, as a journal contains them."""
     return {**inputs, VERSION: source_digest()}
 
 
 def pack(value: Any) -> Any:
-    """Return a value as JSON can hold it, to the last bit: floats in hexadecimal."""
+    """Return a value in a form that JSON stores to the last bit: floats in hexadecimal."""
     if isinstance(value, np.ndarray):
         return {"shape": list(value.shape), "hex": " ".join(float(x).hex() for x in value.ravel())}
     if isinstance(value, Mapping):
         return {"items": [[key, pack(entry)] for key, entry in value.items()]}
     if isinstance(value, list | tuple):
         return [pack(entry) for entry in value]
-    if isinstance(value, float):  # NumPy's double is one too
+    # Hexadecimal, because decimal text would not always restore the last bit; NumPy's double is a float too.
+    if isinstance(value, float):
         return {"hex": float(value).hex()}
     if isinstance(value, np.integer | np.bool_):
         return value.item()
@@ -297,7 +309,7 @@ def pack(value: Any) -> Any:
 
 
 def unpack(value: Any) -> Any:
-    """Return what `pack` was given, tuples as lists."""
+    """Return the value given to `pack`, with tuples as lists."""
     if isinstance(value, list):
         return [unpack(entry) for entry in value]
     if not isinstance(value, dict):
@@ -315,10 +327,10 @@ def digest(value: Any) -> str:
 
 
 def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, str]) -> None:
-    """Refuse to resume a run whose inputs were others."""
+    """Raise if a run to be resumed had other inputs."""
     other = sorted(name for name in {*found, *inputs} if found.get(name) != inputs.get(name))
     if other:
         raise UsageError(
-            f"{path}: cannot be resumed, its run had other inputs ({', '.join(other)}); "
-            "give the same ones, or start anew without --resume"
+            f"{path}: cannot be resumed because its run had other inputs ({', '.join(other)}); "
+            "give the same ones, or start again without --resume"
         )

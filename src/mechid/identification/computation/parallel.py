@@ -1,7 +1,7 @@
-"""The one map over independent tasks: threads of this process, or the workers that somebody lends.
+"""Map over independent tasks: in threads of this process, or through an external executor.
 
-Kernels release the interpreter's lock, so threads suffice on one machine. Work goes elsewhere within
-`mechid.identification.computation.workforce.working_on`.
+Kernels release the interpreter's lock, so threads suffice on one machine. Within
+`mechid.identification.computation.workforce.working_on`, the tasks go to an external executor.
 """
 
 from __future__ import annotations
@@ -23,77 +23,78 @@ from mechid.simulation.work import count, counted
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 Done = tuple[int, Result, float]
-"""The number of a task, its result and the seconds that it took."""
-Ended = Callable[[Sequence[Done[Result]]], None]
-"""Called with all that has ended since the last call."""
+"""Number of a task, its result and its time in seconds."""
+OnDone = Callable[[Sequence[Done[Result]]], None]
+"""Function that is called with all tasks that have ended since the last call."""
 
 
-class Elsewhere(Protocol):
-    """Who maps in place of this process."""
+class ExternalMap(Protocol):
+    """Map outside of this process."""
 
-    def mapped(self, function: Callable[[Any], Any], tasks: Sequence[Any], ended: Ended[Any]) -> list[Any]:
+    def map_tasks(self, function: Callable[[Any], Any], tasks: Sequence[Any], on_done: OnDone[Any]) -> list[Any]:
         """Return ``[function(t) for t in tasks]``."""
 
 
-_elsewhere: ContextVar[Elsewhere | None] = ContextVar("elsewhere", default=None)
+_external_map: ContextVar[ExternalMap | None] = ContextVar("external", default=None)
 _alone: ContextVar[bool] = ContextVar("alone", default=False)
 
 
 class _AbandonedError(BaseException):
-    """Ends a task whose result nobody waits for any more."""
+    """Ends a task whose result is no longer needed."""
 
 
 @contextmanager
-def mapped_by(elsewhere: Elsewhere) -> Iterator[None]:
-    """Let `elsewhere` do what `mapped` is asked for within."""
-    token = _elsewhere.set(elsewhere)
+def mapping_through(external: ExternalMap) -> Iterator[None]:
+    """Within this context, let `external` execute the tasks of `map_tasks`."""
+    token = _external_map.set(external)
     try:
         yield
     finally:
-        _elsewhere.reset(token)
+        _external_map.reset(token)
 
 
-def _unheard(done: object) -> None:
-    """Listen to nothing."""
+def _ignore(done: object) -> None:
+    """Ignore a report."""
 
 
-def mapped(
+def map_tasks(
     function: Callable[[Task], Result],
     tasks: Sequence[Task],
     workers: int,
-    ended: Ended[Result] = _unheard,
+    on_done: OnDone[Result] = _ignore,
 ) -> list[Result]:
-    """Return ``[function(t) for t in tasks]``, worked on by `workers` threads, or elsewhere.
+    """Return ``[function(t) for t in tasks]``, computed by `workers` threads, or externally.
 
     Parameters
     ----------
     function : callable
-        Of a task, a pure function that pickles: of a module, or such a one with its first arguments given by
-        `functools.partial`. What all tasks share, as the problem, is given there: it goes once to each worker.
+        Pure function of a task that pickles: a function of a module, or such a function with its first arguments
+        bound by `functools.partial`. Data shared by all tasks, as the problem, is bound there: it is sent once to
+        each worker.
     tasks : sequence
-        What pickles, small each: a point, a number, a name.
+        Small objects that pickle: points, numbers, names.
     workers : int
-        Threads, where the work stays in this process.
-    ended : callable
-        Called in this process with the tasks that have ended, in any order; by several threads where these do the work.
+        Threads, if the work stays in this process.
+    on_done : callable
+        Called in this process with the tasks that have ended, in any order; by several threads if these do the work.
 
     Raises
     ------
     WorkersError
-        Lent workers are lost, or cannot do the work.
+        External workers are lost, or cannot do the work.
     """
-    elsewhere = _elsewhere.get()
-    if elsewhere is not None:
-        found = elsewhere.mapped(
-            partial(with_work, function), tasks, lambda done: ended([(n, result, s) for n, (result, _), s in done])
+    external = _external_map.get()
+    if external is not None:
+        found = external.map_tasks(
+            partial(count_work, function), tasks, lambda done: on_done([(n, result, s) for n, (result, _), s in done])
         )
         count(sum(work for _, work in found))
         return [result for result, _ in found]
-    return in_threads(function, tasks, workers, ended)
+    return in_threads(function, tasks, workers, on_done)
 
 
-def with_work(function: Callable[[Task], Result], task: Task) -> tuple[Result, int]:
-    """Return what a function gives of a task, and the work that it took."""
+def count_work(function: Callable[[Task], Result], task: Task) -> tuple[Result, int]:
+    """Return the result of a function for a task, and the work that it took."""
     with counted() as own:
         result = function(task)
     return result, own.done
@@ -103,19 +104,19 @@ def in_threads(
     function: Callable[[Task], Result],
     tasks: Sequence[Task],
     workers: int,
-    ended: Ended[Result] = _unheard,
+    on_done: OnDone[Result] = _ignore,
 ) -> list[Result]:
-    """Return ``[function(t) for t in tasks]``, worked on by `workers` threads of this process.
+    """Return ``[function(t) for t in tasks]``, computed by `workers` threads of this process.
 
-    For what is too short to be sent, as one record at one point, and for what itself waits for others' work. A thread
-    works in the caller's context, so what interrupts the caller's simulations interrupts its own too. Where one task
-    fails, or Ctrl-C comes, those at work end with their next block of samples.
+    It serves tasks that are too short to be sent, as one record at one point, and tasks that themselves wait for
+    external work. A thread runs in the caller's context, so interrupts of the caller's simulations also reach its own.
+    If a task fails, or Ctrl-C is pressed, the running tasks end with their next block of samples.
     """
 
     def one(number: int) -> Result:
         began = time.perf_counter()
         result = function(tasks[number])
-        ended([(number, result, time.perf_counter() - began)])
+        on_done([(number, result, time.perf_counter() - began)])
         return result
 
     if workers == 1 or len(tasks) < 2 or _alone.get():
@@ -131,16 +132,18 @@ def in_threads(
         try:
             return one(number)
         except BaseException:
-            abandoned.set()  # here, not where the caller waits: under load it wakes after the others' next tasks
+            # Set here and not where the caller waits, which under load may wake after further tasks have begun.
+            abandoned.set()
             raise
 
     with interrupted_by(check):
-        contexts = [copy_context() for _ in tasks]  # each is entered by one thread at a time
+        # One context for each task, because only one thread at a time can enter a context.
+        contexts = [copy_context() for _ in tasks]
     with ThreadPoolExecutor(min(workers, len(tasks))) as threads:
         try:
             futures = [threads.submit(own.run, one_of_all, i) for i, own in enumerate(contexts)]
             wait(futures, return_when=FIRST_EXCEPTION)
-            _raise_what_failed(futures)
+            _raise_first_error(futures)
             return [future.result() for future in futures]
         except BaseException:
             abandoned.set()
@@ -148,46 +151,47 @@ def in_threads(
             raise
 
 
-def _raise_what_failed(futures: Sequence[Future[Any]]) -> None:
-    """Raise the error of the first task that failed by itself, or else of the first that was abandoned with it."""
+def _raise_first_error(futures: Sequence[Future[Any]]) -> None:
+    """Raise the error of the first task that failed by itself, or else that of the first abandoned one."""
     errors = [error for future in futures if future.done() and (error := future.exception()) is not None]
     if errors:
         raise min(errors, key=lambda error: isinstance(error, _AbandonedError))
 
 
-def is_lent() -> bool:
-    """Return whether `mapped` is done elsewhere."""
-    return _elsewhere.get() is not None
+def is_external() -> bool:
+    """Tell whether `map_tasks` uses an external executor."""
+    return _external_map.get() is not None
 
 
-def is_alone() -> bool:
-    """Return whether others have the other cores (see `on_one_core`)."""
+def is_on_one_core() -> bool:
+    """Tell whether the other cores are in use by others (see `on_one_core`)."""
     return _alone.get()
 
 
-def directed(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:
-    """Return ``[function(t) for t in tasks]``, tasks that do next to nothing but ask `mapped` for one thing at a time.
+def map_coordinators(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:
+    """Return ``[function(t) for t in tasks]`` for tasks that only request one piece of work at a time from `map_tasks`.
 
-    They are threads of this process: `workers` of them, or all at once where the work itself is done elsewhere.
+    They run in threads of this process: `workers` of them, or all at once if the work itself is external.
     """
-    return in_threads(function, tasks, len(tasks) if is_lent() else workers)
+    # A coordinator of external work only waits, so that its thread needs no core of its own.
+    return in_threads(function, tasks, len(tasks) if is_external() else workers)
 
 
 @contextmanager
 def on_one_core() -> Iterator[None]:
-    """Do all that is mapped within one task after the other, on one core: others have the cores beside it."""
-    alone, elsewhere = _alone.set(True), _elsewhere.set(None)
+    """Within this context, execute mapped tasks one after the other on one core, because others use the other cores."""
+    alone, external = _alone.set(True), _external_map.set(None)
     try:
         with one_core_algebra():
             yield
     finally:
         _alone.reset(alone)
-        _elsewhere.reset(elsewhere)
+        _external_map.reset(external)
 
 
 def one_core_algebra() -> threadpool_limits:
-    """Return a context in which linear algebra keeps to one core.
+    """Return a context in which linear algebra is limited to one core.
 
-    Our matrices are small: shared among cores, each factorisation costs ten times more than it saves.
+    The matrices are small: shared among cores, each factorisation costs ten times more than it saves.
     """
     return threadpool_limits(limits=1, user_api="blas")

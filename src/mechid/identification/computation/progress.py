@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Progress:
-    """One report: stage `number` of `total`, its name, a line on where it stands, cost, seconds so far.
+    """Progress report: stage `number` of `total`, its name, a line of status, cost, elapsed seconds.
 
-    `values` are those of the parameters that the stage moves, by dotted name, at the best point so far. `over_noise` is
-    the residual's RMS over the noise floor of each whole record there, empty in most reports because it takes a
-    simulation of all records; infinite where one fails.
+    `values` are the stage's free parameters by dotted name, at the best point so far. `over_noise` is the
+    residual-to-noise ratio of each whole record at that point. It is empty in most reports, because it takes a
+    simulation of all records, and infinite for a record whose simulation fails.
     """
 
     number: int
@@ -27,9 +27,9 @@ class Progress:
 
 Listener = Callable[[Progress], None]
 Tell = Callable[[str], None]
-"""Is told single lines."""
+"""Function that is called with single lines."""
 
 
 def silent(progress: Progress) -> None:
-    """Listen to nothing."""
+    """Ignore a report."""
     del progress

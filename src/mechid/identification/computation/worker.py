@@ -1,7 +1,7 @@
-"""Execution of batches of tasks on a worker, of problems that are sent to it once.
+"""Execution of batches of tasks on a worker, for problems that are sent to it once.
 
-What a worker is given and what it gives back are texts and bytes, so that one with another mechid takes them too, and
-is refused by name instead of stumbling over a pickle.
+Input and output of a worker are texts and bytes. A worker with another version of mechid can therefore receive them,
+and is refused by name instead of failing on a pickle.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ LIBRARIES = ("numpy", "scipy", "numba")
 
 @lru_cache(maxsize=1)
 def installation() -> str:
-    """Return in a line what results depend on: mechid with a digest of its sources, Python, the numerical libraries."""
+    """Return a line with everything that results depend on: mechid with a digest of its sources, Python, libraries."""
     python = ".".join(platform.python_version_tuple()[:2])
     others = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
     return f"mechid {source_digest()}, Python {python}, {others}"
 
 
 def source_digest() -> str:
-    """Return the version of mechid and a digest of its sources: other code may go another way."""
+    """Return the version of mechid and a digest of its sources, because other code may take other steps."""
     root = Path(__file__).parents[2]
     total = hashlib.sha256()
     for file in sorted(root.rglob("*.py")):
@@ -54,14 +54,14 @@ def source_digest() -> str:
 DONE, LACKING, REFUSED = "done", "lacking", "refused"
 
 Answer = tuple[str, str, bytes]
-"""How it went, the worker's name, and a pickled `Batch`, or what is installed on a worker that is refused."""
+"""Status, the worker's name, and a pickled `Batch`, or the installation of a refused worker."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Results of the tasks of a batch that did not fail, in order, the seconds of each, and what the next one raised.
+    """Results of a batch's tasks in order, up to the first failure, their times, and the error of the failed task.
 
-    `processor` and `remarks` are of the worker.
+    `processor` and `remarks` describe the worker.
     """
 
     results: Sequence[Any]
@@ -76,37 +76,39 @@ _lock = threading.Lock()
 
 
 def work(installed: str, digest: str, function: bytes | None, tasks: bytes) -> Answer:
-    """Work on a batch.
+    """Execute a batch.
 
     Parameters
     ----------
     installed : str
-        What is installed where the tasks come from; a worker with anything else does nothing.
+        Installation of the sender; a worker with any other one does nothing.
     digest : str
-        Of the pickled function, by which the worker knows it again.
+        Digest of the pickled function, by which the worker finds it in its cache.
     function : bytes or None
-        The pickled function, with the problem in it; None where the worker may know it.
+        Pickled function, including the problem; None if the worker may have it.
     tasks : bytes
-        The pickled list of tasks.
+        Pickled list of tasks.
     """
     name = f"{socket.gethostname()}:{os.getpid()}:{threading.get_ident()}"
+    # Checked before anything is unpickled: a pickle of another version may fail in any way.
     if installed != installation():
         return REFUSED, name, installation().encode()
     try:
-        known = _known(digest, function)
+        known = _cached_function(digest, function)
         if known is None:
             return LACKING, name, b""
-        remarks = kernels_kept()
+        remarks = ensure_kernel_cache()
         with on_one_core():
-            batch = _worked(known, pickle.loads(tasks), remarks)
+            batch = _run_tasks(known, pickle.loads(tasks), remarks)
     except Exception as error:
-        batch = Batch([], [], _described(error), processor())
-    return DONE, name, _pickled(batch)
+        batch = Batch([], [], _describe_error(error), processor())
+    return DONE, name, _pickle_batch(batch)
 
 
-def _known(digest: str, function: bytes | None) -> Callable[[Any], Any] | None:
-    """Return the function of a digest, None where it was never here."""
+def _cached_function(digest: str, function: bytes | None) -> Callable[[Any], Any] | None:
+    """Return the function of a digest, None if it was never received."""
     with _lock:
+        # Removed and inserted again, so that the least recently used function is the first to go.
         found = _functions.pop(digest, None)
         if found is None and function is not None:
             found = pickle.loads(function)
@@ -117,21 +119,21 @@ def _known(digest: str, function: bytes | None) -> Callable[[Any], Any] | None:
     return found
 
 
-def _worked(function: Callable[[Any], Any], tasks: Sequence[Any], remarks: tuple[str, ...]) -> Batch:
+def _run_tasks(function: Callable[[Any], Any], tasks: Sequence[Any], remarks: tuple[str, ...]) -> Batch:
     results, seconds, fault = [], [], None
     for task in tasks:
         began = time.perf_counter()
         try:
             results.append(function(task))
         except Exception as error:
-            fault = _described(error)
+            fault = _describe_error(error)
             break
         seconds.append(time.perf_counter() - began)
     return Batch(results, seconds, fault, processor(), remarks)
 
 
-def _described(error: Exception) -> Exception:
-    """Return an error that can be sent, with what the worker's traceback says."""
+def _describe_error(error: Exception) -> Exception:
+    """Return an error that can be pickled, with the worker's traceback as a note."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
@@ -140,11 +142,11 @@ def _described(error: Exception) -> Exception:
     return error
 
 
-def _pickled(batch: Batch) -> bytes:
+def _pickle_batch(batch: Batch) -> bytes:
     try:
         return pickle.dumps(batch, protocol=pickle.HIGHEST_PROTOCOL)
     except Exception as error:
-        return pickle.dumps(Batch([], [], _described(error), processor()))
+        return pickle.dumps(Batch([], [], _describe_error(error), processor()))
 
 
 @lru_cache(maxsize=1)
@@ -154,10 +156,11 @@ def processor() -> str:
 
 
 @lru_cache(maxsize=1)
-def kernels_kept() -> tuple[str, ...]:
-    """Make sure that kernels can be kept, in a temporary folder if nowhere else, and return what is to be said of it.
+def ensure_kernel_cache() -> tuple[str, ...]:
+    """Ensure a writable cache of kernels, if necessary in a temporary folder, and return remarks about it.
 
-    The folder is this process's alone and goes with it: others' code is not to be found there.
+    The temporary folder belongs to this process and is removed with it, so that no other user's code can be loaded from
+    it.
     """
     folder = cache_folder()
     try:
@@ -169,4 +172,4 @@ def kernels_kept() -> tuple[str, ...]:
         atexit.register(shutil.rmtree, temporary, ignore_errors=True)
         os.environ[CACHE] = temporary
         why = f"cannot write to {folder} ({error.strerror})"
-        return (f"{why}: its kernels are compiled in a temporary folder, anew in each process",)
+        return (f"{why}: its kernels are compiled in a temporary folder, again in each process",)

@@ -124,12 +124,12 @@ class Model:
     @property
     def is_of_whole_records(self) -> bool:
         """Whether the windows cover the whole records."""
-        return dict(self.setting.windows) == dict(self.setting.problem.whole())
+        return dict(self.setting.windows) == dict(self.setting.problem.whole_windows())
 
     @property
     def share(self) -> float:
         """Share of the records' samples that lie in the windows."""
-        return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole()).samples
+        return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole_windows()).samples
 
     def move_to(self, other: Model) -> Model:
         """Move the model to the point of another one, in that one's windows and at its noise levels."""
@@ -205,7 +205,7 @@ class Model:
         problem = replace(self.problem, shrinkage=shrinkage or {})
         named = {name: self.parameters[name] for name in (*self.terms, *self.disturbances)}
         found = linearise(problem, self.q, self.setting.windows, named)
-        return found.needed if found else frozenset(named)
+        return found.needed_effects if found else frozenset(named)
 
     def _with_terms(self, terms: Collection[str]) -> AddedTerms:
         return replace(add_terms(self.library, terms), widths={}) if self.library else AddedTerms(self.base)

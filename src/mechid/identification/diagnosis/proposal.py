@@ -8,9 +8,9 @@ import numpy as np
 
 from mechid.campaign.mechanism_text import appendix_text
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, remove_disturbances
 from mechid.identification.effects.mains import mains
-from mechid.identification.effects.scores import by_own_residuals, scores
+from mechid.identification.effects.scores import scores, weight_by_residuals
 from mechid.identification.effects.selection import is_significant
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
@@ -62,7 +62,7 @@ def build_proposal(model: Model) -> Proposal:
 
 def _values_and_errors(model: Model) -> tuple[dict[str, float], dict[str, float]]:
     """Return values and standard errors of a model's free parameters, with weights by each record's own residual."""
-    weighted, _ = by_own_residuals(model.problem, model.q, model.setting.windows)
+    weighted, _ = weight_by_residuals(model.problem, model.q, model.setting.windows)
     triangle = weighted.joint(model.q, model.setting.windows)
     names, slopes = weighted.coordinates.value_slopes(model.q)
     variance = np.einsum("ij,jk,ik->i", slopes, covariance(triangle), slopes)
@@ -112,7 +112,7 @@ def confirmed_hum(model: Model, fit: Fit) -> list[Missing]:
         return []
     lines = tuple(lines_of(model.problem))
     removed = Disturbance("", "", lines_hz={t.name: lines for t in model.problem.targets})
-    bare, q = without(model.problem, model.q, [removed])
+    bare, q = remove_disturbances(model.problem, model.q, [removed])
     seen = mains(bare, q)
     if seen is None:
         return []
@@ -144,7 +144,7 @@ def predict_held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ..
         return ()
     mechanism = before.setting.problem.space.mechanism
     problem = make_problem(replace(campaign, mechanism=mechanism, records=kept), before.setting.problem.workers)
-    setting = replace(before.setting, problem=problem, windows=problem.whole(), disturbances=())
+    setting = replace(before.setting, problem=problem, windows=problem.whole_windows(), disturbances=())
 
     def norms(model: Model) -> list[float]:
         values = model.problem.coordinates.values(model.q)

@@ -86,6 +86,7 @@ def search_effects(before: Model, start: Model, say: Tell = lambda words: None) 
     if not start.effects:
         before = start
     elif math.isfinite(before.cost):
+        # Gains are measured against the mechanism as written at its own optimum.
         before = before.fit(before)
     steps = [step(start, added=name) for name in start.effects]
     model, added = add_effects(start, tried, say)
@@ -100,6 +101,7 @@ def search_effects(before: Model, start: Model, say: Tell = lambda words: None) 
         if better is not model:
             model, steps = better, law_steps
     less, needed = _gain_of_each(before, model)
+    # Without one effect the others explain other shares, so each pass judges them anew.
     while small := negligible_effect(model, needed):
         tried[small] = "explains less than a hundredth of another effect's share, over the followed part of the records"
         model = model.without(small)
@@ -187,7 +189,7 @@ def _equivalent_effects(model: Model, less: Model, name: str) -> Iterator[str]:
     landscape = less.landscape()
     if name not in landscape.effects:
         return
-    for other in landscape.like(name):
+    for other in landscape.equivalent_effects(name):
         if other not in model.effects and not _holds_more(model, other, name):
             swapped = exchange_effect(model, name, other)
             if not is_needed(swapped, model):
@@ -199,4 +201,4 @@ def _holds_more(model: Model, effect: str, other: str) -> bool:
     known = {one.name: one for one in model.setting.disturbances}
     if effect not in known or other not in known:
         return False
-    return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof
+    return known[effect].overlaps(known[other]) and known[effect].dof > known[other].dof

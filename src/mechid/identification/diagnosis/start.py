@@ -13,7 +13,7 @@ from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
-from mechid.identification.effects.campaign_disturbances import possible
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.effect import add_terms
 from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
@@ -23,7 +23,7 @@ from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.record_result import masks_of
-from mechid.identification.search.masks import with_masks
+from mechid.identification.search.masks import apply_masks
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, with_tables, words_of
 
@@ -52,12 +52,12 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     here = {name: value for name, value in fit.values.items() if name in campaign.mechanism.parameters}
     wide = with_tables(campaign.mechanism, _tables_of_records(fit, campaign.mechanism))
     mechanism = wide.with_values(here).with_free(moved)
-    problem = with_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
-    disturbances = possible(problem, campaign, problem.coordinates.point(fit.values))
+    problem = apply_masks(make_problem(replace(campaign, mechanism=mechanism), workers), masks_of(fit.records))
+    disturbances = possible_disturbances(problem, campaign, problem.coordinates.point(fit.values))
     # Mains lines have no parameters to fit; they are removed from the records already.
     parametric = tuple(one for one in disturbances if one.parameters)
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
-    setting = Setting(problem, problem.whole(), parametric, _candidate_names(campaign, known))
+    setting = Setting(problem, problem.whole_windows(), parametric, _candidate_names(campaign, known))
     return Model(setting, mechanism).at(fit.values)
 
 

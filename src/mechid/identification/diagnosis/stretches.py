@@ -41,9 +41,10 @@ def search_by_growth(before: Model, say: Tell) -> Model | None:
     if begun is None:
         return None
     model, growth = _grow_model(begun, before, RULES.first_escapes)
-    laws = cache(partial(_alternative_laws, before, say))  # the starts are slow and do not depend on the round
+    # The starts are slow and do not depend on the round.
+    laws = cache(partial(_alternative_laws, before, say))
     for _ in range(RULES.rounds):
-        percent = 100.0 * growth.reached(model.problem)
+        percent = 100.0 * growth.followed_share(model.problem)
         say(f"{percent:.1f} % of the records followed with {', '.join(model.effects) or 'nothing added'}")
         if growth.complete:
             return model.fit(model)
@@ -55,15 +56,15 @@ def search_by_growth(before: Model, say: Tell) -> Model | None:
             break
         model, growth = further
     part = model.restrict_windows(growth.horizons)
-    return part.fit(part) if growth.reached(model.problem) > RULES.enough and model.effects else None
+    return part.fit(part) if growth.followed_share(model.problem) > RULES.enough and model.effects else None
 
 
 def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
     """Tell whether a model follows the records further than another one of known growth, at the same noise levels."""
     # A lower level ends growth earlier: shares are comparable only at the same levels.
     same = noise_levels(model.problem) == noise_levels(other.problem)
-    before = known.reached(other.problem) if same else followed_share(other.at_levels(model.problem))
-    return growth.complete or growth.reached(model.problem) > RULES.further * before
+    before = known.followed_share(other.problem) if same else followed_share(other.at_levels(model.problem))
+    return growth.complete or growth.followed_share(model.problem) > RULES.further * before
 
 
 def followed_share(model: Model) -> float:
@@ -88,7 +89,7 @@ def _alternative_laws(before: Model, say: Tell) -> list[Model]:
 def _move_to_best_start(before: Model) -> Model | None:
     """Return a model at the best of all starts, with its cost there; None where no start can be simulated."""
     problem = before.problem
-    anchored = problem.anchored
+    anchored = problem.rest_problem
     best = best_start(anchored, 0)
     return replace(before, q=problem.point_from(anchored, best.q), cost=best.cost) if best else None
 
@@ -131,7 +132,8 @@ def _attempts(
         yield more, before, RULES.first_escapes
     if more.over_noise <= RULES.followed:
         yield from ((other, before, RULES.first_escapes) for other in exchanged_models(more, say))
-    if model.laws:  # a second missing law is rarer than a wrong branch
+    # A second missing law is rarer than a wrong branch.
+    if model.laws:
         yield more, before, RULES.patient_escapes
     with_law, _ = add_law(here, more, tried, say)
     if with_law is not more:

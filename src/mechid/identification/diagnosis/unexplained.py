@@ -85,6 +85,7 @@ def _lines_of_residual(model: Model, target: Target) -> Iterator[LockedLines]:
         yield LockedLines(
             record=target.name, share=min(_power(lines) / power, 1.0), **{kind: numbers[: DIAGNOSIS.lines_named]}
         )
+        # The stronger lines are removed, so that they do not leak into the spectrum over the other position.
         amplitudes, _ = order_amplitudes(residual[:, None], position, numbers)
         residual = residual - order_signal(amplitudes[:, 0], position, numbers)
 

@@ -1,1 +1,1 @@
-"""Missing effects: what mechanism and campaign files do not declare and records ask for, found, kept and dropped."""
+"""Missing effects, which the data support and the files do not declare: found, kept and dropped."""

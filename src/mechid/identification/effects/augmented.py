@@ -1,4 +1,4 @@
-"""A mechanism with terms or a law added, and records with disturbances: what is free of them, and what is needed."""
+"""Augmented model: a mechanism with added terms or a law, and records with disturbances, some of them free."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.campaign_disturbances import widened
-from mechid.identification.effects.disturbance import Disturbance, lacking_tables
-from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, lay_out, renamed
+from mechid.identification.effects.campaign_disturbances import widen_priors
+from mechid.identification.effects.disturbance import Disturbance, missing_tables
+from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, lay_out, rename_values
 from mechid.identification.effects.pruning import groups_of, needed_groups
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.plant.superset import Superset
@@ -18,20 +18,20 @@ from mechid.plant.superset import Superset
 
 @dataclass(frozen=True, eq=False)
 class AugmentedModel:
-    """A problem in which some effects are free beside the mechanism as written.
+    """Problem in which some effects are free in addition to the mechanism as written.
 
     Attributes
     ----------
     name : str
-        Of the family of effects.
+        Name of the family of effects.
     problem : Problem
     added : AddedTerms
         Its terms, or its law.
     disturbances : tuple of Disturbance
     superset : Superset or None
-        All terms that its mechanism may have; None where there are none.
+        All terms that its mechanism may have; None if there are none.
     base : AddedTerms
-        What it is without its terms: the mechanism as written, or with a law.
+        Model without its terms: the mechanism as written, or with a law.
     """
 
     name: str
@@ -48,45 +48,45 @@ class AugmentedModel:
 
     @property
     def names_by_effect(self) -> dict[str, tuple[str, ...]]:
-        """Dotted names of the parameters of each term and disturbance; a law cannot be left out and has none here."""
+        """Dotted names of the parameters of each term and disturbance; a law cannot be dropped and is not included."""
         return self.added.names_by_term | {one.name: tuple(p.name for p in one.parameters) for one in self.disturbances}
 
     def point_of(self, other: AugmentedModel, q: FloatArray) -> FloatArray:
-        """Return a point of another model in this one, (n,): what is new begins at its null value."""
-        values = renamed(other.problem.coordinates.values(q), other.added, self.added)
+        """Return a point of another model in this one, (n,): new parameters start at their null value."""
+        values = rename_values(other.problem.coordinates.values(q), other.added, self.added)
         return transfer_values(other.problem, q, self.problem, values)
 
-    def laid_out(self, plain: Problem, tables: Collection[str] = ()) -> AugmentedModel:
-        """Return the model without places for other terms: a step of it takes a quarter of the time.
+    def lay_out(self, plain: Problem, tables: Collection[str] = ()) -> AugmentedModel:
+        """Return the model without places for other terms, whose steps take a quarter of the time.
 
         Parameters
         ----------
         plain : Problem
-            The records, of the mechanism as written.
+            Problem of the records with the mechanism as written.
         tables : collection of str
-            That it has in any case, beside those that values of single records need.
+            Tables that it has in any case, in addition to those that per-record values need.
         """
-        return self._laid_out(plain, self.added.terms, tables)
+        return self._lay_out_terms(plain, self.added.terms, tables)
 
-    def _laid_out(self, plain: Problem, terms: Sequence[str], tables: Collection[str] = ()) -> AugmentedModel:
-        added = lay_out(self.base, terms, {*tables, *lacking_tables(self.base.mechanism, self.disturbances)})
-        added = replace(added, widths=renamed(self.added.widths, self.added, added))
+    def _lay_out_terms(self, plain: Problem, terms: Sequence[str], tables: Collection[str] = ()) -> AugmentedModel:
+        added = lay_out(self.base, terms, {*tables, *missing_tables(self.base.mechanism, self.disturbances)})
+        added = replace(added, widths=rename_values(self.added.widths, self.added, added))
         problem = added.problem(plain, self.disturbances)
         return replace(self, problem=problem, added=added, superset=None)
 
-    def keeping(self, plain: Problem, names: Collection[str], name: str) -> AugmentedModel:
-        """Return the model with some of its effects alone, under another name."""
+    def keep_effects(self, plain: Problem, names: Collection[str], name: str) -> AugmentedModel:
+        """Return the model with only some of its effects, under another name."""
         some = tuple(one for one in self.disturbances if one.name in names)
         terms = [term for term in self.added.terms if term in names]
         if self.superset is None:
-            return replace(self, name=name, disturbances=some)._laid_out(plain, terms)
+            return replace(self, name=name, disturbances=some)._lay_out_terms(plain, terms)
         return augment(plain, self.base, self.superset, terms, some, name)
 
-    def needed(self, q: FloatArray, windows: Windows) -> dict[str, float] | None:
+    def needed_effects(self, q: FloatArray, windows: Windows) -> dict[str, float] | None:
         """Return the effects without which the cost rises by more than k ln N, each with that rise.
 
-        All else is free to make up for it. Disturbances that have lines alone are always among them. None where the
-        point cannot be simulated.
+        All other parameters are free to compensate. Disturbances that consist of lines only are always included. None
+        if the point cannot be simulated.
 
         Parameters
         ----------
@@ -102,18 +102,18 @@ class AugmentedModel:
         rises = needed_groups(triangle, distance_from_null(self.problem, q), groups, samples)
         return rises | {one.name: 0.0 for one in self.disturbances if not one.parameters}
 
-    def widened(self, plain: Problem, q: FloatArray, edge: float, factor: float) -> AugmentedModel:
-        """Return the model with wider priors of the effects that stand at the edge of theirs; itself where none does.
+    def widen_priors(self, plain: Problem, q: FloatArray, edge: float, factor: float) -> AugmentedModel:
+        """Return the model with wider priors of effects at the edge of theirs; the model itself if there are none.
 
         Parameters
         ----------
         plain : Problem
-            The records, of the mechanism as written.
+            Problem of the records with the mechanism as written.
         q : (n,)
         edge : float
-            Standard deviations of its prior from which a coordinate stands at the edge.
+            Deviation from its prior, in standard deviations, at which a coordinate counts as at the edge.
         factor : float
-            By which its prior becomes wider.
+            Factor by which its prior is widened.
         """
         coordinates = self.problem.coordinates
         widths = self.added.widths
@@ -122,7 +122,7 @@ class AugmentedModel:
             for c, value in zip(coordinates.space.coordinates, coordinates.of_mechanism(q), strict=True)
             if c.name in widths and abs(value) > edge * widths[c.name]
         }
-        others = widened(self.disturbances, self.problem, q, edge, factor)
+        others = widen_priors(self.disturbances, self.problem, q, edge, factor)
         if not at_edge and others is self.disturbances:
             return self
         wider = {name: width * (factor if name in at_edge else 1.0) for name, width in widths.items()}
@@ -138,24 +138,25 @@ def augment(
     disturbances: Sequence[Disturbance],
     name: str,
 ) -> AugmentedModel:
-    """Return a problem with some terms of a superset and some disturbances free beside a mechanism.
+    """Return a model with some terms of a superset and some disturbances free.
 
     Parameters
     ----------
     plain : Problem
-        The records, of the mechanism as written.
+        Problem of the records with the mechanism as written.
     base : AddedTerms
         That mechanism, or the one with a law in place of its own.
     superset : Superset or None
-        All terms that may stand beside it; None of none.
+        All terms that may be added; None for no terms.
     terms : sequence of str
-        Those that are free, by name.
+        Names of the free terms.
     disturbances : sequence of Disturbance
     name : str
-        What the model is called.
+        Name of the model.
     """
     added = add_terms(superset, terms, base) if superset else base
     problem = added.problem(plain, disturbances)
-    if superset:  # one kernel for all, whichever are free; lanes that nothing moves take no time
+    # One kernel serves any choice of free terms, because unused lanes take no time.
+    if superset:
         problem = replace(problem, capacity=len(superset.mechanism.plant.parameters))
     return AugmentedModel(name, problem, added, tuple(disturbances), superset, base)

@@ -1,4 +1,4 @@
-"""Disturbances of a campaign: those that it may have and does not declare, and those that an earlier fit has found."""
+"""Disturbances of a campaign: possible ones that it does not declare, and those found by an earlier fit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record, record_parameter_name
 from mechid.campaign.identify_options import DISTURBANCES, MAINS
 from mechid.command import MeasuredCommand
-from mechid.identification.effects.disturbance import Disturbance, with_own
+from mechid.identification.effects.disturbance import Disturbance, with_parameters
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.mains import NO_RESTS, grid_at_rest, mains
 from mechid.identification.effects.settings import PRIORS
@@ -22,18 +22,19 @@ from mechid.parameter import Declaration, Parameter, Role, Status
 from mechid.plant.plant import Plant
 
 
-def possible(
+def possible_disturbances(
     problem: Problem, campaign: Campaign, q: FloatArray | None = None, rests: Mapping[str, Window] = NO_RESTS
 ) -> tuple[Disturbance, ...]:
-    """Return the disturbances that records of a problem may have, none of which is declared or excluded.
+    """Return the disturbances that records of a problem may have, except declared and excluded ones.
 
-    Mains hum is one where the longest record shows it: in what the model at `q` leaves, or else before any model; or
-    where records show it before they move, in `rests`, first and last-plus-one sample by name.
+    Mains hum is included if the longest record shows it: in the residual of the model at `q`, or before any model; or
+    if records show it before they move, in `rests`, first and last-plus-one sample by name.
     """
     asked = campaign.options.disturbances
     allowed = DISTURBANCES if asked == "auto" else () if asked == "none" else asked
+    # Records driven by their own channels have neither a driver's clock nor a delay of a command.
     stepped = tuple(t for t in problem.targets if not isinstance(t.command, MeasuredCommand))
-    found = (one for name in allowed if name != MAINS for one in _MADE[name](problem, stepped))
+    found = (one for name in allowed if name != MAINS for one in _MAKERS[name](problem, stepped))
     hum = mains(problem, q) if MAINS in allowed else None
     if hum is None and rests and MAINS in allowed:
         grid = grid_at_rest(problem, rests)
@@ -50,7 +51,8 @@ def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbanc
 
 
 def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
-    if any(t.clocks for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
+    # With a single record, its own clock equals the common one.
+    if any(t.clocks for t in stepped) or len(stepped) < 2:
         return
     names = {t.name: record_parameter_name(t.name, CLOCK.key) for t in stepped}
     own = {record: (_free(name, CLOCK, 0.0, PRIORS.clock_ppm),) for record, name in names.items()}
@@ -69,13 +71,14 @@ def _delay(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbanc
 
 
 def _of_role(role: Role, name: str, words: str) -> Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]:
-    """Return what makes the disturbance in which each record has its own value of the parameter of a role."""
+    """Return a function that makes the disturbance in which each record has its own value of a role's parameter."""
 
     def make(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
         mechanism = problem.space.mechanism
         keys = {name: key for key, name in mechanism.plant.of_record.items()}
         for parameter in (n for n in mechanism.plant.having(role) if n in keys):
             declared = any(p.replaces == parameter for t in problem.targets for p in t.own)
+            # With a single record, its own value could not be distinguished from the mechanism's.
             if declared or len(problem.targets) < 2 or not mechanism.value(parameter):
                 continue
             shared, sigma = mechanism.parameters[parameter], PRIORS.shares[role] * abs(mechanism.value(parameter))
@@ -99,24 +102,24 @@ def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Pa
     )
 
 
-def widened(
+def widen_priors(
     some: tuple[Disturbance, ...], problem: Problem, q: FloatArray, edge: float, factor: float
 ) -> tuple[Disturbance, ...]:
-    """Return disturbances with wider priors of those of which a record's value stands at the edge of its own.
+    """Return disturbances with wider priors where a record's value is at the edge of its own.
 
-    All records of such a one get the wider prior, and a range as wide, within what hardware may be off. The same tuple
-    where none stands there, or none may be wider.
+    All records of such a disturbance get the wider prior, and a range as wide, within the limits of real hardware. The
+    same tuple is returned if no value is at the edge, or none may be wider.
 
     Parameters
     ----------
     some : tuple of Disturbance
-        That the problem has.
+        Disturbances of the problem.
     problem : Problem
     q : (n,)
     edge : float
-        Standard deviations of its prior from which a value stands at the edge.
+        Deviation from its prior, in standard deviations, at which a value counts as at the edge.
     factor : float
-        By which the prior becomes wider.
+        Factor by which the prior is widened.
     """
     off = dict(
         zip(problem.coordinates.own_names, distance_from_null(problem, q)[problem.space.size :].tolist(), strict=True)
@@ -133,7 +136,7 @@ def widened(
 
 
 def _wider(p: Parameter, problem: Problem, factor: float) -> Parameter:
-    """Return a record's parameter with a wider prior and range; one of the file's own range keeps that."""
+    """Return a record's parameter with a wider prior and range; a range from the file is kept."""
     instants = {CLOCK.key: PRIORS.widest_clock_ppm, TIME_OFFSET.key: PRIORS.widest_delay_s}
     shares = {role: share * abs(p.value) for role, share in PRIORS.widest_shares.items()}
     widest = instants.get(p.declaration.key) or next((w for r, w in shares.items() if r is p.declaration.role), None)
@@ -147,7 +150,7 @@ def _wider(p: Parameter, problem: Problem, factor: float) -> Parameter:
     return replace(p, sigma=sigma, min=min(low, p.min), max=max(high, p.max))
 
 
-_MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
+_MAKERS: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
     "clock": _clock,
     "record.clock": _own_clocks,
     "record.delay": _delay,
@@ -163,7 +166,7 @@ _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance
 
 @dataclass(frozen=True, kw_only=True)
 class Declared:
-    """A record's own parameter as the fit began with it: its start, bounds and prior, in its unit."""
+    """Record parameter as the fit began with it: start, bounds and prior, in its unit."""
 
     start: float
     min: float
@@ -171,24 +174,24 @@ class Declared:
     sigma: float | None
 
     @classmethod
-    def bounded(cls, start: float, low: float | None, high: float | None, sigma: float | None) -> Declared:
-        """Return it from what estimate.json writes, in which no bound is none."""
+    def from_file(cls, start: float, low: float | None, high: float | None, sigma: float | None) -> Declared:
+        """Return the parameter from the entries of estimate.json, in which a missing bound is null."""
         return cls(
             start=start, min=-math.inf if low is None else low, max=math.inf if high is None else high, sigma=sigma
         )
 
 
-def recalled(campaign: Campaign, found: Mapping[str, Declared]) -> Campaign:
+def restore_found_records(campaign: Campaign, found: Mapping[str, Declared]) -> Campaign:
     """Return a campaign whose records have the parameters that an earlier fit has found, by dotted name."""
     plant = campaign.mechanism.plant
-    return replace(campaign, records=tuple(recalled_record(r, found, plant) for r in campaign.records))
+    return replace(campaign, records=tuple(restore_found_record(r, found, plant) for r in campaign.records))
 
 
-def recalled_record(record: CampaignRecord, found: Mapping[str, Declared], plant: Plant) -> CampaignRecord:
-    """Return a record with the parameters that an earlier fit has found of it, free."""
+def restore_found_record(record: CampaignRecord, found: Mapping[str, Declared], plant: Plant) -> CampaignRecord:
+    """Return a record with its parameters found by an earlier fit, free."""
     prefixes = f"record.{record.name}.", f"{CAMPAIGN}."
     own = (_parameter(name, given, plant) for name, given in found.items() if name.startswith(prefixes))
-    return with_own(record, own)
+    return with_parameters(record, own)
 
 
 def _parameter(name: str, given: Declared, plant: Plant) -> Parameter:

@@ -1,4 +1,4 @@
-"""One disturbance: the parameters that records get for it, from where it is none; put into a problem, taken out."""
+"""Disturbance of records: its parameters and their null values, and its insertion into and removal from a problem."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from mechid.campaign.record_tables import OWN
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.problem import Problem, transfer_coordinates
-from mechid.identification.output_error.record_parameters import tells_mean
+from mechid.identification.output_error.record_parameters import determines_mean
 from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 
 SAME_LINE_HZ = 1e-6
-"""Frequencies that differ by no more are one line: rounding."""
+"""Largest difference of two frequencies that count as one line, due to rounding."""
 SAME_MULTIPLE_HZ = 10.0
-"""Lines of the grids' multiples are a multiple of this apart, and each is much nearer to it."""
+"""Spacing of the grids' multiples, to which each line is much closer."""
 MAINS_PREFIX = "mains:"
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What records have beside the mechanism.
+    """Effect on records that is not part of the mechanism.
 
     Attributes
     ----------
     name : str
-        As `estimate.json` names it, ``"clock"`` or ``"record.voltage"``.
+        Name in `estimate.json`, such as ``"clock"`` or ``"record.voltage"``.
     words : str
-        What it is.
+        Description.
     own : mapping of record to tuple of Parameter
-        What each record gets, free, at the value at which the disturbance is none, with a prior. Records may share one.
+        Parameters of each record, free, at their null value, with a prior. Records may share one.
     lines_hz : mapping of record to tuple of float
         Lines that are projected out of a record's leading channel, with offset and drift.
     """
@@ -49,13 +49,13 @@ class Disturbance:
 
     @property
     def mains_hz(self) -> float | None:
-        """Nominal frequency of the mains whose hum it is; None where it is something else."""
+        """Nominal frequency of the mains for hum; None for other disturbances."""
         grid = self.name.removeprefix(MAINS_PREFIX).removesuffix("Hz")
         return float(grid) if self.lines_hz and self.name.startswith(MAINS_PREFIX) else None
 
     @property
     def seen_hz(self) -> float | None:
-        """Frequency of the mains as it was seen; None where it is something else."""
+        """Measured frequency of the mains for hum; None for other disturbances."""
         grid = self.mains_hz
         if grid is None:
             return None
@@ -64,23 +64,25 @@ class Disturbance:
 
     @property
     def records(self) -> tuple[str, ...]:
-        """The records that it is in."""
+        """Records that have it."""
         return (*self.own, *(name for name, lines in self.lines_hz.items() if lines))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All its parameters, one that is shared once."""
+        """All its parameters, a shared one once."""
         return tuple({p.name: p for own in self.own.values() for p in own}.values())
 
-    def frees_as(self, other: Disturbance) -> bool:
-        """Tell whether another one frees the same: a clock of all records and one of each."""
+    def overlaps(self, other: Disturbance) -> bool:
+        """Tell whether another disturbance frees the same, as a common clock and one clock for each record."""
         mine, others = ({p.declaration for p in one.parameters} for one in (self, other))
         return self.name == other.name or not mine.isdisjoint(others)
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: a mean of what every record has of its own that none tells is the mechanism's."""
-        replaced = {p.replaces for p in self.parameters if p.replaces and not tells_mean(p)}
+        """Degrees of freedom."""
+        # A mean over all records that the data do not determine is tied to the mechanism's value, which takes one
+        # degree.
+        replaced = {p.replaces for p in self.parameters if p.replaces and not determines_mean(p)}
         return len(self.parameters) - len(replaced) + 2 * sum(map(len, self.lines_hz.values()))
 
     def toml(self, values: Mapping[str, float]) -> str:
@@ -96,20 +98,21 @@ class Disturbance:
             lines += [f"[[{OWN}]]", f'record = "{record}"', *entries, ""] if entries else []
         keys = (key_in_record(p.name) for p in self.parameters if not _is_shared(p))
         tables = sorted({key.rpartition(".")[0] for key in keys if "." in key})
+        # The table comes first as a comment, because only the mechanism file can provide it.
         return "\n".join([*(f"# The mechanism file needs a table [{table}]." for table in tables), *lines])
 
 
 @dataclass(frozen=True)
 class Found:
-    """A disturbance that records ask for, and what a fit with it explains more than one without.
+    """Disturbance supported by the data, and the improvement of a fit with it.
 
     Attributes
     ----------
     disturbance : Disturbance
     chi_square : float
-        By how much the sum of squares falls, each record's samples counted for what they are worth.
+        Reduction of the sum of squares, using effective sample counts.
     share : float
-        Of what the records hold beyond their noise.
+        Reduction as a share of the misfit beyond noise.
     """
 
     disturbance: Disturbance
@@ -118,9 +121,9 @@ class Found:
 
 
 def with_disturbances(problem: Problem, some: Iterable[Disturbance]) -> Problem:
-    """Return a problem with the parameters of some disturbances free, their priors counted; its start has none of them.
+    """Return a problem with the parameters of some disturbances free, with priors, and starting at their null values.
 
-    A point of it is that of the problem without, by `transfer_coordinates`.
+    A point of the problem without them is converted by `transfer_coordinates`.
     """
     some = tuple(some)
     targets = tuple(_disturbed_target(target, some) for target in problem.targets)
@@ -130,11 +133,11 @@ def with_disturbances(problem: Problem, some: Iterable[Disturbance]) -> Problem:
     return replace(problem, targets=targets, priors={**problem.priors, **priors})
 
 
-def without(problem: Problem, q: FloatArray, some: Iterable[Disturbance]) -> tuple[Problem, FloatArray]:
-    """Return a problem, and its point, without some disturbances that were put into it."""
+def remove_disturbances(problem: Problem, q: FloatArray, some: Iterable[Disturbance]) -> tuple[Problem, FloatArray]:
+    """Return a problem, and its point, with some of its disturbances removed."""
     some = tuple(some)
     lost = {p.name: p for one in some for p in one.parameters}
-    targets = tuple(_without_lines(replace(t, own=_kept(t.own, lost)), some) for t in problem.targets)
+    targets = tuple(_without_lines(replace(t, own=_remaining_parameters(t.own, lost)), some) for t in problem.targets)
     priors = {name: prior for name, prior in problem.priors.items() if name not in lost}
     other = replace(problem, targets=targets, priors=priors)
     return other, transfer_coordinates(problem, q, other)
@@ -149,8 +152,8 @@ def _without_lines(target: Target, some: Sequence[Disturbance]) -> Target:
     return replace(target, channels=(replace(target.leading, turns=kept), *target.channels[1:]))
 
 
-def _kept(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
-    """Return a record's parameters without those lost; a time offset, which every record has, is known again."""
+def _remaining_parameters(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
+    """Return a record's parameters without the removed ones; the time offset of every record is fixed again."""
     kept = (p for p in own if p.name not in lost or is_time_offset(p))
     return tuple(
         Parameter(name=p.name, value=lost[p.name].value, declaration=p.declaration) if p.name in lost else p
@@ -158,8 +161,8 @@ def _kept(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Para
     )
 
 
-def lacking_tables(mechanism: Mechanism, some: Iterable[Disturbance]) -> frozenset[str]:
-    """Return the tables that a mechanism lacks and in which values of single records replace its own: of a gain."""
+def missing_tables(mechanism: Mechanism, some: Iterable[Disturbance]) -> frozenset[str]:
+    """Return the tables that a mechanism lacks and that per-record values need: that of a gain."""
     replaced = {p.replaces for one in some for p in one.parameters if p.replaces}
     return frozenset(name.rpartition(".")[0] for name in replaced - mechanism.parameters.keys())
 
@@ -173,7 +176,7 @@ def disturbed_campaign(campaign: Campaign, some: Sequence[Disturbance]) -> Campa
 
 def _disturbed_record(record: CampaignRecord, some: Sequence[Disturbance]) -> CampaignRecord:
     shared = [p for one in some for p in one.parameters if _is_shared(p)]
-    return with_own(record, {p.name: p for p in (*shared, *_of(record.name, some).values())}.values())
+    return with_parameters(record, {p.name: p for p in (*shared, *_of(record.name, some).values())}.values())
 
 
 def lines_of(problem: Problem) -> set[float]:
@@ -184,7 +187,7 @@ def lines_of(problem: Problem) -> set[float]:
 def lines_by_record(problem: Problem, records: Iterable[str]) -> dict[str, tuple[float, ...]]:
     """Return the lines in Hz to be projected out of each of some records.
 
-    A record that the problem does not have gets those that its records have in common, the median of each.
+    A record that is not in the problem gets the lines common to its records, the median of each.
     """
     own = {t.name: tuple(turns * t.base.sample_rate_hz for turns in t.leading.turns) for t in problem.targets}
     by_whole: dict[int, list[float]] = {}
@@ -195,7 +198,7 @@ def lines_by_record(problem: Problem, records: Iterable[str]) -> dict[str, tuple
 
 
 def with_lines(record: CampaignRecord, lines_hz: Collection[float]) -> CampaignRecord:
-    """Return a record of whose leading channel further lines are projected out, as far as its sampling lets them be."""
+    """Return a record with further lines projected out of its leading channel, up to half its sample rate."""
     if not lines_hz:
         return record
     rate = record.data.sample_rate_hz if record.data else 0.0
@@ -209,14 +212,14 @@ def with_lines(record: CampaignRecord, lines_hz: Collection[float]) -> CampaignR
     )
 
 
-def with_own(record: CampaignRecord, own: Iterable[Parameter]) -> CampaignRecord:
-    """Return a record with further parameters of its own, or others in place of those it has.
+def with_parameters(record: CampaignRecord, own: Iterable[Parameter]) -> CampaignRecord:
+    """Return a record with further record parameters, or others in place of its own ones.
 
-    What all share is for those alone that have no clock of their own: a record that its own channels drive has none.
+    A shared clock applies only to records without a clock of their own. A record that its own channels drive has none.
     """
     alone = isinstance(record.command, MeasuredCommand) or (record.clock and not _is_shared(record.clock))
     mine = {p.name: p for p in own if not (alone and _is_shared(p))}
-    return replace(record, parameters=_joined(record.parameters, mine))
+    return replace(record, parameters=_merge_parameters(record.parameters, mine))
 
 
 def _is_shared(parameter: Parameter) -> bool:
@@ -232,7 +235,7 @@ def _disturbed_target(target: Target, some: Sequence[Disturbance]) -> Target:
     if not own:
         return target
     held = replace(target, own=tuple(p for p in target.own if p.name not in own))
-    return replace(held.with_own(*own.values()), own=_joined(target.own, own))
+    return replace(held.add_parameters(*own.values()), own=_merge_parameters(target.own, own))
 
 
 def _of(record: str, some: Sequence[Disturbance]) -> dict[str, Parameter]:
@@ -243,8 +246,8 @@ def _lines_of(record: str, some: Sequence[Disturbance]) -> tuple[float, ...]:
     return tuple(hz for one in some for hz in one.lines_hz.get(record, ()))
 
 
-def _joined(declared: Sequence[Parameter], own: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
-    """Return parameters with those of disturbances in their places, further ones behind."""
+def _merge_parameters(declared: Sequence[Parameter], own: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
+    """Return declared parameters, replaced by those of disturbances of the same name, followed by further ones."""
     further = (p for name, p in own.items() if name not in {q.name for q in declared})
     return (*(own.get(p.name, p) for p in declared), *further)
 

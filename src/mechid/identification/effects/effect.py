@@ -18,19 +18,18 @@ from mechid.plant.superset import Superset, superset_of, unlisted_extensions, wi
 
 @dataclass(frozen=True)
 class AddedTerms:
-    """A mechanism with terms or a law that the one as written does not have.
+    """Mechanism with terms or a law that the mechanism as written does not have.
 
     Attributes
     ----------
     mechanism : Mechanism
         With the terms free, and with the law.
     widths : mapping of str to float
-        Standard deviations of the terms' small priors, by dotted name; those of a law, which has no null, have none.
+        Standard deviations of the terms' small priors, by dotted name; a law has no null value and no such prior.
     new : mapping of str to str
-        Dotted names of the free parameters that the mechanism as written does not have, each with the name of its term
-        or law.
+        Term or law of each additional free parameter, by the parameter's dotted name.
     law : str
-        Name of the law among them that stands in place of another one; empty where none does. It has no null value.
+        Name of the law that replaces another one; empty if there is none. It has no null value.
     aliases : mapping of str to tuple of str
         Names of the terms that explain as much in place of an added one, by the name of that one.
     """
@@ -43,7 +42,7 @@ class AddedTerms:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of its terms and its law, as diagnosis calls them."""
+        """Names of its terms and its law, as in a diagnosis."""
         return tuple(dict.fromkeys(self.new.values()))
 
     @property
@@ -61,13 +60,13 @@ class AddedTerms:
         return tuple(parameter for parameter, of in self.new.items() if of == name)
 
     def problem(self, plain: Problem, disturbances: Sequence[Disturbance] = ()) -> Problem:
-        """Return the problem of the same records with the terms free, and with some disturbances of the records."""
+        """Return the problem of the same records with the terms free, and with some disturbances."""
         wider = replace(plain, space=SearchSpace(self.mechanism, plain.space.polar), shrinkage=self.widths)
         return with_disturbances(wider, disturbances)
 
 
 def add_terms(superset: Superset, names: Collection[str], base: AddedTerms | None = None) -> AddedTerms:
-    """Return a mechanism with some terms of its superset free; `base` is what it has without them, a law."""
+    """Return a mechanism with some terms of its superset free, in addition to those of `base`, such as a law."""
     before = base or AddedTerms(superset.mechanism)
     new = {name: term for name, term in superset.term_of.items() if term in names}
     widths = {name: width for term in superset.terms if term.name in names for name, width in term.widths.items()}
@@ -81,14 +80,14 @@ def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:
 
 
 def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = ()) -> AddedTerms:
-    """Return a mechanism with some terms and no place for others, as a file would declare them, without small priors.
+    """Return a mechanism with some terms as a file would declare them, without small priors and places for other terms.
 
     Parameters
     ----------
     base : AddedTerms
-        The mechanism without terms: as written, or with a law.
+        Mechanism without terms: as written, or with a law.
     names : collection of str
-        Of terms.
+        Names of terms.
     tables : collection of str
         Optional tables that it has in any case, with their defaults.
     """
@@ -97,15 +96,16 @@ def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = 
     if not names:
         return base
     unlisted = unlisted_extensions(mechanism)
+    # Sets have no fixed order, but the order of terms is part of the plant and of its kernel.
     further = [unlisted[name] for name in sorted(unlisted.keys() & set(names))]
     superset = superset_of(mechanism, only=names, further=further)
     return replace(add_terms(superset, names, base), widths={}) if superset else base
 
 
-def renamed(values: Mapping[str, float], of: AddedTerms, other: AddedTerms) -> dict[str, float]:
-    """Return values by the names that the terms of a mechanism have in another one; those that it lacks are left out.
+def rename_values(values: Mapping[str, float], of: AddedTerms, other: AddedTerms) -> dict[str, float]:
+    """Return values with the parameter names of another mechanism; terms that it lacks are left out.
 
-    Entries of a list have other places where others stand beside them.
+    The index of a list entry depends on the other terms in the list.
     """
     here, there = other.names_by_term, of.names_by_term
     common = here.keys() & there.keys()
@@ -115,10 +115,10 @@ def renamed(values: Mapping[str, float], of: AddedTerms, other: AddedTerms) -> d
 
 
 def distance_from_null(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return how far each coordinate of an effect is from its null value, (n,).
+    """Return the distance of each coordinate of an effect from its null value, (n,).
 
-    That of a term is 0; that of a record's own parameter the mechanism's value where it replaces one, else the value
-    that the record was declared with.
+    The null value of a term is 0. That of a record parameter is the mechanism's value if it replaces one, otherwise the
+    declared value of the record.
     """
     values = problem.space.values(problem.coordinates.of_mechanism(q))
     nulls = [values.get(c.parameter.replaces, c.parameter.value) for c in problem.coordinates.own]

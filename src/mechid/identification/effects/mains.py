@@ -1,4 +1,4 @@
-"""Mains hum: lines at multiples of 50 or 60 Hz, at the frequency that all records tell, projected out of each."""
+"""Mains hum: lines at multiples of 50 or 60 Hz, at a frequency common to all records, projected out of each."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mechid.signal.settings import HUM
 from mechid.signal.trend import fit_line
 
 USUAL = (1, 2, 3)
-"""Multiples of a grid that is declared, whether they stand out or not."""
+"""Multiples of a declared grid that are always included."""
 NO_RESTS: Mapping[str, Window] = MappingProxyType({})
 WORDS = "mains hum is in the records"
 
@@ -35,50 +35,52 @@ def mains(
     declared_hz: float | None = None,
     rests: Mapping[str, Window] = NO_RESTS,
 ) -> Disturbance | None:
-    """Return mains hum as the longest record shows it: in what the model leaves at a point, or before any model.
+    """Return mains hum of the longest record: in the residual of a model at a point, or before any model.
 
-    A record whose rate varies shows best whether it is there: steps at 50 a second are lines of 50 Hz too, so that at a
-    steady rate lines at quarters of it do not count. Its frequency is the one that all records tell together, within
-    0.2 Hz of the nominal or declared one, or a record's own where that tells another; what a record of T s tells of a
-    frequency is far below 1/T. In what a model leaves, a line is followed where it drifts (`mechid.signal.grid`).
+    A record of varying rate shows best whether there is hum. Steps at 50 a second have lines at 50 Hz too, so at a
+    steady rate lines at quarters of it do not count. The frequency is determined by all records together, within 0.2 Hz
+    of the nominal or declared one, or by a record alone if it shows another one. A record of T s determines a frequency
+    to far better than 1/T. In the residual of a model, a line is followed where it drifts (`mechid.signal.grid`).
 
     Parameters
     ----------
     problem : Problem
     q : (n,) or None
-        Where the model is to be taken from the record.
+        Point of the model to be subtracted from the record.
     declared_hz : float or None
-        Its frequency where it is known to be there, with its usual multiples at least; 50 or 60 are the nominal ones.
+        Frequency of hum that is known to be present, at least with its usual multiples; 50 or 60 are the nominal ones.
     rests : mapping of str to (int, int)
-        Samples of records, by name, in which no motion hides hum: they tell its frequency too.
+        Samples of records, by name, in which no motion hides hum; they help to determine its frequency.
     """
-    longest = max(problem.targets, key=lambda t: (_varies(t), t.base.duration_s))
+    longest = max(problem.targets, key=lambda t: (_has_varying_rate(t), t.base.duration_s))
     series = longest.leading.measured if q is None else misfit_series(problem.model, longest, q, _whole(longest))[0]
     if not is_finite(series) or series.size < PRIORS.hum_samples:
         return None
     found = prominence(series, longest.base.sample_rate_hz)
-    seen = [one for one in mains_lines(found) if _varies(longest) or not _is_of_steps(one, longest, found.bin_hz)]
+    seen = [
+        one for one in mains_lines(found) if _has_varying_rate(longest) or not _is_of_steps(one, longest, found.bin_hz)
+    ]
     grids = {one.mains_hz for one in seen} if declared_hz is None else {_nominal(declared_hz)}
     if not grids:
         return None
     grid = max(grids, key=lambda hz: sum(one.line.ratio for one in seen if one.mains_hz == hz))
     own = [one for one in seen if one.mains_hz == grid]
     multiples = sorted({one.multiple for one in own} | set(USUAL if declared_hz else ()))
-    hummed = [_hummed(problem, target, q) for target in problem.targets]
-    resting = [_resting(target, rests[target.name]) for target in problem.targets if target.name in rests]
-    told = evident_grid([*hummed, *resting], declared_hz or grid)
+    series_of_records = [_hum_series(problem, target, q) for target in problem.targets]
+    rests_of_records = [_rest_series(target, rests[target.name]) for target in problem.targets if target.name in rests]
+    common_grid = evident_grid([*series_of_records, *rests_of_records], declared_hz or grid)
     hz = _frequency(own) if own and declared_hz in (None, grid) else declared_hz or grid
-    each = told.own_hz[: len(hummed)] if told else (hz,) * len(hummed)
+    each = common_grid.own_hz[: len(series_of_records)] if common_grid else (hz,) * len(series_of_records)
     lines = {}
-    for target, one, own_hz in zip(problem.targets, hummed, each, strict=True):
+    for target, one, own_hz in zip(problem.targets, series_of_records, each, strict=True):
         inside = _within([own_hz * multiple for multiple in multiples], target)
-        drift = drifting_lines if told and q is not None else _steady
+        drift = drifting_lines if common_grid and q is not None else _steady
         lines[target.name] = tuple(hz for line in inside for hz in drift(one, line))
     return Disturbance(f"{MAINS_PREFIX}{grid:g}Hz", WORDS, lines_hz=lines)
 
 
 def grid_at_rest(problem: Problem, rests: Mapping[str, Window]) -> float | None:
-    """Return the nominal frequency of the grid, Hz, whose hum records show before they move; None where they show none.
+    """Return the nominal grid frequency, Hz, of hum that records show before they move; None if there is none.
 
     Parameters
     ----------
@@ -92,44 +94,47 @@ def grid_at_rest(problem: Problem, rests: Mapping[str, Window]) -> float | None:
 
 
 def _fall_by_hum(target: Target, rest: Window, grid_hz: float) -> float:
-    """Return by how much the sum of squares of a rest falls with hum, in variances of the noise.
+    """Return the reduction of a rest's sum of squares by hum, in variances of the noise.
 
-    Nothing where more than noise is left beside the hum: the mechanism is then not at rest, as after switching on.
+    It is zero if more than noise is left besides the hum: then the mechanism is not at rest, as after switching on.
     """
     channel, size = target.leading, rest[1] - rest[0]
     if size < PRIORS.hum_samples or size * grid_hz < PRIORS.hum_periods * target.base.sample_rate_hz:
         return 0.0
-    resting, rejected = stretch_of(channel.measured, *rest), channel.rejected_within(rest)
+    rests_of_records, rejected = stretch_of(channel.measured, *rest), channel.rejected_within(rest)
     turns = [hz / target.base.sample_rate_hz for hz in _within([grid_hz * k for k in USUAL], target)]
-    lines = (fit_line(resting, 1, rejected), fit_line(resting, 1, rejected, turns))
-    left = [float(np.sum((np.asarray(resting) - line.at(0, size)) ** 2)) for line in lines]
+    lines = (fit_line(rests_of_records, 1, rejected), fit_line(rests_of_records, 1, rejected, turns))
+    left = [float(np.sum((np.asarray(rests_of_records) - line.at(0, size)) ** 2)) for line in lines]
     is_rest = left[1] < PRIORS.rest_noise * size * channel.sigma**2
     return (left[0] - left[1]) / channel.sigma**2 if is_rest else 0.0
 
 
-def read_anew(problem: Problem, q: FloatArray, declared_hz: float) -> Problem:
-    """Return a problem whose declared hum is that of what the model leaves at a point, where its motion hides none."""
+def redetermine_hum(problem: Problem, q: FloatArray, declared_hz: float) -> Problem:
+    """Return a problem with its declared hum determined again from the residual at a point.
+
+    The residual contains no motion that could hide hum.
+    """
     bare = replace(problem, targets=tuple(_without_lines(t) for t in problem.targets))
     hum = mains(bare, q, declared_hz)
     return with_disturbances(bare, [hum]) if hum else problem
 
 
-def grid_shown(problem: Problem, q: FloatArray) -> float | None:
-    """Return the frequency in Hz of the grid whose hum records have had removed, or that is left in them; else None.
+def find_grid_hz(problem: Problem, q: FloatArray) -> float | None:
+    """Return the grid frequency in Hz of hum that was removed from the records, or that their residuals show.
 
-    What is left counts as hum where a record of varying rate shows it, or two of others: at one rate alone it may be
-    the mechanism's.
+    None if there is none. Lines in residuals count as hum if a record of varying rate shows them, or two others: at one
+    rate alone they may belong to the mechanism.
     """
     removed = sorted(lines_of(problem))
     if removed:
         nominal = min(HUM.mains_hz, key=lambda grid: sum(abs(math.remainder(hz, grid)) for hz in removed))
         return statistics.median(hz / round(hz / nominal) for hz in removed)
-    hummed = [_hummed(problem, target, q) for target in problem.targets]
+    series_of_records = [_hum_series(problem, target, q) for target in problem.targets]
     for nominal in HUM.mains_hz:
-        told = evident_grid(hummed, nominal)
-        shown = [t for t, shows in zip(problem.targets, told.shown, strict=True) if shows] if told else []
-        if told and (len(shown) > 1 or any(map(_varies, shown))):
-            return told.hz
+        common_grid = evident_grid(series_of_records, nominal)
+        shown = [t for t, shows in zip(problem.targets, common_grid.shown, strict=True) if shows] if common_grid else []
+        if common_grid and (len(shown) > 1 or any(map(_has_varying_rate, shown))):
+            return common_grid.hz
     return None
 
 
@@ -137,10 +142,10 @@ def _without_lines(target: Target) -> Target:
     return replace(target, channels=(replace(target.leading, turns=()), *target.channels[1:]))
 
 
-def _hummed(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
-    """Return the series of a target in which hum is looked for: as measured, or what the model leaves at a point."""
+def _hum_series(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
+    """Return the series of a target that is searched for hum: as measured, or the residual at a point."""
     series = target.leading.measured if q is None else misfit_series(problem.model, target, q, _whole(target))[0]
-    rate, varies = abs(float(target.command.rate.rates[0])), _varies(target)
+    rate, varies = abs(float(target.command.rate.rates[0])), _has_varying_rate(target)
 
     def is_clear(hz: float, reach: float) -> bool:
         return varies or rate == 0.0 or abs(math.remainder(hz, 0.25 * rate)) > reach
@@ -148,8 +153,8 @@ def _hummed(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
     return Hummed(series if is_finite(series) else np.zeros(0), target.base.sample_rate_hz, is_clear)
 
 
-def _resting(target: Target, rest: Window) -> Hummed:
-    """Return a stretch of rest of a target, in which hum is looked for."""
+def _rest_series(target: Target, rest: Window) -> Hummed:
+    """Return a stretch of rest of a target, which is searched for hum."""
     return Hummed(stretch_of(target.leading.measured, *rest), target.base.sample_rate_hz)
 
 
@@ -157,13 +162,16 @@ def _nominal(hz: float) -> float:
     return min(HUM.mains_hz, key=lambda grid: abs(grid - hz))
 
 
-def _varies(target: Target) -> bool:
-    """Tell whether the commanded rate of a record does."""
+def _has_varying_rate(target: Target) -> bool:
+    """Tell whether the commanded rate of a record varies."""
     return len(set(target.command.rate.rates)) > 1
 
 
 def _is_of_steps(one: MainsLine, target: Target, bin_hz: float) -> bool:
-    """Tell whether a line is where a steady rate has its own: at quarters of it, one electrical turn."""
+    """Tell whether a line may belong to the steps of a steady rate.
+
+    The steps have lines at multiples of a quarter of the rate, one electrical turn.
+    """
     quarter_hz = 0.25 * abs(target.command.rate.rates[0])
     return quarter_hz > 0.0 and abs(math.remainder(one.line.frequency_hz, quarter_hz)) < HUM.bins * bin_hz
 
@@ -174,6 +182,7 @@ def _whole(target: Target) -> tuple[int, int]:
 
 def _frequency(own: Sequence[MainsLine]) -> float:
     """Return the grid's frequency, Hz, from its lines by least squares."""
+    # Inverse variances of each line's estimate of the grid: a strong line and a high multiple determine it best.
     weights = np.array([(one.multiple * one.line.amplitude / one.line.sigma) ** 2 for one in own])
     return float(np.average([one.line.frequency_hz / one.multiple for one in own], weights=weights))
 
@@ -183,6 +192,6 @@ def _steady(_: Hummed, hz: float) -> tuple[float, ...]:
 
 
 def _within(lines: Sequence[float], target: Target) -> tuple[float, ...]:
-    """Return the lines that a record can have, and does not have projected out already."""
+    """Return the lines below half the sample rate; none if the record has projected lines already."""
     rate, there = target.base.sample_rate_hz, target.leading.turns
     return () if there else tuple(hz for hz in lines if hz < min(HUM.highest_hz + 1.0, 0.5 * rate))

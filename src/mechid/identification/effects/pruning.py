@@ -1,4 +1,4 @@
-"""Backward elimination of groups of coordinates by the derivatives at an optimum: a first pass without any fit."""
+"""Backward elimination of groups of coordinates by the derivatives at an optimum, without further fits."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.effects.effect import distance_from_null
-from mechid.identification.effects.scores import bayesian_penalty, by_own_residuals
+from mechid.identification.effects.scores import bayesian_penalty, weight_by_residuals
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 
 Groups = Mapping[str, tuple[int, ...]]
-"""Coordinates of each group by its name."""
+"""Coordinates of each group, by name."""
 
 
 def groups_of(problem: Problem, named: Mapping[str, Collection[str]]) -> Groups:
-    """Return the coordinates of groups of dotted names; a group of which none is moved is left out."""
+    """Return the coordinates of groups of dotted names, without groups that have no free parameter."""
     names = problem.coordinates.names
     found = {group: tuple(j for j, name in enumerate(names) if name in own) for group, own in named.items()}
     return {group: places for group, places in found.items() if places}
@@ -27,19 +27,19 @@ def groups_of(problem: Problem, named: Mapping[str, Collection[str]]) -> Groups:
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """Derivatives at an optimum by which each of its effects is judged, without a further fit.
+    """Derivatives at an optimum by which its effects are judged, without a further fit.
 
     Attributes
     ----------
     problem : Problem
-        Each channel at its own residual's level: a raised noise level hides which effects are needed.
+        Each channel is weighted by its own residual, because a raised noise level hides which effects are needed.
     q : (n,)
         The optimum.
     triangle : Triangle
     groups : mapping of str to tuple of int
-        Coordinates of each effect by its name.
+        Coordinates of each effect, by name.
     effective_samples : float
-        Of all records.
+        Effective samples of all records.
     """
 
     problem: Problem
@@ -53,18 +53,18 @@ class Linearisation:
         return distance_from_null(self.problem, self.q)
 
     @cached_property
-    def needed(self) -> frozenset[str]:
-        """Effects without which the cost rises by more than k ln N, the others free to make up for it."""
+    def needed_effects(self) -> frozenset[str]:
+        """Effects without which the cost rises by more than k ln N, with the others free to compensate."""
         return frozenset(needed_groups(self.triangle, self._away, self.groups, self.effective_samples))
 
     def rises(self) -> dict[str, float]:
-        """Return the rise of the cost without each effect, and under an empty name without all of them."""
+        """Return the rise of the cost without each effect, and, under an empty name, without all of them."""
         here = _least(self.triangle, self._away, ())
         nulled = {**self.groups, "": _places(self.groups, self.groups)}
         return {name: _least(self.triangle, self._away, places) - here for name, places in nulled.items()}
 
-    def keeping(self, names: Collection[str]) -> tuple[float, FloatArray]:
-        """Return the least cost with some of the effects alone, and the point of it within the bounds, (n,)."""
+    def fit_only(self, names: Collection[str]) -> tuple[float, FloatArray]:
+        """Return the least cost with only some of the effects, and its point within the bounds, (n,)."""
         places = _places(self.groups, self.groups.keys() - set(names))
         gone, moved, rest = _split(self.triangle, self._away, places)
         step = np.where(gone, -self._away, 0.0)
@@ -75,7 +75,7 @@ class Linearisation:
 def linearise(
     problem: Problem, q: FloatArray, windows: Windows, named: Mapping[str, Collection[str]]
 ) -> Linearisation | None:
-    """Return the derivatives at an optimum by which its effects are judged; None where it cannot be simulated.
+    """Return the derivatives at an optimum by which its effects are judged; None if it cannot be simulated.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def linearise(
     named : mapping of str to collection of str
         Dotted names of the coordinates of each effect, by its name.
     """
-    weighted, samples = by_own_residuals(problem, q, windows)
+    weighted, samples = weight_by_residuals(problem, q, windows)
     triangle = weighted.joint(q, windows)
     if not np.all(np.isfinite(triangle.jacobian)):
         return None
@@ -93,9 +93,9 @@ def linearise(
 
 
 def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, effective_samples: float) -> dict[str, float]:
-    """Return the groups that are needed, each with the rise of the cost without it, others free to make up for it.
+    """Return the needed groups, each with the rise of the cost without it, with the others free to compensate.
 
-    Dropped backwards, the cheapest first, while that costs less than k ln N (Schwarz 1978).
+    Groups are dropped backwards, the cheapest first, while dropping costs less than k ln N (Schwarz 1978).
 
     Parameters
     ----------
@@ -116,17 +116,20 @@ def needed_groups(triangle: Triangle, away: FloatArray, groups: Groups, effectiv
         cheapest = min(excess, key=lambda name: excess[name])
         if excess[cheapest] >= 0.0:
             break
+        # One group at a time, because dropping one raises the rises of those that could compensate it.
         del kept[cheapest]
     return {name: rises[name] for name in kept}
 
 
-def falls(triangle: Triangle, groups: Groups) -> dict[str, float]:
-    """Return by how much the cost falls with each group alone free beside all that is in none, as derivatives have it.
+def cost_reductions(triangle: Triangle, groups: Groups) -> dict[str, float]:
+    """Return the reduction of the cost by each group alone, as predicted by the derivatives.
+
+    All coordinates outside the groups stay free.
 
     Parameters
     ----------
     triangle : Triangle
-        Where none of the groups acts, priors included.
+        At null values of all groups, priors included.
     groups : mapping of str to tuple of int
     """
     nothing = np.zeros(triangle.jacobian.shape[1])
@@ -139,13 +142,13 @@ def _places(groups: Groups, names: Iterable[str]) -> tuple[int, ...]:
 
 
 def _least(triangle: Triangle, away: FloatArray, nulled: tuple[int, ...]) -> float:
-    """Return the least cost with some coordinates at their null, as the derivatives have it."""
+    """Return the least cost with some coordinates at their null values, as predicted by the derivatives."""
     _, moved, rest = _split(triangle, away, nulled)
     return float(np.sum((moved + rest @ _step(rest, moved)) ** 2))
 
 
 def _split(triangle: Triangle, away: FloatArray, nulled: tuple[int, ...]) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Return which coordinates are nulled, the residual with them there, and the derivatives to the others."""
+    """Return a mask of the nulled coordinates, the residual with them at null, and the derivatives to the others."""
     J, r = triangle.jacobian, triangle.fun
     gone = np.zeros(J.shape[1], dtype=np.bool_)
     gone[list(nulled)] = True
@@ -153,7 +156,8 @@ def _split(triangle: Triangle, away: FloatArray, nulled: tuple[int, ...]) -> tup
 
 
 def _step(J: FloatArray, r: FloatArray) -> FloatArray:
-    """Return the step d that makes r + J d least."""
+    """Return the step d that minimises r + J d."""
     size = np.linalg.norm(J, axis=0)
+    # Columns are scaled to unit length, so that the rank decision does not depend on units.
     size = np.where(size > 0.0, size, 1.0)
     return np.asarray(np.linalg.lstsq(J / size, -r, rcond=1e-12)[0] / size)

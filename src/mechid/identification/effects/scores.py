@@ -1,7 +1,8 @@
-"""Score test of effects: how much each would explain of what a model leaves, without a fit of its own.
+"""Score test of effects: the share of a model's residual that each would explain, without a fit of its own.
 
-At an optimum the residual has no component along what is free. What a further effect would take of it follows from
-its derivative less what the free ones can imitate (Rao's score test): one pass with sensitivities for all effects.
+At an optimum, the residual has no component along the free parameters. The part that a further effect would explain
+follows from its derivative less the part that the free parameters can imitate (Rao's score test): one pass with
+sensitivities for all effects.
 """
 
 from __future__ import annotations
@@ -23,33 +24,33 @@ from mechid.signal.stored import Room, write_at
 from mechid.signal.whiteness import effective_samples
 
 SMALLEST = 1e-300
-"""No residual is as small: it stands in for zero in a quotient."""
+"""Substitute for zero in a quotient; no residual is as small."""
 COLLINEAR = 1e-9
-"""Relative size of a direction that others hold already. A choice well above rounding."""
+"""Relative size below which a direction counts as spanned by others. A choice well above rounding."""
 
-Widened = Callable[[Problem, Sequence[str]], tuple[Problem, FloatArray]]
-"""From a problem to the one with some effects free, and the model's point there, at which none of them acts."""
+Widen = Callable[[Problem, Sequence[str]], tuple[Problem, FloatArray]]
+"""Function that returns a problem with some effects free, and the model's point in it, at their null values."""
 
 
 def bayesian_penalty(effective_samples: float) -> float:
-    """Return what a degree of freedom costs by the Bayesian criterion, ln N (Schwarz 1978)."""
+    """Return the cost of a degree of freedom by the Bayesian criterion, ln N (Schwarz 1978)."""
     return math.log(max(effective_samples, math.e))
 
 
 @dataclass(frozen=True)
 class Score:
-    """Reduction of the sum of squares by an effect, each record counted by its effective samples.
+    """Reduction of the sum of squares by an effect, using effective sample counts.
 
     Attributes
     ----------
     chi_square : float
-        By how much the sum would fall, in the noise's variance of a residual that is nothing else.
+        Reduction of the sum, in variances of the remaining residual.
     dof : int
-        Degrees of freedom that takes.
+        Degrees of freedom of the effect.
     share : float
-        Of the sum.
+        Share of the sum.
     effective_samples : float
-        Of all records.
+        Effective samples of all records.
     """
 
     chi_square: float
@@ -59,25 +60,25 @@ class Score:
 
     @property
     def excess(self) -> float:
-        """By how much it exceeds what its degrees of freedom cost by the Bayesian criterion, k ln N."""
+        """Amount by which it exceeds the cost of its degrees of freedom by the Bayesian criterion, k ln N."""
         return self.chi_square - self.dof * bayesian_penalty(self.effective_samples)
 
 
 @dataclass(frozen=True, eq=False)
 class Landscape:
-    """Derivatives at a model's optimum to what is free, and to effects that it has not.
+    """Derivatives at a model's optimum to its free parameters, and to effects that it lacks.
 
     Attributes
     ----------
     residual : (m,)
     free : (m, n)
-        Derivatives to what is free.
+        Derivatives to the free parameters.
     effects : mapping of str to (m, k)
         Derivatives to each effect.
     effective_samples : float
-        Of all records.
+        Effective samples of all records.
     failed : tuple of str
-        Effects of which there are no derivatives: the simulation with them fails.
+        Effects without derivatives, because the simulation with them fails.
     """
 
     residual: FloatArray
@@ -88,26 +89,32 @@ class Landscape:
 
     @property
     def too_wide(self) -> tuple[str, ...]:
-        """Effects with which as much would be free as there are effective samples: a fit explains anything then."""
+        """Effects that would free as many parameters as there are effective samples.
+
+        A fit could then explain anything.
+        """
         free = self.free.shape[1]
         return tuple(name for name, J in self.effects.items() if free + J.shape[1] >= self.effective_samples)
 
     def score(self, *names: str) -> Score:
-        """Return what some effects together would take."""
+        """Return the joint score of some effects."""
         further = np.column_stack([self.effects[name] for name in names])
         rest = _least(self.residual, self.free)
         fall = max(rest - _least(self.residual, np.column_stack([self.free, further])), 0.0)
-        left = max(rest - fall, SMALLEST)  # the noise is what is left with it, as in an F test
+        left = max(rest - fall, SMALLEST)  # the noise is estimated from the remaining residual, as in an F test
         return Score(
             self.effective_samples * fall / left, further.shape[1], fall / max(rest, SMALLEST), self.effective_samples
         )
 
     def scores(self) -> dict[str, Score]:
-        """Return what each effect by itself would take."""
+        """Return the score of each effect on its own."""
         return {name: self.score(name) for name in self.effects if name not in self.too_wide}
 
-    def like(self, name: str) -> Iterator[str]:
-        """Yield the effects that take as much as one does, and with it no more: which of them it is remains open."""
+    def equivalent_effects(self, name: str) -> Iterator[str]:
+        """Yield the effects equivalent to one.
+
+        Each explains as much, and both together no more, so the choice between them remains open.
+        """
         own = self.score(name)
         for other in self.effects:
             if other != name:
@@ -117,12 +124,12 @@ class Landscape:
 
 
 def landscape_at(
-    problem: Problem, q: FloatArray, windows: Windows, effects: Mapping[str, Collection[str]], widened: Widened
+    problem: Problem, q: FloatArray, windows: Windows, effects: Mapping[str, Collection[str]], widen: Widen
 ) -> Landscape:
     """Return the landscape of a problem at its optimum.
 
-    Each channel counts with its residual's own RMS and effective samples: where the model lacks something the noise
-    level would make anything significant.
+    Each channel is weighted by its residual's own RMS and effective samples: with an incomplete model, the noise level
+    would make any effect significant.
 
     Parameters
     ----------
@@ -133,15 +140,16 @@ def landscape_at(
     windows : mapping of record to (first, stop)
     effects : mapping of str to collection of str
         Dotted names of the coordinates of each effect, by its name.
-    widened : callable
+    widen : callable
     """
-    plain, samples = by_own_residuals(problem, q, windows)
+    plain, samples = weight_by_residuals(problem, q, windows)
 
     def derivatives(some: Sequence[str]) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]] | None:
-        return _derivatives(plain, q, windows, {name: effects[name] for name in some}, widened)
+        return _derivatives(plain, q, windows, {name: effects[name] for name in some}, widen)
 
     found, failed = derivatives([*effects]), list[str]()
     if found is None:
+        # One failing effect would spoil the common run, so each is then tried alone.
         failed = [name for name in effects if not derivatives([name])]
         found = derivatives([name for name in effects if name not in failed])
     if found is None:
@@ -150,10 +158,13 @@ def landscape_at(
 
 
 def _derivatives(
-    plain: Problem, q: FloatArray, windows: Windows, effects: Mapping[str, Collection[str]], widened: Widened
+    plain: Problem, q: FloatArray, windows: Windows, effects: Mapping[str, Collection[str]], widen: Widen
 ) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]] | None:
-    """Return the residual and its derivatives to what is free and to some effects; None where the simulation fails."""
-    wide, there = widened(plain, [*effects])
+    """Return the residual and its derivatives to the free parameters and to some effects.
+
+    None if the simulation fails.
+    """
+    wide, there = widen(plain, [*effects])
     triangles = wide.triangles(there, windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
         return None
@@ -174,36 +185,39 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
     """Return the score of each disturbance at the optimum of a problem without them, by its name."""
     own = {one.name: one for one in some if one.own}
 
-    def widened(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
+    def free_effects(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
         wide = with_disturbances(plain, [own[name] for name in names])
         return wide, transfer_coordinates(plain, q, wide)
 
     names = {name: [p.name for p in one.parameters] for name, one in own.items()}
-    found = landscape_at(problem, q, windows, names, widened).scores() if own else {}
+    found = landscape_at(problem, q, windows, names, free_effects).scores() if own else {}
     found |= {one.name: _of_lines(problem, q, windows, one) for one in some if one.lines_hz}
     return {one.name: replace(found[one.name], dof=one.dof) for one in some if one.name in found}
 
 
 def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> Score:
-    """Return the score of lines, against what is left without them: beside strong ones all else is narrow in band.
+    """Return the score of lines, relative to the residual with them removed.
 
-    All else stays where it is, so that it is a little too low.
+    Beside strong lines, all other noise is narrow in band. All other parameters stay fixed, so the score is a little
+    low.
     """
-    wide, samples = by_own_residuals(with_disturbances(problem, [one]), q, windows)
+    wide, samples = weight_by_residuals(with_disturbances(problem, [one]), q, windows)
     levels = {t.name: t.leading.sigma for t in wide.targets}
     before, after = (float(np.sum(np.square(p.with_sigmas(levels).norms(q, windows)))) for p in (_plain(problem), wide))
     return Score(max(before - after, 0.0), one.dof, 1.0 - after / before if before > 0.0 else 0.0, samples)
 
 
 def _plain(problem: Problem) -> Problem:
-    """Return a problem in which nothing is whitened."""
-    return replace(problem, targets=tuple(t.each(lambda c: replace(c, prefilter=None)) for t in problem.targets))
+    """Return a problem without prefilters."""
+    return replace(
+        problem, targets=tuple(t.map_channels(lambda c: replace(c, prefilter=None)) for t in problem.targets)
+    )
 
 
 def _followed_coordinates(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:
-    """Return how the coordinates of a problem with more that is free move with those of the plain one, (m, n).
+    """Return the derivative of a wider problem's coordinates with respect to those of the plain one, (m, n).
 
-    Values of single records that the plain one has not follow its mechanism.
+    Per-record values that the plain problem lacks follow its mechanism.
     """
     size = plain.space.size
     out = np.zeros((wide.size, plain.size))
@@ -222,8 +236,8 @@ def _followed_coordinates(plain: Problem, q: FloatArray, wide: Problem) -> Float
 
 
 def count_effective_samples(problem: Problem, q: FloatArray, windows: Windows) -> float:
-    """Return the effective samples of the residuals at a point, all channels together."""
-    return by_own_residuals(problem, q, windows)[1]
+    """Return the effective samples of the residuals at a point, of all channels together."""
+    return weight_by_residuals(problem, q, windows)[1]
 
 
 def _least(r: FloatArray, J: FloatArray) -> float:
@@ -234,8 +248,11 @@ def _least(r: FloatArray, J: FloatArray) -> float:
     return float(np.sum((r + (J / size) @ step) ** 2))
 
 
-def by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple[Problem, float]:
-    """Return the problem with each channel at its residual's level and effective samples, and the sum of these."""
+def weight_by_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple[Problem, float]:
+    """Return the problem with each channel weighted by its residual and effective samples.
+
+    The sum of the effective samples is returned too.
+    """
     total = 0.0
 
     def one(target: Target) -> Target:
@@ -245,7 +262,7 @@ def by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple
         window = windows[target.name]
         channels = []
         for channel, r in zip(target.channels, misfit_series(problem.model, target, q, window), strict=True):
-            changed, samples = _by_own_residual(channel, r, window)
+            changed, samples = _weight_by_residual(channel, r, window)
             total += samples
             channels.append(changed)
         return replace(target, channels=tuple(channels))
@@ -253,11 +270,12 @@ def by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple
     return replace(problem, targets=tuple(map(one, problem.targets))), total
 
 
-def _by_own_residual(channel: TargetChannel, r: Room, window: tuple[int, int]) -> tuple[TargetChannel, float]:
+def _weight_by_residual(channel: TargetChannel, r: Room, window: tuple[int, int]) -> tuple[TargetChannel, float]:
     rejected = channel.rejected_within(window)
     channel.line(r, rejected).take_from(r)
     write_at(r, rejected, 0.0)
     counted = max(r.size - rejected.size, 1)
     rms = norm(r) / math.sqrt(counted)
     samples = effective_samples(r) * counted / r.size if rms > 0.0 else float(counted)
+    # With this sigma the sum of squares equals the effective sample count instead of the sample count.
     return replace(channel, prefilter=None, sigma=rms * math.sqrt(counted / samples)), samples

@@ -1,1 +1,1 @@
-"""The output-error problem: measured channels against the model, weighted, in search coordinates, as triangles."""
+"""Output-error problem: measured channels and model outputs, weighted, in search coordinates, reduced to triangles."""

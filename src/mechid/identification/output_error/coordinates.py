@@ -1,11 +1,11 @@
-"""Coordinates of the optimiser: the search coordinates of the mechanism, then those of single records.
+"""Coordinates of the optimiser: the search coordinates of the mechanism, followed by those of single records.
 
-This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
-record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel; or
-a state of its start, whose lane moves no parameter and begins at the derivatives of the states there; or it moves the
-instants of its samples (`INSTANTS`), whose derivative follows from the rate of the output. One that several records
-have under the same name, as the clock of all, is one coordinate. A new one of any kind is one more entry: the names,
-bounds, values, priors and derivatives of all are worked out here.
+This module alone knows which coordinate belongs to which record and how it acts on the record's run. A record parameter
+is one of three kinds: a value of the mechanism that holds for that record only, whose derivative is a lane of the
+kernel; a state of its start, whose lane changes no parameter and begins at the derivatives of the start states; or a
+shift of its sample instants (`INSTANTS`), whose derivative follows from the rate of the output. A parameter that
+several records share under one name, such as a common clock, is one coordinate. The names, bounds, values, priors and
+derivatives of all coordinates are computed here; a new record parameter of any kind is one more entry.
 """
 
 from __future__ import annotations
@@ -22,64 +22,35 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
 from mechid.identification.output_error.point_cache import PointCache
-from mechid.identification.output_error.record_parameters import INSTANTS, Mean, means_of
+from mechid.identification.output_error.record_parameters import Mean, RecordCoordinate, means_of
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.parameter import Parameter
 from mechid.simulation.block import Block
-from mechid.simulation.simulator import TimeBase
 from mechid.simulation.time_scale import clock_direction, output_slope
 from mechid.units import angle_difference
 
 
-@dataclass(frozen=True)
-class RecordCoordinate:
-    """A number that is moved for some records alone, in the file's unit.
-
-    Attributes
-    ----------
-    records : tuple of str
-        Names of its targets: one, or all those that share it.
-    parameter : Parameter
-        Its name, start and bounds.
-    lane : int or None
-        Of the kernel, that carries its derivative; None where it moves instants alone.
-    """
-
-    records: tuple[str, ...]
-    parameter: Parameter
-    lane: int | None
-
-    def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
-        """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
-        moves = INSTANTS.get(self.parameter.declaration.key)
-        if self.lane is None:
-            assert moves is not None
-            return moves(base, block, output, n)
-        carried = block.jacobian[-n:, output, self.lane]
-        return carried if moves is None else carried + moves(base, block, output, n)
-
-
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """The coordinates of a mechanism and of its records, in this order, and the maps from and to them.
+    """Coordinates of a mechanism and of its records, in this order, with the maps from and to them.
 
     Attributes
     ----------
     space : SearchSpace
-        Of the mechanism's free parameters.
+        Coordinates of the mechanism's free parameters.
     own : tuple of RecordCoordinate
-        Of records: those that move their instants, then those of their values of the mechanism.
+        Coordinates of records: those that shift instants, then values of the mechanism and start states.
     priors : mapping of str to (float, float)
-        Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
-        Of a value of which the records have a mean, that of a free parameter, it is how far it may be from that one.
+        Value and standard deviation by dotted name, in the file's units; entries of fixed parameters are ignored. For a
+        per-record value whose mean is a free parameter, the standard deviation is that of its difference from the mean.
     means : tuple of Mean
     shrinkage : mapping of str to float
-        Standard deviation about 0 of the mechanism's coordinates by dotted name, in their own scale: both parts of a
+        Standard deviation about 0 of the mechanism's coordinates by dotted name, in their own scale. Both parts of a
         detent have that of its amplitude, which itself has no derivative at 0.
     capacity : int
-        Lanes that the kernel has at least, so that models of one plant share it.
+        Least number of lanes of the kernel, so that models of one plant share a kernel.
     """
 
     space: SearchSpace
@@ -97,7 +68,7 @@ class Coordinates:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""
+        """Dotted name of every coordinate; both parts of a detent have that of its amplitude."""
         return (*(c.name for c in self.space.coordinates), *(c.parameter.name for c in self.own))
 
     @cached_property
@@ -121,49 +92,50 @@ class Coordinates:
 
     @cached_property
     def start(self) -> FloatArray:
-        """The values of the file, (n,)."""
+        """Values of the file, (n,)."""
         return np.concatenate([self.space.start, [c.parameter.value for c in self.own]])
 
     @property
     def own_names(self) -> tuple[str, ...]:
-        """Dotted names of the coordinates that are single records'."""
+        """Dotted names of the coordinates of records."""
         return tuple(self._places)
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        """Where each coordinate of a record stands, by dotted name."""
+        """Index of each record coordinate, by dotted name."""
         return {c.parameter.name: j for j, c in enumerate(self.own, self.space.size)}
 
     def of_mechanism(self, q: FloatArray) -> FloatArray:
-        """Return the part of a point that is the mechanism's."""
+        """Return the mechanism's part of a point."""
         return q[: self.space.size]
 
     def of_records(self, q: FloatArray) -> FloatArray:
-        """Return the part of a point that is single records'."""
+        """Return the records' part of a point."""
         return q[self.space.size :]
 
     def point(self, values: Mapping[str, float]) -> FloatArray:
-        """Return the coordinates, (n,), of values by dotted name; what is not among them keeps that of the file."""
+        """Return the coordinates, (n,), of values by dotted name; missing names keep the file's values."""
         mechanism = self.space.mechanism.parameters
         here = self.space.from_values({**{name: p.value for name, p in mechanism.items()}, **values})
         return np.concatenate([here, self.records_point(values)])
 
     def records_point(self, values: Mapping[str, float]) -> FloatArray:
-        """Return the coordinates that belong to single records, by dotted name; others keep that of the file."""
+        """Return the record coordinates of values by dotted name; missing names keep the file's values."""
         return np.array([values.get(c.parameter.name, c.parameter.value) for c in self.own])
 
     def values(self, q: FloatArray) -> dict[str, float]:
-        """Return the file's values of all that is free, by dotted name, at `q`."""
-        mechanism = self.space.at(self.of_mechanism(q))  # angles are wrapped there
+        """Return the file's values of all free parameters at `q`, by dotted name."""
+        # Values are read back from the mechanism, which wraps free angles into one turn.
+        mechanism = self.space.at(self.of_mechanism(q))
         return {p.name: mechanism.value(p.name) for p in mechanism.free} | self.records_values(q)
 
     def value(self, parameter: Parameter, q: FloatArray) -> float:
-        """Return the value at `q` of what is a record's own: its coordinate's, or the one that is known."""
+        """Return the value of a record parameter at `q`: that of its coordinate, or its known value."""
         place = self._places.get(parameter.name)
         return parameter.value if place is None else float(q[place])
 
     def records_values(self, q: FloatArray) -> dict[str, float]:
-        """Return what belongs to single records, by dotted name, at `q`."""
+        """Return the values of the record coordinates at `q`, by dotted name."""
         return dict(zip(self._places, self.of_records(q).tolist(), strict=True))
 
     def value_slopes(self, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
@@ -175,7 +147,10 @@ class Coordinates:
         return (*names, *self._places), whole
 
     def on_bound(self, q: FloatArray) -> BoolArray:
-        """Return which coordinates stand on a bound of the file, (n,); that of a detent's disc is its radius."""
+        """Return which coordinates lie on a bound of the file, (n,).
+
+        For both parts of a detent, the bound is the radius of their disc.
+        """
         gap = PROBLEM.on_bound * self.span
         on = (q - self.lower < gap) | (self.upper - q < gap)
         for j, c in enumerate(self.space.coordinates):
@@ -184,20 +159,21 @@ class Coordinates:
                 value, near = self.space.values(self.of_mechanism(q))[c.name], PROBLEM.on_bound * static.max
                 on[j] |= value >= static.max - near or 0.0 < static.min >= value - near
             elif c.kind == "cosine":
+                # The parts of a detent have no bounds of their own: the limit of the amplitude is a circle.
                 on[j] = on[j + 1] = math.hypot(q[j], q[j + 1]) > (1.0 - PROBLEM.on_bound) * c.upper
             elif self.space.is_turning(c):
                 on[j] = False
         return np.asarray(on, dtype=np.bool_)
 
     def prior_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how far each prior, and each mean, is from its value, (k,) in sigmas, and its derivative, (k, n)."""
+        """Return the deviation of each prior and each mean, (k,) in sigmas, and its derivative, (k, n)."""
         shrunk, D = self._shrunk_rows(q)
         if not self.priors and not self.means:
             return shrunk, D
         names, slopes = self.value_slopes(q)
         slope = dict(zip(names, slopes, strict=True))
         values = self.space.values(self.of_mechanism(q)) | self.records_values(q)
-        known, around = self.space.mechanism.parameters, self._around
+        known, around = self.space.mechanism.parameters, self._mean_parameters
         away, J = [], []
         for name in (name for name in names if name in self.priors):
             value, sigma = self.priors[name]
@@ -205,6 +181,7 @@ class Coordinates:
             if name in around:
                 off, turn = off - (values[around[name]] - known[around[name]].value), turn - slope[around[name]]
             if name in known and known[name].is_periodic:
+                # A periodic parameter has no bounds, so its value may be whole turns away from the prior's.
                 off = angle_difference(off)
             away.append(off / sigma)
             J.append(turn / sigma)
@@ -214,21 +191,25 @@ class Coordinates:
             J.append(_mean_slope(mean, slope) / mean.sigma)
         return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
 
-    def unknown_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
-        """Return what each mean that no record tells adds to the score where it is off by its standard deviation, (n,).
+    def undetermined_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
+        """Return the change of the score if a mean that no record determines is off by its standard error, (n,).
 
-        With it come the degrees of freedom by which that is known. The estimate moves by (J^T J)^-1 times it.
+        Each is paired with the degrees of freedom of that standard error. The estimate moves by (J^T J)^-1 times the
+        change.
         """
         names, slopes = self.value_slopes(q)
         slope, values = dict(zip(names, slopes, strict=True)), self.records_values(q)
         return [
-            (_mean_slope(mean, slope) * mean.unknown([values[n] for n in mean.own]) / mean.sigma**2, len(mean.own) - 1)
+            (
+                _mean_slope(mean, slope) * mean.standard_error([values[n] for n in mean.own]) / mean.sigma**2,
+                len(mean.own) - 1,
+            )
             for mean in self.means
-            if not mean.is_told
+            if not mean.is_determined
         ]
 
     def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how far each coordinate that is held near 0 is from it, (k,) in sigmas, and its derivative, (k, n)."""
+        """Return the value of each coordinate shrunk towards 0, (k,) in sigmas, and its derivative, (k, n)."""
         places = [j for j, c in enumerate(self.space.coordinates) if c.name in self.shrinkage]
         widths = np.array([self.shrinkage[self.space.coordinates[j].name] for j in places])
         D = np.zeros((len(places), self.size))
@@ -236,23 +217,23 @@ class Coordinates:
         return q[places] / widths, D
 
     @cached_property
-    def _around(self) -> dict[str, str]:
-        """Records' values to the free parameter of the mechanism whose mean they make."""
+    def _mean_parameters(self) -> dict[str, str]:
+        """Name of the free mechanism parameter that is the mean, by the name of the record's value."""
         free = {p.name for p in self.space.mechanism.free}
         return {name: mean.of for mean in self.means if mean.of in free for name in mean.own}
 
     @property
     def lanes(self) -> int:
-        """Number of lanes of any run: the mechanism's and those of the record that has most, `capacity` at least."""
+        """Number of lanes of any run: the mechanism's and those of the record that has most, at least `capacity`."""
         return max(self.space.size, *(c.lane + 1 for c in self.own if c.lane is not None), self.capacity)
 
     def timing(self, target: Target, q: FloatArray) -> Timing:
-        """Return how record time becomes command time for a target at `q`."""
+        """Return the map from record time to command time of a target at `q`."""
         clock_ppm = sum(self.value(clock, q) for clock in target.clocks)
         return Timing(self.value(target.time_offset, q), clock_ppm, target.clock_reference)
 
     def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
-        """Return the values at `q` that hold for a target alone, by the mechanism's names."""
+        """Return the values at `q` that hold for one target only, by the mechanism's names."""
         return {p.replaces: self.value(p, q) for p in target.own if p.replaces}
 
     def kernel(self, target: Target, q: FloatArray) -> FloatArray:
@@ -263,9 +244,10 @@ class Coordinates:
         return self._latest.of("values", here, self.space.kernel)
 
     def directions(self, target: Target, q: FloatArray) -> FloatArray:
-        """Return what the lanes of a target move of the kernel's parameters, (NP, m), one lane at least.
+        """Return the derivatives of the kernel's parameters with respect to a target's lanes, (NP, m).
 
-        Where instants alone are free the rate is wanted, which comes with sensitivities only.
+        There is at least one lane: shifts of instants need the rate of the output, which only runs with sensitivities
+        compute.
         """
         lanes, here = [c for c in self.of(target) if c.lane is not None], self.of_mechanism(q)
         own = self.own_values(target, q)
@@ -285,17 +267,22 @@ class Coordinates:
         return out
 
     def of(self, target: Target) -> list[RecordCoordinate]:
-        """Return the coordinates that are a target's own."""
+        """Return the record coordinates of a target."""
         return [c for c in self.own if target.name in c.records]
 
     def write_slopes(self, rows: FloatArray, target: Target, output: int, block: Block, n: int) -> None:
-        """Write dy/dq of an output over the last n samples of a block as rows; what is another record's has none."""
+        """Write dy/dq of an output over the last n samples of a block as rows.
+
+        Rows of other records' coordinates are zero.
+        """
         moved = self.space.size
         rows[:moved, :n] = block.jacobian[-n:, output, :moved].T
         for j, c in enumerate(self.own, moved):
             rows[j, :n] = c.slope(target.base, block, output, n) if target.name in c.records else 0.0
             if c.lane is not None and is_clock(c.parameter) and target.name in c.records:
                 rows[j, :n] += output_slope(self.space.mechanism.plant, output) * block.y[-n:, output]
+            # The record's own value uses the lane of the mechanism parameter that it replaces, and that parameter does
+            # not act here.
             if c.lane is not None and c.lane < moved and target.name in c.records:
                 rows[c.lane, :n] = 0.0
 
@@ -312,34 +299,35 @@ def coordinates_of(
     priors: Mapping[str, tuple[float, float]],
     shrinkage: Mapping[str, float],
 ) -> Coordinates:
-    """Return the coordinates of a mechanism and of what is free of its records' own."""
-    moving = {p.name: p for t in targets for p in t.moved if not (p.replaces or is_of_start(p))}
-    owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
+    """Return the coordinates of a mechanism and of the free parameters of its records."""
+    moving = {p.name: p for t in targets for p in t.free_parameters if not (p.replaces or is_of_start(p))}
+    owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.free_parameters)) for name in moving}
     lane = space.size if any(_scales_time(t) for t in targets) else None
     instants = [RecordCoordinate(owners[name], p, lane if is_clock(p) else None) for name, p in moving.items()]
-    carried = [c for target in targets for c in _carried(space, target, kept=lane is not None)]
+    carried = [c for target in targets for c in _lane_coordinates(space, target, kept=lane is not None)]
     return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
 
 
 def _mean_slope(mean: Mean, slope: Mapping[str, FloatArray]) -> FloatArray:
-    """Return the derivative of how far a mean is from the mechanism's value, (n,), from those of the values."""
+    """Return the derivative of a mean's deviation from the mechanism's value, (n,), from those of the values."""
     turn: FloatArray = np.mean([slope[name] for name in mean.own], axis=0) - slope.get(mean.of, 0.0)
     return turn
 
 
 def _scales_time(target: Target) -> bool:
-    """Tell whether a target has a free clock that scales the mechanism's own time, for which a lane is kept."""
-    return target.clock_reference == "recorder" and any(map(is_clock, target.moved))
+    """Tell whether a target has a free clock that scales the mechanism's own time, for which a lane is reserved."""
+    return target.clock_reference == "recorder" and any(map(is_clock, target.free_parameters))
 
 
-def _carried(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[RecordCoordinate]:
-    """Yield a target's own values of the mechanism and states of its start, each with its lane.
+def _lane_coordinates(space: SearchSpace, target: Target, *, kept: bool) -> Iterator[RecordCoordinate]:
+    """Yield a target's own values of the mechanism and start states, each with its lane.
 
-    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one, behind
-    that of the clocks where one is `kept` for them.
+    A value that replaces a mechanism coordinate uses that coordinate's lane, which is idle in this record. Others get a
+    further lane, after the one of the clocks if it is `kept` for them.
     """
+    # A lane can be shared only with a coordinate that changes nothing else.
     idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
     further = count(space.size + kept)
-    for p in (p for p in target.moved if p.replaces or is_of_start(p)):
+    for p in (p for p in target.free_parameters if p.replaces or is_of_start(p)):
         lane = idle.get(p.replaces)
         yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)

@@ -1,4 +1,4 @@
-"""Reading of a record: how it was driven and wired, as its campaign file declares it or as reinterpreted."""
+"""Reading of a record: its drive and wiring, as the campaign file declares them or as reinterpreted."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from mechid.signal.stored import changed
 from mechid.simulation.simulator import excitation_over
 
 PLAIN = ("stepping", "microsteps", "swapped")
-"""What `Reading` holds of a command and estimate.json writes as it is."""
+"""Fields of `Reading` about the command that estimate.json contains unchanged."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """How a record is read where that is not as declared; as declared by default.
+    """Differences between a record's reading and its declaration; none by default.
 
     Attributes
     ----------
     polarity : int
-        -1 where the leading channel, the torque where there is one, has the other sign.
+        -1 if the leading channel, the torque if there is one, has the other sign.
     direction : int
-        -1 where the commanded rate has the other sign.
+        -1 if the commanded rate has the other sign.
     start_angle_deg : float or None
         Electrical start angle in degrees.
     rate : RateProfile or None
-        Commanded rate, before its direction.
+        Commanded rate, before `direction` is applied.
     stepping : str or None
-        With `microsteps`, steps a full step.
+        Stepping mode, together with `microsteps`, the steps per full step.
     swapped : str or None
-        The record whose command it has, in exchange for its own.
+        Name of the record whose command it has, in exchange for its own.
     scale : float
-        What the leading channel's samples are multiplied by.
+        Factor on the samples of the leading channel.
     time_offset_s : (float, float, float) or None
-        Value, lower and upper bound of a time offset that is to be estimated, s.
+        Value, lower and upper bound of a time offset to be estimated, s.
     left_out : bool
-        Whether the record is kept out of the fit.
+        Whether the record is excluded from the fit.
     """
 
     polarity: int = 1
@@ -58,7 +58,7 @@ class Reading:
     left_out: bool = False
 
     def to_dict(self) -> dict[str, object]:
-        """Return what differs from the declaration, as estimate.json writes it."""
+        """Return the differences from the declaration, as estimate.json contains them."""
         own: dict[str, object] = {}
         if self.polarity < 0:
             own["polarity"] = -1
@@ -79,7 +79,7 @@ class Reading:
 
     @classmethod
     def from_dict(cls, own: Mapping[str, Any]) -> Reading:
-        """Return what `to_dict` wrote down."""
+        """Return the reading that `to_dict` wrote."""
         delay = own.get("time_offset_s")
         return cls(
             polarity=own.get("polarity", 1),
@@ -94,17 +94,18 @@ class Reading:
 
     @property
     def changes(self) -> int:
-        """How many things differ from the declaration."""
+        """Number of differences from the declaration."""
         return len(self.to_dict())
 
     @property
     def factor(self) -> float:
-        """What the samples of the leading channel are multiplied by."""
+        """Factor on the samples of the leading channel, including the polarity."""
         return self.polarity * self.scale
 
-    def beside(self, further: Reading) -> Reading:
-        """Return it with what was found further, of a record that is taken so already."""
+    def combine(self, further: Reading) -> Reading:
+        """Return this reading with further differences, found while this one was applied."""
         new = {f.name: getattr(further, f.name) for f in fields(Reading) if getattr(further, f.name) != f.default}
+        # Signs found on top of a reading multiply with its own; all other differences replace it.
         both = {"polarity": self.polarity * further.polarity, "direction": self.direction * further.direction}
         return replace(self, **(new | both))
 
@@ -113,7 +114,7 @@ DECLARED = Reading()
 
 
 def rate_entry(rate: RateProfile) -> dict[str, object]:
-    """Return a rate as a campaign file writes it."""
+    """Return the entry of a rate in a campaign file."""
     if len(rate.rates) == 1:
         return {"rate": rate.rates[0]}
     return {"rate_profile": [list(point) for point in zip(rate.times_s, rate.rates, strict=True)]}
@@ -125,83 +126,87 @@ def _rate(own: Mapping[str, Any]) -> RateProfile | None:
     return RateProfile.through(own["rate_profile"]) if "rate_profile" in own else None
 
 
-def command_as_read(command: Command, taken: Reading) -> Command:
-    """Return a command at the rate, in the steps and direction, and from the start angle that were taken."""
-    if taken.rate is not None:
-        command = replace(command, rate=taken.rate)
-    if taken.stepping is not None and taken.microsteps is not None:
-        command = replace(command, stepping=taken.stepping, microsteps=taken.microsteps)
-    if taken.direction < 0:
+def reinterpret_command(command: Command, reading: Reading) -> Command:
+    """Return a command with the rate, stepping, direction and start angle of a reading."""
+    if reading.rate is not None:
+        command = replace(command, rate=reading.rate)
+    if reading.stepping is not None and reading.microsteps is not None:
+        command = replace(command, stepping=reading.stepping, microsteps=reading.microsteps)
+    if reading.direction < 0:
         backward = RateProfile(command.rate.times_s, tuple(-rate for rate in command.rate.rates))
         command = replace(command, rate=backward)
-    if taken.start_angle_deg is not None:
-        command = replace(command, start_angle_deg=taken.start_angle_deg)
+    if reading.start_angle_deg is not None:
+        command = replace(command, start_angle_deg=reading.start_angle_deg)
     return command
 
 
-def offset_as_read(declared: Parameter, taken: Reading) -> Parameter:
-    """Return a time offset as it was taken: to be estimated where that is so."""
-    if taken.time_offset_s is None:
+def reinterpret_offset(declared: Parameter, reading: Reading) -> Parameter:
+    """Return a time offset of a reading, which is free if the reading has one."""
+    if reading.time_offset_s is None:
         return declared
-    value, least, most = taken.time_offset_s
+    value, least, most = reading.time_offset_s
     return replace(declared, value=value, min=least, max=most, status=Status.FREE)
 
 
-def target_as_read(target: Target, taken: Reading) -> Target:
-    """Return what is to be matched as it was taken."""
-    command = command_as_read(target.command, taken)
-    own = target.with_time_offset(offset_as_read(target.time_offset, taken)) if taken.time_offset_s else target
+def reinterpret_target(target: Target, reading: Reading) -> Target:
+    """Return a target with the changes of a reading applied."""
+    command = reinterpret_command(target.command, reading)
+    own = target.with_time_offset(reinterpret_offset(target.time_offset, reading)) if reading.time_offset_s else target
     return replace(
         own,
-        channels=(_multiplied(target.leading, taken.factor), *target.channels[1:]),
+        channels=(_scale_channel(target.leading, reading.factor), *target.channels[1:]),
         command=command,
         excitation=excitation_over(command, target.base, own.latest_s),
     )
 
 
-def _multiplied(channel: TargetChannel, factor: float) -> TargetChannel:
+def _scale_channel(channel: TargetChannel, factor: float) -> TargetChannel:
     if factor == 1.0:
         return channel
     size = abs(factor)
     return replace(
-        channel, measured=_times(factor, channel.measured), sigma=size * channel.sigma, rounding=size * channel.rounding
+        channel,
+        measured=_scale_series(factor, channel.measured),
+        sigma=size * channel.sigma,
+        rounding=size * channel.rounding,
     )
 
 
-def _times(factor: float, series: Series) -> Series:
+def _scale_series(factor: float, series: Series) -> Series:
     return changed(series, lambda values, part: factor * values)
 
 
-def record_as_read(record: CampaignRecord, taken: Reading) -> CampaignRecord:
-    """Return a record of the campaign as it was taken."""
-    if taken == DECLARED:
+def reinterpret_record(record: CampaignRecord, reading: Reading) -> CampaignRecord:
+    """Return a record of the campaign with the changes of a reading applied."""
+    if reading == DECLARED:
         return record
-    if taken.time_offset_s is not None:
-        own = offset_as_read(record.time_offset, taken)
+    if reading.time_offset_s is not None:
+        own = reinterpret_offset(record.time_offset, reading)
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
-    if taken.factor != 1.0 and record.data is not None:
+    if reading.factor != 1.0 and record.data is not None:
         channels = tuple(
-            replace(c, data=_times(taken.factor, c.data), scale=taken.factor * c.scale)
+            replace(c, data=_scale_series(reading.factor, c.data), scale=reading.factor * c.scale)
             if c.quantity == record.leading
             else c
             for c in record.data.channels
         )
         record = replace(record, data=replace(record.data, channels=channels))
-    use = "validate" if taken.left_out else record.use
-    return replace(record, command=command_as_read(record.command, taken), use=use)
+    # A record left out of the fit is still simulated and shown.
+    use = "validate" if reading.left_out else record.use
+    return replace(record, command=reinterpret_command(record.command, reading), use=use)
 
 
-def campaign_as_read(campaign: Campaign, taken: Mapping[str, Reading]) -> Campaign:
-    """Return a campaign with its records as they were taken."""
-    records = tuple(record_as_read(record, taken.get(record.name, DECLARED)) for record in campaign.records)
-    return replace(campaign, records=records) if taken else campaign
+def reinterpret_campaign(campaign: Campaign, readings: Mapping[str, Reading]) -> Campaign:
+    """Return a campaign with readings applied to its records, by name."""
+    records = tuple(reinterpret_record(record, readings.get(record.name, DECLARED)) for record in campaign.records)
+    return replace(campaign, records=records) if readings else campaign
 
 
-def problem_as_read(problem: Problem, taken: Mapping[str, Reading]) -> Problem:
-    """Return a problem with its targets as they were taken, those left out dropped."""
+def reinterpret_problem(problem: Problem, readings: Mapping[str, Reading]) -> Problem:
+    """Return a problem with readings applied to its targets, without those left out."""
     targets = tuple(
-        target_as_read(t, taken[t.name]) if t.name in taken else t
+        reinterpret_target(t, readings[t.name]) if t.name in readings else t
         for t in problem.targets
-        if not taken.get(t.name, DECLARED).left_out
+        if not readings.get(t.name, DECLARED).left_out
     )
     return replace(problem, targets=targets)

@@ -20,7 +20,7 @@ from mechid.signal.stored import pieces_of
 
 
 def identity(problem: Problem) -> list[object]:
-    """Return all that a problem's results depend on, beside the equations, as plain values."""
+    """Return everything that a problem's results depend on, except the equations, as plain values."""
     space = problem.space
     fixed = [
         [p.name, space.mechanism.value(p.name), p.min, p.max, str(p.status)]
@@ -33,32 +33,33 @@ def identity(problem: Problem) -> list[object]:
 
 
 def target_digest(target: Target) -> str:
-    """Return a digest of samples, their clock and weight, the step edges, offset, drift and what is its own."""
+    """Return a digest of a target: samples, clock, weights, step edges, offset, drift and record parameters."""
     total = hashlib.sha256()
     edges = target.excitation
     samples: list[Any] = [series for c in target.channels for series in (c.measured, c.rejected)]
     for series in (*samples, edges.initial, edges.times, edges.values.ravel()):
         for part in pieces_of(series):
+            # Stored series are read in pieces, because they may be larger than memory.
             total.update(np.ascontiguousarray(series[part], dtype=np.float64).tobytes())
     base = target.base
     command = [target.command.start_angle_deg, target.command.start, target.command.begun_s]
-    channels = list(map(_weight, target.channels))
+    channels = list(map(_weighting, target.channels))
     own = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.own]
     known = [base.sample_rate_hz, base.start_s, channels, command, own, target.clock_reference]
     total.update(digest(known).encode())
     return total.hexdigest()
 
 
-def _weight(channel: TargetChannel) -> list[object]:
+def _weighting(channel: TargetChannel) -> list[object]:
     colour = channel.prefilter
     own = [colour.coefficients, colour.sigma] if colour else None
     return [channel.quantity, channel.linear, channel.turns, channel.sigma, channel.rounding, own]
 
 
 def campaign_digests(campaign: Campaign) -> dict[str, str]:
-    """Return a digest of the mechanism, of each record that is estimated from, of stages and options."""
+    """Return digests of the mechanism, of each record used for estimation, of stages and options."""
     return {
-        "mechanism": _of_mechanism(campaign.mechanism),
+        "mechanism": _mechanism_digest(campaign.mechanism),
         "stages": digest([list(astuple(stage)) for stage in campaign.stages]),
         "options": digest(list(astuple(campaign.options))),
         **{f"record {r.name}": target_digest(target_of(r)) for r in campaign.estimated if r.data is not None},
@@ -72,11 +73,11 @@ def file_digests(campaign: Campaign) -> dict[str, str]:
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a file's bytes; empty where there is none."""
+    """Return the SHA-256 of a file's bytes; empty if the file does not exist."""
     return digest_of(path) if is_file(path) else ""
 
 
-def _of_mechanism(mechanism: Mechanism) -> str:
+def _mechanism_digest(mechanism: Mechanism) -> str:
     entries = [
         [p.name, p.value, p.min, p.max, p.sigma, str(p.status), p.tied_to] for p in mechanism.parameters.values()
     ]

@@ -1,4 +1,4 @@
-"""Samples beside which the modelled output jumps: what a recorder shows of a jump depends on the recorder."""
+"""Samples next to jumps of the modelled output, where the recorder determines the measured value."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from mechid.simulation.noted import Jumps
 from mechid.simulation.simulator import BLOCK
 
 NEIGHBOURS = np.array([-2, -1, 1, 2])
-"""Samples whose mean, weighted, stands in for what a sample at a jump does not count; a choice, not measured."""
+"""Offsets of the samples whose weighted mean replaces part of a sample at a jump; a choice, not measured."""
 
 
 @dataclass(frozen=True)
 class JumpSamples:
-    """Samples of a piece just before and behind the jumps of one channel.
+    """Samples of a piece just before and after the jumps of one channel.
 
     Attributes
     ----------
     places : (m,) of int
-        Of the piece's samples, ascending, each once.
+        Indices in the piece, ascending and unique.
     counts : (m,)
-        What each counts of itself, 0 to 1.
+        Weight of each sample's own value, 0 to 1.
     about : (m, 4) of int
-        Those about it.
+        Indices of its neighbours.
     shares : (m, 4)
-        What each of these counts of the mean that stands in for the rest; they sum to 1.
+        Weights of the neighbours in the mean that replaces the rest; they sum to 1.
     """
 
     places: IntArray
@@ -38,17 +38,17 @@ class JumpSamples:
     shares: FloatArray
 
     def draw(self, rows: FloatArray) -> None:
-        """Draw these samples in rows, (..., >= n), towards the mean of those about them."""
+        """Pull these samples in rows, (..., >= n), towards the mean of their neighbours."""
         if self.places.size:
             mean = np.sum(rows[..., self.about] * self.shares, axis=-1)
             rows[..., self.places] = self.counts * rows[..., self.places] + (1.0 - self.counts) * mean
 
     def energy_lost(self, colour: Colour, dropped: IntArray) -> float:
-        """Return by how much the expected sum of squares of whitened noise falls, in its variances, by the drawing.
+        """Return the fall of the expected sum of squares of whitened noise caused by `draw`, in its variances.
 
         With r + d instead of the noise r, and e = A r white, E|A (r + d)|^2 - E|e|^2 = 2 E[d' A'A r] + E|A d|^2. A'A is
-        the inverse of the covariance of r, so the first expectation is that of d's own sample alone, whatever the
-        colour. Of the second the pairs of samples side by side count, as a jump has two; other jumps are further off.
+        the inverse of the covariance of r, so the first expectation is that of d's own sample alone, for any colour. In
+        the second, only pairs of adjacent samples count, as a jump has two; other jumps are further away.
         """
         if not self.places.size:
             return 0.0
@@ -62,17 +62,17 @@ class JumpSamples:
 
 
 NO_SAMPLES = JumpSamples(*(np.zeros(0, dtype=np.int64), np.zeros(0)) * 2)
-"""Those of a piece without a jump."""
+"""Samples of a piece without a jump."""
 
 
 @dataclass(frozen=True)
 class Colour:
-    """What noise of a colour leaves behind its whitening of two drawn samples, as forms in [shares, -1].
+    """Quadratic forms in [shares, -1] of two drawn samples, for coloured noise after whitening.
 
     Attributes
     ----------
     alone, beside : (5, 5)
-        Of a sample with itself, and with the next one.
+        Form of a sample with itself, and with the next one.
     """
 
     alone: FloatArray
@@ -80,7 +80,7 @@ class Colour:
 
     @classmethod
     def of(cls, prefilter: Autoregression | None) -> Colour:
-        """Return those of a model of noise, of white noise where there is none."""
+        """Return the forms of a noise model, or of white noise without one."""
         places = np.append(NEIGHBOURS, 0)
         apart = np.abs(places[:, None] - places)
         if prefilter is None:
@@ -92,15 +92,16 @@ class Colour:
 
 
 def samples_at(jumps: Jumps, rises: FloatArray, first: int, n: int) -> JumpSamples:
-    """Return the samples at jumps of n samples from `first` on; jumps count as samples do, `rises` are in noise levels.
+    """Return the samples at jumps among n samples from `first` on; `rises` are in noise levels.
 
-    What a recorder shows of a jump depends on its filter and on shares of the sample interval: the model's mean over
-    the interval is one reading of it. A sample u intervals away from a rise R has that uncertainty, (1 - |u|) R, beside
-    the noise, and counts by that much less. So the cost is continuous in the jump's instant.
+    The recorded value at a jump depends on the recorder's filter and on fractions of the sample interval; the model's
+    mean over the interval is only one possible value. A sample u intervals away from a rise R has the uncertainty (1 -
+    |u|) R in addition to the noise, and its weight is reduced accordingly. The cost is therefore continuous in the
+    instant of the jump.
 
-    Nothing reaches over the end of a block with sensitivities, also where a block is longer: runs with and without
-    them, alone and side by side, are to leave the same, or a search takes the difference for a step that does not
-    descend.
+    No sample uses neighbours beyond the end of a block with sensitivities, even if a block is longer. Runs with and
+    without sensitivities, single or batched, must give equal residuals; otherwise the search takes their difference for
+    a step that does not descend.
     """
     high = np.abs(rises) > PROBLEM.jump_sigmas
     at, since, rise = jumps.samples[high] - first, jumps.since[high], rises[high]
@@ -108,11 +109,14 @@ def samples_at(jumps: Jumps, rises: FloatArray, first: int, n: int) -> JumpSampl
     variance = np.concatenate([since * rise, (1.0 - since) * rise]) ** 2
     kept = (both >= 0) & (both < n) & ((both + first) // BLOCK == cell)
     places = np.unique(both[kept])
+    # Independent variances of the noise and of the jump add; the weight is the inverse of their root.
     counts = 1.0 / np.sqrt(1.0 + PROBLEM.jump_widening**2 * np.bincount(both[kept], variance[kept], n))
     begin = (places + first) // BLOCK * BLOCK - first
     ends = np.maximum(begin, 0)[:, None], np.minimum(begin + BLOCK, n)[:, None] - 1
     about = np.clip(places[:, None] + NEIGHBOURS, *ends)
     shares = counts[about] ** 2 * (about != places[:, None])
     total = np.sum(shares, axis=-1, keepdims=True)
-    counts = np.where(total[:, 0] > 0.0, counts[places], 1.0)  # one that stands alone in its block counts as it is
+    counts = np.where(
+        total[:, 0] > 0.0, counts[places], 1.0
+    )  # a sample without neighbours in its block is left unchanged
     return JumpSamples(places, counts, about, shares / np.where(total > 0.0, total, 1.0))

@@ -1,8 +1,8 @@
-"""The model at a point, run under the command of a record, and its misfit to what was measured.
+"""Model at a point, simulated under a record's command, and its misfit to the measurement.
 
-r = model - measured, in the channel's SI unit. It is the residual of the least squares, so dr/dq is dy/dq, and a line
-through it is what is projected out. A reader is told of the other sign, measured = model + offset + drift t: that is
-turned where a result is made, in `result.record_fit`, and nowhere below.
+r = model - measured, in the channel's SI unit. It is the residual of the least squares, so dr/dq is dy/dq, and lines
+are projected out of r. Reported values have the other sign, measured = model + offset + drift t: the sign is changed
+where a result is built, in `result.record_fit`, and nowhere below.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What the mechanism does at a point of its coordinates, with `substeps` integration steps a sample.
+    """Mechanism at any point of its coordinates, with `substeps` integration steps per sample.
 
-    It remembers nothing of its runs: the kernel is compiled once for all, and a record's step edges are its target's.
+    It keeps no state between runs: the kernel is compiled once for all, and the step edges belong to the targets.
     """
 
     coordinates: Coordinates
     substeps: int = 1
 
     def output(self, quantity: str) -> int:
-        """Return which of the plant's outputs a quantity is."""
+        """Return the index of a quantity among the plant's outputs."""
         return tuple(self.coordinates.space.mechanism.plant.outputs).index(quantity)
 
     def run(
@@ -52,7 +52,10 @@ class Model:
         events: int | None = None,
         block: int | None = None,
     ) -> Run:
-        """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches, or jumps."""
+        """Start the simulation of the first `stop` samples of a target at `q`.
+
+        It logs at most `events` switches or jumps.
+        """
         at, timing = self.coordinates, self.coordinates.timing(target, q)
         return self._simulator(target, self._start(target, q, carried=jacobian)).run(
             at.kernel(target, q),
@@ -65,11 +68,12 @@ class Model:
         )
 
     def plain_runs(self, target: Target, points: Sequence[FloatArray], stop: int) -> list[Run]:
-        """Begin the simulations of the first `stop` samples of a target at several points, without derivatives."""
+        """Start simulations of the first `stop` samples of a target at several points, without derivatives."""
         if any(is_of_start(p) for p in target.own):
             return [self.run(target, q, stop) for q in points]
         simulator, at = self._simulator(target, self._start(target, points[0], carried=False)), self.coordinates
-        same = None if target.moved else at.timing(target, points[0])
+        # Points share one map of time if the target has no parameters of its own.
+        same = None if target.free_parameters else at.timing(target, points[0])
         timings = [same or at.timing(target, q) for q in points]
         return [
             simulator.run(
@@ -94,7 +98,7 @@ class Model:
         )
 
     def _start(self, target: Target, q: FloatArray, *, carried: bool) -> Start:
-        """Return where the run of a target begins at `q`, with the lanes that carry derivatives where `carried`."""
+        """Return the start of a target's run at `q`, with the lanes that carry derivatives if `carried`."""
         at = self.coordinates
         own = Start({key_in_record(p.name): at.value(p, q) for p in target.own if is_of_start(p)})
         if not carried or not own.values:
@@ -106,7 +110,7 @@ class Model:
         return replace(own, lanes={**lanes, **dict.fromkeys(clocks, slopes)})
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> tuple[FloatArray, ...]:
-        """Return what the model gives of each channel over the first `stop` samples, (stop,); NaN where it failed."""
+        """Return the model's value of each channel over the first `stop` samples, (stop,); NaN after a failure."""
         y = tuple(np.empty(min(stop, target.samples)) for _ in target.channels)
         outputs = [self.output(quantity) for quantity in target.quantities]
         for block in self.run(target, q, stop).blocks():
@@ -121,11 +125,12 @@ Window = tuple[int, int]
 
 def residual(modelled: FloatArray, measured: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """Return model minus measured, (n,): the only subtraction of the two in an identification."""
+    # Only one place fixes the sign, so that residual and derivatives cannot disagree.
     return np.subtract(modelled, measured, out=out)
 
 
 class Misfit:
-    """The misfit of a target's channels at a point over a window, piece by piece; to be iterated once.
+    """Misfit of a target's channels at a point over a window, piece by piece; it can be iterated once.
 
     Parameters
     ----------
@@ -134,11 +139,11 @@ class Misfit:
     q : (n,)
     window : (int, int)
     jacobian : bool
-        Whether its derivatives are wanted.
+        Whether to compute derivatives.
     block : int or None
-        Samples simulated in one go; None leaves that to the simulator.
+        Samples simulated at once; None leaves the choice to the simulator.
     run : Run or OfBatch or None
-        The simulation, where it has begun already.
+        The simulation, if it has already been started.
     """
 
     def __init__(
@@ -158,8 +163,8 @@ class Misfit:
         self.run = run or model.run(target, q, window[1], jacobian=jacobian, block=block)
 
     @property
-    def succeeded(self) -> bool:
-        """Whether the simulation came to the window's end; known after the iteration."""
+    def is_complete(self) -> bool:
+        """Whether the simulation reached the window's end; known after the iteration."""
         return self.run.outcome is SimulationOutcome.COMPLETE
 
     def __iter__(self) -> Iterator[Piece]:
@@ -169,11 +174,11 @@ class Misfit:
                 yield Piece(self, block, first)
 
 
-def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], window: Window) -> Iterator[list[Misfit]]:
-    """Yield misfits without derivatives in groups whose pieces are to be taken in step.
+def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], window: Window) -> Iterator[list[Misfit]]:
+    """Yield misfits without derivatives in groups whose pieces must be iterated in step.
 
-    Each is of a target at a point; the targets differ by nothing but what was measured. A group is simulated side by
-    side; few go alone, as little would be gained.
+    Each misfit is of a target at a point; the targets differ only in their measured samples. A group is simulated as a
+    batch, unless it is so small that little would be gained.
     """
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
@@ -184,18 +189,18 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
 
 
 def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
-    """Return r of each channel over a window, n samples; NaN from where the simulation failed."""
+    """Return r of each channel over a window, n samples; NaN from the first failed sample on."""
     return misfit_series_of(model, target, [q], window)[0]
 
 
 def misfit_series_of(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window
 ) -> list[tuple[Room, ...]]:
-    """Return the same at several points."""
+    """Return the series of `misfit_series` at several points."""
     first, stop = window[0], min(window[1], target.samples)
     found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
-    for group in side_by_side(model, [(target, q) for q in points], window):
+    for group in batch_misfits(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]
         for pieces in zip(*group, strict=True):
             for piece, series in zip(pieces, own, strict=True):
@@ -206,50 +211,51 @@ def misfit_series_of(
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Samples `first` to `stop` of a target beside the model, all channels; the next piece overwrites it.
+    """Samples `first` to `stop` of all channels of a target and of the model; the next piece overwrites it.
 
     Attributes
     ----------
     misfit : Misfit
     block : Block
-        What was simulated; the piece is its end.
+        Simulated block; the piece is its end.
     first : int
     """
 
     misfit: Misfit
     block: Block
     first: int
-    _at_jumps: dict[int, JumpSamples] = field(default_factory=dict)
+    _jump_samples: dict[int, JumpSamples] = field(default_factory=dict)
 
     @property
     def stop(self) -> int:
-        """Its last sample, plus one."""
+        """Last sample, plus one."""
         return self.block.stop
 
     @property
     def samples(self) -> int:
-        """How many there are, n."""
+        """Number of samples, n."""
         return self.block.stop - self.first
 
     def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
-        """Return r of channel k, (n,), samples at its jumps drawn towards the mean of those about them."""
+        """Return r of channel k, (n,), with samples at jumps pulled towards the mean of their neighbours."""
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
         r = residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
-        self.at_jumps(k).draw(r)
+        self.jump_samples(k).draw(r)
         return r
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
-        """Write dr/dq of channel k as rows, (size, >= n), where the model jumps as `residual` has it."""
+        """Write dr/dq of channel k as rows, (size, >= n), with samples at jumps treated as in `residual`."""
         at, own = self.misfit.coordinates, self.misfit
         at.write_slopes(rows, own.target, own.outputs[k], self.block, self.samples)
-        self.at_jumps(k).draw(rows)
+        self.jump_samples(k).draw(rows)
 
-    def at_jumps(self, k: int) -> JumpSamples:
-        """Return the samples of channel k beside which the model jumps."""
+    def jump_samples(self, k: int) -> JumpSamples:
+        """Return the samples of channel k next to jumps of the model."""
         jumps = self.block.jumps
         if not jumps.samples.size:
             return NO_SAMPLES
-        if k not in self._at_jumps:
+        if k not in self._jump_samples:
             rises = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
-            self._at_jumps[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
-        return self._at_jumps[k]
+            # Residual and slopes of a piece use the same samples.
+            self._jump_samples[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
+        return self._jump_samples[k]

@@ -15,7 +15,7 @@ SMALLEST, LARGEST = 1e-150, 1e150
 
 
 class NoiseSource(StrEnum):
-    """What a noise level rests on; the value is what its reader sees."""
+    """Source of a noise level; the value is the text in reports."""
 
     DECLARED = "declared"
     QUIET = "quiet stretch"
@@ -26,28 +26,28 @@ class NoiseSource(StrEnum):
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """Standard deviation of a channel's noise in its SI unit, and what it rests on."""
+    """Standard deviation of a channel's noise in its SI unit, and its source."""
 
     sigma: float
     rests_on: NoiseSource
 
 
 def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
-    """Return the noise of a channel: the one declared, that of its quiet stretches, or its high-frequency floor.
+    """Return the noise of a channel: declared, measured in quiet stretches, or its high-frequency floor.
 
-    None is below that of the resolution that is declared: where a signal stands still or runs slowly, its rounding has
-    no high frequencies, and is there all the same.
+    It is at least the noise of the declared resolution: where a signal is constant or slow, its rounding error has no
+    high frequencies, but exists all the same.
     """
     assert record.data is not None
     channel = record.data.channel(match.quantity)
-    own, resolution = _own_level(record, match), rounding(record, match)
+    own, resolution = _own_level(record, match), rounding_sigma(record, match)
     source = NoiseSource.RESOLUTION if resolution > own.sigma else own.rests_on
     least = max(PROBLEM.least_noise_share * standard_deviation(channel.data), resolution, SMALLEST)
     return NoiseLevel(min(max(own.sigma, least), LARGEST), source)
 
 
 def _own_level(record: CampaignRecord, match: Match) -> NoiseLevel:
-    """Return what is declared or measured of a channel's noise."""
+    """Return the declared or measured noise of a channel."""
     assert record.data is not None
     channel = record.data.channel(match.quantity)
     if match.noise_sigma is not None:
@@ -58,7 +58,7 @@ def _own_level(record: CampaignRecord, match: Match) -> NoiseLevel:
     return NoiseLevel(record.data.noise_floor(match.quantity), NoiseSource.FLOOR)
 
 
-def rounding(record: CampaignRecord, match: Match) -> float:
-    """Return the standard deviation of a uniform error of the resolution that is declared, 0 where none is, SI."""
+def rounding_sigma(record: CampaignRecord, match: Match) -> float:
+    """Return the standard deviation of the rounding error of the declared resolution, SI; 0 if none is declared."""
     assert record.data is not None
     return abs(record.data.channel(match.quantity).scale) * match.quantisation / math.sqrt(12.0)

@@ -1,4 +1,4 @@
-"""Cache of results at points of a mechanism's coordinates: all records of a problem ask for the same ones."""
+"""Cache of results at points of a mechanism's coordinates, which all records of a problem request."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mechid.identification.output_error.settings import PROBLEM
 
 
 class PointCache(dict[tuple[str, bytes], FloatArray]):
-    """Results by their kind and the bytes of a point. They are not part of a problem: a pickled cache is empty."""
+    """Results by kind and the bytes of a point. They are not part of a problem: a pickled cache is empty."""
 
     def of(self, kind: str, q: FloatArray, work: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """Return the result of `work` at a point, computed once; callers must not write to it."""

@@ -1,4 +1,4 @@
-"""The output-error problem: coordinates, records and their weights, joined over records and priors."""
+"""Output-error problem: coordinates, records and weights, joined over records and priors."""
 
 from __future__ import annotations
 
@@ -32,25 +32,25 @@ Windows = Mapping[str, Window]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """All targets and what is moved to match them.
+    """Targets to be matched and the coordinates that are varied to match them.
 
     Attributes
     ----------
     space : SearchSpace
     targets : tuple of Target
-        With what of each record's own is free, and how its channels are weighted.
+        With the free parameters of each record and the weights of its channels.
     priors : mapping of str to (float, float)
-        Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
+        Value and standard deviation by dotted name, in the file's units; entries of fixed parameters are ignored.
     shrinkage : mapping of str to float
-        Standard deviation about 0 of coordinates that are wanted small, by dotted name, in the coordinates' scale.
+        Standard deviation about 0 of coordinates that should be small, by dotted name, in the coordinates' scale.
     substeps : int
-        Integration steps a sample.
+        Integration steps per sample.
     capacity : int
-        Derivatives that the kernel has lanes for at least: problems of one plant share a kernel.
+        Least number of derivative lanes of the kernel: problems of one plant share a kernel.
     workers : int
         Threads over records.
-    latest : LatestTriangles
-        The only thing that it remembers.
+    latest : TriangleCache
+        The only state that it keeps.
     """
 
     space: SearchSpace
@@ -64,13 +64,13 @@ class Problem:
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """All that is moved, whose it is, and the maps from and to the file's values."""
+        """All coordinates, their owners, and the maps from and to the file's values."""
         found = coordinates_of(self.space, self.targets, self.priors, self.shrinkage)
         return replace(found, capacity=self.capacity)
 
     @cached_property
     def model(self) -> Model:
-        """What the mechanism does at any point of the coordinates."""
+        """Model of the mechanism at any point of the coordinates."""
         return Model(self.coordinates, self.substeps)
 
     @property
@@ -80,34 +80,37 @@ class Problem:
 
     @property
     def start(self) -> FloatArray:
-        """The values of the file in search coordinates, (n,)."""
+        """Values of the file in search coordinates, (n,)."""
         return self.coordinates.start
 
-    def whole(self) -> dict[str, Window]:
+    def whole_windows(self) -> dict[str, Window]:
         """Return windows that cover all records."""
         return {t.name: (0, t.samples) for t in self.targets}
 
-    def only(self, names: Sequence[str]) -> Problem:
-        """Return the problem with some targets alone; coordinates of the others' own are dropped."""
+    def restrict_to(self, names: Sequence[str]) -> Problem:
+        """Return the problem with some targets only; coordinates of other records are dropped."""
         return replace(self, targets=tuple(t for t in self.targets if t.name in names))
 
     @property
-    def anchored(self) -> Problem:
-        """The problem of the records that do not begin in motion; itself where there are none, or all are such."""
+    def rest_problem(self) -> Problem:
+        """Problem of the records that do not begin in motion.
+
+        The problem itself if there are no such records, or if all are.
+        """
         names = [t.name for t in self.targets if not t.begins_in_motion]
-        return self.only(names) if 0 < len(names) < len(self.targets) else self
+        return self.restrict_to(names) if 0 < len(names) < len(self.targets) else self
 
     def point_from(self, other: Problem, q: FloatArray, at: FloatArray | None = None) -> FloatArray:
         """Return a point, (n,), from that of a problem of the same mechanism with other records.
 
-        Parameters of records that the other problem does not have are as at `at`, by default at their start.
+        Parameters of records that the other problem does not have are taken from `at`, by default from their start.
         """
         rest = self.coordinates.records_values(self.start if at is None else at)
         records = self.coordinates.records_point({**rest, **other.coordinates.records_values(q)})
         return np.concatenate([other.coordinates.of_mechanism(q), records])
 
-    def with_mechanism_held(self, q: FloatArray) -> Problem:
-        """Return the problem with the mechanism known at `q`: what is moved is the records' own."""
+    def fix_mechanism(self, q: FloatArray) -> Problem:
+        """Return the problem with the mechanism fixed at `q`; only the record parameters stay free."""
         return replace(self, space=SearchSpace(self.space.at(self.coordinates.of_mechanism(q)).with_free(())))
 
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
@@ -120,7 +123,7 @@ class Problem:
             ),
         )
 
-    def in_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
+    def to_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
         """Return the problem, and its point, with some detents searched by amplitude and phase."""
         at = self.coordinates
         space = SearchSpace(self.space.mechanism, self.space.polar | amplitudes)
@@ -128,15 +131,15 @@ class Problem:
         return replace(self, space=space), np.concatenate([space.from_values(values), at.of_records(q)])
 
     def norm(self, target: Target, q: FloatArray, window: Window) -> float:
-        """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
+        """Return ||r|| of a target in a window, projected, in sigmas; inf if the simulation failed."""
         return self.norms_at(target, [q], window)[0]
 
     def norms_at(self, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
-        """Return the same at several points, simulated side by side."""
+        """Return ||r|| of a target at several points, simulated in batches."""
         return norms(self.model, target, points, window)
 
     def triangle(self, target: Target, q: FloatArray, window: Window) -> Triangle:
-        """Return the reduced problem of a target in a window, of all its channels together; the last one is kept."""
+        """Return the reduced problem of a target in a window, for all its channels; the latest one is cached."""
         return self.latest.of(self.model, target, q, window)
 
     def norms(self, q: FloatArray, windows: Windows) -> list[float]:
@@ -148,37 +151,39 @@ class Problem:
         return self._over_targets(self.triangle, q, windows)
 
     def total_norm(self, q: FloatArray, windows: Windows) -> float:
-        """Return the norm of all residuals and of what the priors say, in sigmas."""
+        """Return the norm of all residuals and priors, in sigmas."""
         away, _ = self.coordinates.prior_rows(q)
         return float(np.linalg.norm([*self.norms(q, windows), *away]))
 
     def joint(self, q: FloatArray, windows: Windows) -> Triangle:
-        """Return the reduced problem of all targets together, and of the priors."""
+        """Return the reduced problem of all targets and of the priors."""
         return combine_triangles([*self.triangles(q, windows), *self.prior_triangles(q)])
 
     def prior_triangles(self, q: FloatArray) -> list[Triangle]:
-        """Return what the priors add to a joint problem: one triangle, or none where there is no prior."""
+        """Return the contribution of the priors to a joint problem: one triangle, or none without priors."""
         away, J = self.coordinates.prior_rows(q)
         return [triangle_of_rows(away, J)] if away.size else []
 
     def _over_targets(
-        self, what: Callable[[Target, FloatArray, Window], Result], q: FloatArray, windows: Windows
+        self, reduce: Callable[[Target, FloatArray, Window], Result], q: FloatArray, windows: Windows
     ) -> list[Result]:
-        """Work on every target that has a window, the longest first, and return in their own order."""
+        """Apply a function to every target that has a window, the longest first; return results in target order."""
         used = [t for t in self.targets if t.name in windows]
+        # The longest record first, so that no thread is left with it at the end.
         order = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
-        done = in_threads(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
+        done = in_threads(lambda i: reduce(used[i], q, windows[used[i].name]), order, self.workers)
         return [result for _, result in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]
 
 
 def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
-    """Return the steps a sample, up to 8 times the problem's, that keep every record within the promise at `q`.
+    """Return the steps per sample, up to 8 times the problem's, that give every record the promised accuracy at `q`.
 
-    Halving the step cuts the error sixteenfold, so the difference to the halved step is the error.
-    The promise is an RMS error of 1e-5 of the RMS of each channel.
+    Halving the step reduces the error sixteenfold, so the difference from the halved step is the error. The promise is
+    an RMS error of 1e-5 of the RMS of each channel.
     """
     used = [t for t in problem.targets if t.name in windows]
     for _ in range(PROBLEM.most_doublings):
+        # The halved step is also the next candidate, so no third run is needed for the error.
         halved = replace(problem, substeps=2 * problem.substeps)
         if all(_relative_error(problem, halved, t, q, windows[t.name][1]) <= PROBLEM.promised_accuracy for t in used):
             break
@@ -187,7 +192,7 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
 
 
 def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArray, stop: int) -> float:
-    """Return the RMS difference of two runs over the RMS of the finer one, of the worst channel, block by block."""
+    """Return the RMS difference of two runs relative to the RMS of the finer one, for the worst channel."""
     outputs = [coarse.model.output(quantity) for quantity in target.quantities]
     error, size = np.zeros(len(outputs)), np.zeros(len(outputs))
     blocks = zip(coarse.model.run(target, q, stop).blocks(), fine.model.run(target, q, stop).blocks(), strict=True)
@@ -201,9 +206,9 @@ def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArra
 def transfer_coordinates(problem: Problem, q: FloatArray, other: Problem) -> FloatArray:
     """Return a point in a problem of the same mechanism whose records have other parameters.
 
-    The coordinates of the mechanism are kept to the last bit, which `transfer_values` cannot do: a logarithm and a
-    pair of amplitude and phase come back from the file's values with other last digits. A new parameter of a record
-    begins at the mechanism's value where it replaces one that is free, else at its start.
+    The coordinates of the mechanism are kept exactly, which `transfer_values` cannot do: a logarithm, or a pair of
+    amplitude and phase, changes in its last digits on the way through the file's values. A new parameter of a record
+    starts at the mechanism's value if it replaces a free one, otherwise at its own start.
     """
     records = {**_values_to_replace(problem, q, other), **problem.coordinates.records_values(q)}
     return np.concatenate([problem.coordinates.of_mechanism(q), other.coordinates.records_point(records)])
@@ -214,15 +219,15 @@ def transfer_values(
 ) -> FloatArray:
     """Return a point in a problem of the same records whose mechanism and records may have other parameters.
 
-    By the file's values, or by some that go by the names of the other one. What is new begins at its start, as the null
-    value of a term; a new parameter of a record begins as in `transfer_coordinates`.
+    The values are the file's values at `q`, or `values` by the names of the other problem. A new parameter starts at
+    its start, such as the null value of a term; a new record parameter starts as in `transfer_coordinates`.
     """
     values = problem.coordinates.values(q) if values is None else values
     return other.coordinates.point({**_values_to_replace(problem, q, other), **values})
 
 
 def _values_to_replace(problem: Problem, q: FloatArray, other: Problem) -> dict[str, float]:
-    """Return the mechanism's values for parameters of records that replace them in another problem."""
+    """Return the mechanism's values for record parameters that replace them in another problem."""
     values = problem.space.values(problem.coordinates.of_mechanism(q))
     replaced = ((c.parameter.name, c.parameter.replaces) for c in other.coordinates.own)
     return {name: values[of] for name, of in replaced if of in values}

@@ -1,4 +1,4 @@
-"""Parameters that belong to single records: those that move instants, and the mean of those that every record has."""
+"""Parameters of single records: their coordinates, shifts of instants, and means over all records."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
 
 Slope = Callable[[TimeBase, Block, int, int], FloatArray]
-"""dy/d(value) of an output, by its number, over the last n samples of a block of a time base, (n,)."""
+"""Function that returns dy/d(value) of an output, by index, over the last n samples of a block of a time base, (n,)."""
 
 
 def _of_time_offset(_base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
@@ -27,21 +27,49 @@ def _of_time_offset(_base: TimeBase, block: Block, output: int, n: int) -> Float
 
 
 def _of_clock(base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
-    """Return the rate times the record time's share: t (1 + c) runs ahead by t dc."""
+    """Return the rate times record time: t (1 + c) advances by t dc."""
     record_s = base.start_s + np.arange(block.stop - n, block.stop) * base.interval_s
     return PPM * record_s * block.rate[-n:, output]
 
 
 INSTANTS: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset, CLOCK.key: _of_clock}
-"""Parameters of a record's own that move the instants of its samples, by key."""
+"""Record parameters that shift the instants of its samples, by key."""
+
+
+@dataclass(frozen=True)
+class RecordCoordinate:
+    """Coordinate that acts on some records only, in the file's unit.
+
+    Attributes
+    ----------
+    records : tuple of str
+        Names of its targets: one, or all that share it.
+    parameter : Parameter
+        Name, start and bounds.
+    lane : int or None
+        Lane of the kernel that carries its derivative; None if it only shifts instants.
+    """
+
+    records: tuple[str, ...]
+    parameter: Parameter
+    lane: int | None
+
+    def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
+        """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
+        moves = INSTANTS.get(self.parameter.declaration.key)
+        if self.lane is None:
+            assert moves is not None
+            return moves(base, block, output, n)
+        carried = block.jacobian[-n:, output, self.lane]
+        return carried if moves is None else carried + moves(base, block, output, n)
 
 
 @dataclass(frozen=True)
 class Mean:
-    """Values of one parameter of the mechanism that every record has of its own: their mean is the mechanism's.
+    """Constraint that the mean of a parameter that every record has of its own is the mechanism's value.
 
-    Without it nothing would tell a supply that is higher in all records from a smaller torque constant, and the
-    mechanism's resistance would be unknown where every record has its own.
+    Without it, the data could not distinguish a supply voltage that is higher in all records from a smaller torque
+    constant, and the mechanism's resistance would be undetermined if every record had its own.
 
     Attributes
     ----------
@@ -50,38 +78,40 @@ class Mean:
     own : tuple of str
         The records' values of it.
     sigma : float
-        What the mean is held to it by, in the file's unit. Where nothing tells it, as of supplies, so small that the
-        search never trades it for anything; how far the mean may truly be from it is `unknown`.
-    is_told : bool
-        Whether the records tell the mean: a known inertia shows a gain that all records share. It is then held as
-        loosely as one value is.
+        Standard deviation of the constraint, in the file's unit. If the records do not determine the mean, as for
+        supplies, it is so small that the search never trades the mean for another parameter; the true uncertainty of
+        the mean is `standard_error`.
+    is_determined : bool
+        Whether the records determine the mean: a known inertia shows a gain that all records share. The mean is then
+        constrained as loosely as a single value.
     """
 
     of: str
     own: tuple[str, ...]
     sigma: float
-    is_told: bool = False
+    is_determined: bool = False
 
-    def unknown(self, values: Sequence[float]) -> float:
-        """Return the standard deviation of the true mean from the mechanism's value, known by len(own) - 1 degrees.
+    def standard_error(self, values: Sequence[float]) -> float:
+        """Return the standard deviation of the true mean about the mechanism's value.
 
-        s / sqrt(K) with s the scatter of the records' values, (K,): they are draws about the mechanism's.
+        It is s / sqrt(K) with the scatter s of the records' values, (K,), which are draws about the mechanism's value.
+        It has K - 1 degrees of freedom.
         """
         return float(np.std(values, ddof=1)) / math.sqrt(len(values))
 
 
-def tells_mean(parameter: Parameter) -> bool:
-    """Tell whether the mean over all records of what each has of its own is told by them, as that of a gain is."""
+def determines_mean(parameter: Parameter) -> bool:
+    """Tell whether records determine the mean of their own values of a parameter, as they do for a gain."""
     return parameter.declaration.role is Role.TRANSDUCER_GAIN
 
 
 def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
-    """Yield the means of what every record has of its own, free and with a prior."""
+    """Yield the means of parameters that every record has of its own, free and with a prior."""
     by_name: dict[str, list[Parameter]] = {}
-    for p in (p for target in targets for p in target.moved if p.replaces and p.sigma):
+    for p in (p for target in targets for p in target.free_parameters if p.replaces and p.sigma):
         by_name.setdefault(p.replaces, []).append(p)
     for name, own in by_name.items():
         if len(own) == len(targets) > 1:
-            sigma, is_told = min(p.sigma for p in own if p.sigma), tells_mean(own[0])
-            within = 1.0 if is_told else PROBLEM.mean_within
-            yield Mean(name, tuple(p.name for p in own), within * sigma, is_told)
+            sigma, is_determined = min(p.sigma for p in own if p.sigma), determines_mean(own[0])
+            within = 1.0 if is_determined else PROBLEM.mean_within
+            yield Mean(name, tuple(p.name for p in own), within * sigma, is_determined)

@@ -1,8 +1,8 @@
 """Search coordinates of a mechanism, and their maps to kernel values and file values.
 
-Positive parameters are searched by their logarithm, a detent with free amplitude and phase by its
-cosine and sine part (at zero amplitude the phase is not dead), a parameter that never lies below another,
-as static friction above Coulomb friction, by its excess over that one. Everything else as it is.
+A positive parameter is searched by its logarithm. A detent with free amplitude and phase is searched by its cosine and
+sine parts, so that the phase keeps a derivative at zero amplitude. A parameter that never lies below another, as static
+friction above Coulomb friction, is searched by its excess over that one. All others are searched directly.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from mechid.plant.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One number the optimiser moves: its name, kind and bounds in its own scale.
+    """Coordinate of the optimiser: name, kind and bounds in its own scale.
 
-    Kinds: ``log`` (of the parameter), ``linear``, ``cosine`` and ``sine`` (of an amplitude-phase
-    pair, `partner` the phase), ``excess`` (over another parameter, `below`).
+    Kinds: ``log`` (of the parameter), ``linear``, ``cosine`` and ``sine`` (of an amplitude-phase pair with the phase
+    `partner`), ``excess`` (over the parameter `below`).
     """
 
     name: str
@@ -38,14 +38,14 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """The coordinates of a mechanism's free parameters, and the maps from them.
+    """Coordinates of a mechanism's free parameters, and the maps from them.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Holds the values of all that is not free.
+        Holds the values of all fixed parameters.
     polar : frozenset of str
-        Amplitudes to be searched as such, with their phases, because their limit is active.
+        Amplitudes that are searched directly, with their phases, because their limit is active.
     """
 
     mechanism: Mechanism
@@ -61,12 +61,12 @@ class SearchSpace:
             if q.name in pairs:
                 result += [Coordinate(q.name, kind, -q.max, q.max, pairs[q.name]) for kind in ("cosine", "sine")]
             elif q.name not in phases:
-                result.append(self._plain(q))
+                result.append(self._plain_coordinate(q))
         return tuple(result)
 
     @cached_property
     def _cartesian_pairs(self) -> dict[str, str]:
-        """Amplitude to phase of the pairs that are free in the whole disc."""
+        """Phase by amplitude, for the pairs that are free in the whole disc."""
         parameters = self.mechanism.parameters
         return {
             pair.amplitude: pair.phase
@@ -81,20 +81,21 @@ class SearchSpace:
 
     @cached_property
     def _below(self) -> dict[str, str]:
-        """Parameter to the one below which it never lies."""
+        """Lower bound parameter of each parameter that has one."""
         return self.mechanism.plant.related("above")
 
     @cached_property
     def _above(self) -> dict[str, str]:
-        """The same the other way: parameter to the one that never lies below it."""
+        """Inverse of `_below`: the parameter that never lies below each one."""
         return {lower: upper for upper, lower in self._below.items()}
 
-    def _plain(self, q: Parameter) -> Coordinate:
+    def _plain_coordinate(self, q: Parameter) -> Coordinate:
         if q.name in self._below:
             lower = self.mechanism.parameters[self._below[q.name]]
             least = lower.min if lower.is_free else lower.value
             most = lower.max if lower.is_free else lower.value
             return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12), below=lower.name)
+        # Capped by the largest value of the upper parameter, because the excess above it cannot be negative.
         if q.name in self._above:
             upper = self.mechanism.parameters[self._above[q.name]]
             above = math.inf if upper.tied_to else upper.max if upper.is_free else upper.value
@@ -107,15 +108,15 @@ class SearchSpace:
         return Coordinate(q.name, "linear", q.min, q.max)
 
     def is_turning(self, c: Coordinate) -> bool:
-        """Whether a coordinate is a free angle, which has no bounds."""
+        """Tell whether a coordinate is a free angle, which has no bounds."""
         return c.kind == "linear" and self.mechanism.parameters[c.name].is_periodic
 
     def stands_alone(self, c: Coordinate) -> bool:
-        """Whether a coordinate moves one parameter, and nothing else with it."""
+        """Tell whether a coordinate changes exactly one parameter."""
         return c.kind in ("linear", "log") and c.name not in self._below and c.name not in self._above
 
     def outside_disc(self, q: FloatArray) -> frozenset[str]:
-        """Return the amplitudes that lie beyond their limit at `q`."""
+        """Return the amplitudes beyond their limit at `q`."""
         values = self.values(q[: self.size])
         found = (c.name for c in self.coordinates if c.kind == "cosine" and values[c.name] > c.upper)
         return frozenset(found)
@@ -140,7 +141,7 @@ class SearchSpace:
         return np.clip(q, self.lower, self.upper)
 
     def from_values(self, values: Mapping[str, float]) -> FloatArray:
-        """Return the coordinates, (n,), of the file's values `values` (all free ones)."""
+        """Return the coordinates, (n,), of the file's values of all free parameters."""
         return self.clip(np.array([self._coordinate_of(c, values) for c in self.coordinates]))
 
     @cached_property
@@ -162,15 +163,16 @@ class SearchSpace:
         return value
 
     @cached_property
-    def _read(self) -> list[tuple[str, str, str, float, float]]:
-        """Name, kind, partner and the parameter's bounds of each coordinate: thousands of points are read."""
+    def _value_entries(self) -> list[tuple[str, str, str, float, float]]:
+        """Name, kind, partner and bounds of each coordinate."""
+        # Prepared once, because a search converts thousands of points.
         known = self.mechanism.parameters
         return [(c.name, c.kind, c.partner, known[c.name].min, known[c.name].max) for c in self.coordinates]
 
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values, {name: value}, of the free parameters at `q`."""
         out: dict[str, float] = {}
-        for (name, kind, partner, least, most), x in zip(self._read, q.tolist(), strict=True):
+        for (name, kind, partner, least, most), x in zip(self._value_entries, q.tolist(), strict=True):
             if kind == "log":
                 out[name] = min(max(math.exp(x), least), most)
             elif kind == "cosine":
@@ -185,13 +187,13 @@ class SearchSpace:
                 out[upper] = self._within_bounds(upper, out[upper] + out.get(lower, self.mechanism.value(lower)))
         return out
 
-    def _carried(self, q: FloatArray) -> dict[str, float]:
-        """Return 1 for each parameter that moves with its excess and with what is below it, 0 where it cannot."""
+    def _excess_slopes(self, q: FloatArray) -> dict[str, float]:
+        """Return 1 for each free parameter searched by its excess that can move with it, 0 if it is at a bound."""
         values, known = self.values(q), self.mechanism.parameters
         return {n: float(known[n].min < values[n] < known[n].max) for n in self._below if known[n].is_free}
 
     def _within_bounds(self, name: str, value: float) -> float:
-        """Clip a value that the way through a coordinate may have carried past its bounds."""
+        """Clip a value that the conversion from coordinates may have moved past its bounds."""
         q = self.mechanism.parameters[name]
         return min(max(value, q.min), q.max)
 
@@ -200,18 +202,18 @@ class SearchSpace:
         return self.mechanism.with_values(self.values(q))
 
     def kernel(self, q: FloatArray, own: Mapping[str, float] | None = None) -> FloatArray:
-        """Return the kernel's parameters, (NP,), at `q`; `own` are values that hold in place of the mechanism's."""
+        """Return the kernel's parameters, (NP,), at `q`; `own` replaces values of the mechanism."""
         return self.mechanism.kernel_values({**self.values(q), **(own or {})})
 
     def kernel_jacobian(
         self, q: FloatArray, own: Mapping[str, float] | None = None, moved: Sequence[str] = ()
     ) -> FloatArray:
-        """Return dp/dq, (NP, n), at `q` and with `own` values; then dp/d(value), a column for each of those `moved`."""
+        """Return dp/dq, (NP, n), at `q` with `own` values, followed by a column dp/d(value) for each of `moved`."""
         mechanism = self.at(q).with_values(own or {})
         by_file = mechanism.kernel_jacobian()
         order = {s: i for i, s in enumerate(mechanism.plant.parameters)}
         pairs = {p.amplitude: p for p in mechanism.plant.polar_pairs}
-        out, carried = np.zeros((len(order), self.size + len(moved))), self._carried(q)
+        out, carried = np.zeros((len(order), self.size + len(moved))), self._excess_slopes(q)
         for j, name in enumerate(moved, self.size):
             out[:, j] = by_file[name]
         for j, (c, x) in enumerate(zip(self.coordinates, q, strict=True)):
@@ -232,10 +234,12 @@ class SearchSpace:
         """Return the names of the free parameters, (m,), and d(value)/dq, (m, n), in the file's units."""
         values = self.values(q)
         names = tuple(p.name for p in self.mechanism.free)
-        out, carried = np.zeros((len(names), self.size)), self._carried(q)
+        out, carried = np.zeros((len(names), self.size)), self._excess_slopes(q)
         for j, c in enumerate(self.coordinates):
             i = names.index(c.name)
             if c.kind in ("cosine", "sine"):
+                # Columns of an amplitude-phase pair are the derivatives of (hypot, atan2); at amplitude 0 that of the
+                # phase is infinite, so the amplitude is bounded from below there.
                 amplitude, phase = values[c.name], math.radians(values[c.partner])
                 toward, across = math.cos(phase), -math.sin(phase)
                 if c.kind == "sine":

@@ -19,8 +19,8 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
-from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
+from mechid.identification.computation.parallel import map_tasks
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_problem, reinterpret_target
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import target_of
 from mechid.identification.readings.alternatives import ReadingScore, describe_saturation, judge
@@ -130,7 +130,7 @@ def agreement_of_others(
         As in `agreement`.
     """
     looks = {t.name: min(t.samples, RULES.judged_samples) for t in problem.targets}
-    others = problem.only([name for name in looks if name not in names])
+    others = problem.restrict_to([name for name in looks if name not in names])
     start = others.point_from(problem, q)
     grown = grow_horizons(others, start, np.random.default_rng((seed, 1, 1)), journal=journal)
     rest = _AgreeingRecords(others, grown, tuple(names))
@@ -148,12 +148,12 @@ def _judge_others(
         declared, found = _choose_reading(problem, rest, name, looks[name], seed, journal)
         if found is None:
             target = next(t for t in problem.targets if t.name == name)
-            lost[name] = describe_saturation(rest.problem, rest.growth.q, target.beginning(looks[name]))
+            lost[name] = describe_saturation(rest.problem, rest.growth.q, target.truncate(looks[name]))
         elif found.reading != DECLARED:
             judged[name] = declared, found
     made = Agreement(problem, rest.growth, judged, lost)
     # All records are grown again as they are now read: a reading is judged over its first moments only.
-    whole = problem_as_read(problem, made.readings)
+    whole = reinterpret_problem(problem, made.readings)
     grown = grow_horizons(
         whole, whole.point_from(rest.problem, rest.growth.q), np.random.default_rng((seed, 1, 0)), journal=journal
     )
@@ -177,7 +177,7 @@ def _find_agreeing(
     costs = _first_look(problem, points)
     furthest: _AgreeingRecords | None = None
     for others in _sets_to_leave_out(suspects, list(looks), costs):
-        rest = problem.only([name for name in looks if name not in others])
+        rest = problem.restrict_to([name for name in looks if name not in others])
         tell(f"without {', '.join(others)}")
         start = _find_start(problem, rest, points, costs)
         if start is None:
@@ -218,7 +218,7 @@ def start_points(problem: Problem, seed: int) -> list[FloatArray]:
 
 def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
     """Return the cost of each record's first window at each point, (points, records)."""
-    return np.array(mapped(partial(_first_window_costs, problem), points, problem.workers))
+    return np.array(map_tasks(partial(_first_window_costs, problem), points, problem.workers))
 
 
 def _first_window_costs(problem: Problem, q: FloatArray) -> list[float]:
@@ -234,7 +234,7 @@ def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs
     for first in range(0, len(order), SEARCH.batch):
         batch = order[first : first + SEARCH.batch]
         starts = [Candidate(rest.point_from(problem, points[i]), own[i]) for i in batch]
-        refined = mapped(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
+        refined = map_tasks(partial(refine, rest, steps=SEARCH.robust_steps), starts, rest.workers)
         best = min(refined, key=lambda c: c.cost)
         if explains(rest, best):
             return best
@@ -255,7 +255,7 @@ def _choose_reading(
         if found.follows:
             return declared, found
     for number, option in enumerate((declared, *others[: RULES.grown_readings]), 2):
-        own = target if option.reading == DECLARED else target_as_read(target, option.reading)
+        own = target if option.reading == DECLARED else reinterpret_target(target, option.reading)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
         start = more.point_from(rest.problem, rest.growth.q)
         if grow_horizons(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:

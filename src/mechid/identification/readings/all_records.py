@@ -16,7 +16,7 @@ from mechid.campaign.campaign import CAMPAIGN, TIME_OFFSET
 from mechid.command import MeasuredCommand
 from mechid.command.waveform import WAVEFORMS
 from mechid.identification.computation.journal import Journal
-from mechid.identification.output_error.declaration import Reading, target_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_target
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, time_offset_of
 from mechid.identification.readings.agreement import find_explaining_start, start_points
@@ -45,7 +45,7 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
         if start is None:
             continue
         grown = grow_horizons(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
-        before, after, words = growth.reached(problem), grown.reached(other), tried.words(grown.q)
+        before, after, words = growth.followed_share(problem), grown.followed_share(other), tried.words(grown.q)
         if words and (after >= RULES.further_ratio * before or (grown.complete and not growth.complete)):
             text = (
                 f"{100.0 * after:.3g} % of their samples are followed with {words} ({100.0 * before:.3g} % as declared)"
@@ -66,7 +66,7 @@ class _CommonReading:
 
 
 def _common_candidates(problem: Problem, seed: int) -> Iterator[_CommonReading]:
-    signs = replace(problem, targets=tuple(target_as_read(t, Reading(polarity=-1)) for t in problem.targets))
+    signs = replace(problem, targets=tuple(reinterpret_target(t, Reading(polarity=-1)) for t in problem.targets))
     yield _CommonReading(signs, start_points(signs, seed), lambda q: SIGN)
     # A measured input has neither a waveform nor a trigger of the drive.
     if any(isinstance(t.command, MeasuredCommand) for t in problem.targets):

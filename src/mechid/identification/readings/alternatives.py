@@ -16,7 +16,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.command.stepping import MOST_MICROSTEPS, stepping_of
-from mechid.identification.output_error.declaration import Reading, target_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_target
 from mechid.identification.output_error.misfit import residual
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
@@ -130,9 +130,9 @@ def judge(problem: Problem, q: FloatArray, target: Target, look: int) -> list[Re
         Number of its samples over which it is judged.
     """
     orders = harmonic_orders(problem.space.mechanism)
-    start = target.beginning(look)
+    start = target.truncate(look)
     here = np.asarray(q[: problem.space.size])
-    known = start.settled
+    known = start.with_fixed_parameters
     options = variants(target.command, orders)
     costs = _reading_costs(problem, here, known, options)
     declared = _score_reading(problem, here, known, options[0], costs[0])
@@ -142,7 +142,7 @@ def judge(problem: Problem, q: FloatArray, target: Target, look: int) -> list[Re
     late = _best_time_offset(problem, here, known)
     found = [_score_reading(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
     # The first moments of a sweep are small: its gain shows only over a longer part.
-    longer = target.beginning(min(target.samples, RULES.judged_samples)).settled
+    longer = target.truncate(min(target.samples, RULES.judged_samples)).with_fixed_parameters
     gains = dict.fromkeys(_nearest_gain(problem, here, one) for one in (known, longer))
     found += [late] if late else []
     found += [_score_gain(problem, here, known, gain) for gain in gains if gain is not None]
@@ -168,13 +168,13 @@ def _likeliest(found: list[ReadingScore]) -> list[ReadingScore]:
 
 def _reading_costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Reading]) -> list[float]:
     """Return ||r||^2 of a target under each reading, in sigmas squared; inf where the simulation fails."""
-    targets = tuple(replace(target_as_read(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
+    targets = tuple(replace(reinterpret_target(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
     many = replace(problem, targets=targets)
-    return [norm**2 for norm in many.norms(q, many.whole())]
+    return [norm**2 for norm in many.norms(q, many.whole_windows())]
 
 
 def _score_reading(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
-    own = target_as_read(target, replace(taken, time_offset_s=None))
+    own = reinterpret_target(target, replace(taken, time_offset_s=None))
     if taken.time_offset_s is not None:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
     alone = replace(problem, targets=(own,))
@@ -223,8 +223,8 @@ def _best_time_offset(problem: Problem, q: FloatArray, target: Target) -> Readin
     tick = target.base.interval_s
 
     def cost(offset_s: float) -> float:
-        moved = target_as_read(target, Reading(time_offset_s=(offset_s, offset_s, offset_s)))
-        alone = replace(problem, targets=(moved.settled,))
+        moved = reinterpret_target(target, Reading(time_offset_s=(offset_s, offset_s, offset_s)))
+        alone = replace(problem, targets=(moved.with_fixed_parameters,))
         return float(min(alone.norm(alone.targets[0], q, (0, target.samples)) ** 2, 1e300))
 
     about = target.time_offset.value + shift * tick
@@ -263,7 +263,7 @@ def describe_saturation(problem: Problem, q: FloatArray, target: Target) -> str:
     target : Target
         The examined samples of the record that contradicts them.
     """
-    modelled, measured = side_by_side(problem, np.asarray(q[: problem.space.size]), target.settled)
+    modelled, measured = side_by_side(problem, np.asarray(q[: problem.space.size]), target.with_fixed_parameters)
     largest = float(np.abs(modelled).max())
     if not np.isfinite(largest) or largest == 0.0:
         return ""

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.output_error.declaration import Reading, problem_as_read
+from mechid.identification.output_error.declaration import Reading, reinterpret_problem
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -57,8 +57,8 @@ def apply_findings(campaign: Campaign, state: SearchState, seed: int) -> tuple[C
     found = found if campaign.stages else confirm_rates(records, found)
     used = [] if campaign.stages else [one for one in found if one.is_confirmed and one.reading]
     readings = _merge_readings(used)
-    problem = problem_as_read(state.problem, readings)
-    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), readings=readings)
+    problem = reinterpret_problem(state.problem, readings)
+    state = replace(state, problem=problem, q=problem.start, windows=problem.whole_windows(), readings=readings)
     lines = (finding.line(used=finding in used) for finding in found)
     return replace(campaign, warnings=(*lines, *campaign.warnings)), state
 

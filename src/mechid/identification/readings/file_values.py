@@ -21,7 +21,7 @@ from functools import partial
 from mechid.campaign import mechanism_from_table, mechanism_text
 from mechid.errors import InputFileError
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.readings.agreement import explains
@@ -94,7 +94,8 @@ def other_counts(records: DeclaredRecords) -> list[OtherCount]:
             if all(abs(value / of_file[name] - 1.0) < RULES.same_count for name, value in values.items()):
                 return []
             found.append(OtherCount(values, of_file, trial.cost))
-            if POLES in names:  # no gear ratio compensates for steps of another size
+            # No gear ratio compensates for steps of another size.
+            if POLES in names:
                 break
     return sorted(found, key=lambda one: one.cost)
 
@@ -222,7 +223,7 @@ def find_wrong_values(
         tell(parameter.name)
         other = _widen_range(problem, parameter)
         starts = multistart(other, seed, other.workers, journal=journal)[: SEARCH.batch]
-        refined = mapped(partial(refine, other, steps=SEARCH.robust_steps), starts, other.workers)
+        refined = map_tasks(partial(refine, other, steps=SEARCH.robust_steps), starts, other.workers)
         best = min(refined, key=lambda c: c.cost, default=Candidate(other.start, math.inf))
         value = other.space.values(other.coordinates.of_mechanism(best.q))[parameter.name]
         if explains(other, best) and _is_beyond(parameter, value):

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command import Command, MeasuredCommand, RateProfile
-from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read, target_as_read
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_command, reinterpret_target
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
@@ -82,7 +82,7 @@ class RecordSpectrum:
 
     def read_as(self, taken: Reading) -> Target:
         """Return the first steps under the command of a reading."""
-        return self.target if taken == DECLARED else target_as_read(self.target, replace(taken, scale=1.0))
+        return self.target if taken == DECLARED else reinterpret_target(self.target, replace(taken, scale=1.0))
 
     def simulated_power(self, problem: Problem, own: Target, q: FloatArray) -> FloatArray | None:
         """Return the model's power under the command of `own`, or None where the simulation fails."""
@@ -119,7 +119,7 @@ def spectrum_of(target: Target) -> RecordSpectrum:
     steps = max(samples_until(target, RULES.look_steps), rest + round(RULES.least_look_s * rate))
     samples = min(steps, rest + round(RULES.longest_look_s * rate), target.samples)
     pieces = 1 if _is_constant(target.command) else max(round(samples / rate / RULES.piece_s), 1)
-    return RecordSpectrum(target.beginning(samples), target, pieces)
+    return RecordSpectrum(target.truncate(samples), target, pieces)
 
 
 def _is_constant(command: Command) -> bool:
@@ -162,7 +162,7 @@ def contradicts_declaration(record: RecordSpectrum) -> bool:
 
 def has_lines_of(record: RecordSpectrum, reading: Reading, multiples: Sequence[float]) -> bool:
     """Tell whether a record's full-step lines, if any, are at given multiples of the rate of a reading."""
-    own, command = record.suggested_rate, command_as_read(record.command, reading)
+    own, command = record.suggested_rate, reinterpret_command(record.command, reading)
     if own is None or own.stepping != "full" or command.microsteps > RULES.coarse_microsteps:
         return True
     rate = max(abs(rate) for rate in command.rate.rates) * command.microsteps
@@ -174,7 +174,7 @@ def fits_declared_rate_too(record: RecordSpectrum, swapped: Reading) -> bool:
     if swapped.rate is None:
         return False
     declared, read = (max(abs(rate) for rate in rate.rates) for rate in (record.command.rate, swapped.rate))
-    same = command_as_read(record.command, swapped).microsteps == record.command.microsteps
+    same = reinterpret_command(record.command, swapped).microsteps == record.command.microsteps
     related = same and _is_near(declared / read, RULES.repeats)
     return related and not has_lines_of(record, swapped, RULES.full_step_lines[:1])
 

@@ -18,8 +18,8 @@ from itertools import combinations
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.computation.parallel import in_threads, mapped
-from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
+from mechid.identification.computation.parallel import in_threads, map_tasks
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_command
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
@@ -77,7 +77,7 @@ def suspect(problem: Problem, spectra: Mapping[str, RecordSpectrum], seed: int =
     points = [np.concatenate([q, own]) for q in sample_box(problem.space, RULES.box_points, seed)]
     cut_offs = () if problem.space.mechanism.plant.having(Role.CUT_OFF) else RULES.cut_offs_hz
     measure = partial(_distances, problem, points, cut_offs)
-    found = dict(zip(spectra, mapped(measure, list(spectra.values()), problem.workers), strict=True))
+    found = dict(zip(spectra, map_tasks(measure, list(spectra.values()), problem.workers), strict=True))
     failing = int(np.sum(np.any([~np.isfinite(distances[:, 0]) for distances in found.values()], axis=0)))
     found = {name: distances for name, distances in found.items() if np.isfinite(distances[:, 0]).any()}
     seen = _suspect(problem, spectra, points, found) if found else Suspicions()
@@ -178,7 +178,7 @@ class _Comparison:
             spectra = [self.spectra[name] for name in pair]
             commands = [_command_of(spectrum.whole) for spectrum in spectra[::-1]]
             if contradicting.isdisjoint(pair) or all(
-                command_as_read(spectrum.command, one) == spectrum.command
+                reinterpret_command(spectrum.command, one) == spectrum.command
                 for spectrum, one in zip(spectra, commands, strict=True)
             ):
                 continue

@@ -15,7 +15,7 @@ from mechid.identification.readings.finding import DeclaredRecords, Finding, mis
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.spectrum import RecordSpectrum
 from mechid.identification.readings.trial import compare_readings, declared_readings
-from mechid.identification.search.rest import motion_begins
+from mechid.identification.search.rest import motion_start
 from mechid.identification.search.settings import SEARCH
 from mechid.records.settings import STEP_RATE
 
@@ -126,7 +126,7 @@ def _first_motion(target: Target) -> float | None:
 
 def find_long_rest(target: Target) -> Finding | None:
     """Report a record that rests for longer than the search for a start looks ahead."""
-    base, moves = target.base, motion_begins(target)
+    base, moves = target.base, motion_start(target)
     rest_s = (moves - target.burn_in) / base.sample_rate_hz
     if rest_s <= SEARCH.longest_rest_s or moves >= target.samples:
         return None
@@ -152,7 +152,8 @@ def find_lost_rows(target: Target) -> Finding | None:
     spread = max(RULES.steady_share * RULES.least_jump_steps * fs / rate, 1.0)
     shifts, alike = _period_shifts(target.leading.measured[: RULES.most_samples], period_s * fs)
     fewest = RULES.least_periods
-    for k in range(fewest + 1, shifts.size - fewest):  # the first period has the beginning of the motion
+    # The first period contains the beginning of the motion.
+    for k in range(fewest + 1, shifts.size - fewest):
         sides = shifts[1:k], shifts[k + 1 :]
         steady = all(float(np.ptp(side)) <= spread for side in sides)
         jump = float(np.median(sides[0]) - np.median(sides[1]))

@@ -18,7 +18,7 @@ from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.effects.effect import add_terms
-from mechid.identification.output_error.declaration import DECLARED, Reading, target_as_read
+from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_target
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.identification.output_error.target import Target
@@ -80,7 +80,7 @@ def compare_readings(
         Whether the best start is refined with all optional terms of the mechanism's blocks free, so that a missing term
         is not mistaken for a wrong declaration.
     """
-    read = [[target_as_read(t, one[t.name]) for t in problem.targets if t.name in one] for one in readings]
+    read = [[reinterpret_target(t, one[t.name]) for t in problem.targets if t.name in one] for one in readings]
     # One window a record for all readings, since their costs are compared.
     windows: dict[str, Window] = {}
     for target in (t for targets in read for t in targets):
@@ -163,8 +163,10 @@ def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Win
     wide = add_terms(superset, [term.name for term in superset.terms]).problem(plain)
     start = Candidate(transfer_values(plain, found.best.q, wide), found.best.cost)
     best = refine(wide, start, steps=RULES.trial_steps, windows=windows)
-    if not best.cost < found.best.cost:  # also where the wider model cannot be simulated
+    # Written as "not <", so that the NaN of a wider model that cannot be simulated is refused too.
+    if not best.cost < found.best.cost:
         return found
+    # The samples are the same: the cost per sample scales with the cost.
     return replace(found, best=best, cost=best.cost * found.cost / found.best.cost)
 
 

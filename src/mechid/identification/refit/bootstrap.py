@@ -30,7 +30,7 @@ from mechid.identification.refit.chord import Chord, DrawOptimum, chord_at, chor
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.fit import Optimum
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import promised_fall, solve
+from mechid.identification.search.solve import predicted_reduction, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.verdict import seen_coordinates
 from mechid.kernel.batch.source import SETS
@@ -137,7 +137,7 @@ def bootstrap(
     # Whole batches of SETS draws, the last one too; surplus refits are dropped below.
     tasks = [(seed, first) for first in range(0, draws, SETS)]
     with working_on(executor):
-        found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, report_batch)
+        found = (journal or Journal()).map_tasks("bootstrap draws", work, tasks, workers, report_batch)
     done = tuple(_draw(number, one) for number, one in enumerate(islice(chain(*found), draws)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise, seed)
@@ -219,7 +219,7 @@ def _refit_draw(world: _Basis, at: FloatArray, windows: Windows, problem: Proble
         outcome = DrawOutcome.FAILED
     elif not solution.converged:
         outcome = DrawOutcome.NOT_CONVERGED
-    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
+    elif predicted_reduction(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         outcome = DrawOutcome.CLIFF
     elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), REFIT.elsewhere):
         outcome = DrawOutcome.ELSEWHERE

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
+from mechid.identification.output_error.misfit import Misfit, Window, batch_misfits
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import WeightedRows
 from mechid.identification.output_error.target import Target
@@ -73,8 +73,8 @@ def _slopes(problem: Problem, target: Target, q: FloatArray, window: Window) -> 
         done[k] += count
     found = []
     for channel, whole in zip(target.channels, kept, strict=True):
-        removed, J = whole[: channel.removed], whole[channel.removed + 1 :]
-        if channel.removed:
+        removed, J = whole[: channel.projected_columns], whole[channel.projected_columns + 1 :]
+        if channel.projected_columns:
             J -= np.linalg.lstsq(removed.T, J.T, rcond=None)[0].T @ removed
         found.append(J / channel.scale)
     return tuple(found)
@@ -138,7 +138,7 @@ def _gradients_and_costs(
     for number, name in enumerate(names):
         pairs = [(draw.targets[number], q) for draw, q in zip(draws, points, strict=True)]
         numbers = iter(range(len(pairs)))
-        for misfits in side_by_side(draws[0].model, pairs, windows[name]):
+        for misfits in batch_misfits(draws[0].model, pairs, windows[name]):
             own = [next(numbers) for _ in misfits]
             for k, gradient, cost in zip(own, *_sums(misfits, chord.slopes[name]), strict=True):
                 gradients[k] = gradients[k] + gradient
@@ -158,16 +158,16 @@ def _sums(misfits: Sequence[Misfit], slopes: Sequence[FloatArray]) -> tuple[list
         here = slice(done[k], done[k] + n)
         whole[k][:, here] = parts[0][1][:, :n]
         for own, (_, block, _) in zip(series, parts, strict=True):
-            own[k][here] = block[target.channels[k].removed, :n]
+            own[k][here] = block[target.channels[k].projected_columns, :n]
         done[k] += n
     gradients, costs = [], []
     # One by one: a matrix product over many residuals would round differently.
     for misfit, own in zip(misfits, series, strict=True):
-        gradient, cost = np.zeros(len(slopes[0])), 0.0 if misfit.succeeded else np.inf
+        gradient, cost = np.zeros(len(slopes[0])), 0.0 if misfit.is_complete else np.inf
         for k, channel in enumerate(target.channels):
-            removed, r = whole[k][: channel.removed], own[k] / channel.scale
+            removed, r = whole[k][: channel.projected_columns], own[k] / channel.scale
             gradient += slopes[k] @ r
-            left = r - np.linalg.lstsq(removed.T, r, rcond=None)[0] @ removed if channel.removed else r
+            left = r - np.linalg.lstsq(removed.T, r, rcond=None)[0] @ removed if channel.projected_columns else r
             cost += float(left @ left) if np.isfinite(cost) else 0.0
         gradients.append(gradient)
         costs.append(cost)

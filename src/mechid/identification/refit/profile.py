@@ -23,15 +23,15 @@ from scipy.special import chdtri
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import directed
+from mechid.identification.computation.parallel import map_coordinators
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.settings import REFIT
 from mechid.identification.result.fit import Optimum
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.search.settings import SEARCH
-from mechid.identification.search.solve import promised_fall, solve
-from mechid.identification.stages.freeze import without
+from mechid.identification.search.solve import predicted_reduction, solve
+from mechid.identification.stages.freeze import free_only
 
 QUANTILE = float(chdtri(1, 0.05))
 """95 % quantile of chi-square with one degree of freedom."""
@@ -134,7 +134,9 @@ def profiles(
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
     refit = partial(_refit, inner)
     with working_on(executor):
-        done = directed(lambda task: _Side(inner, refit, *task, journal or Journal(), on_point).walk(), tasks, workers)
+        done = map_coordinators(
+            lambda task: _Side(inner, refit, *task, journal or Journal(), on_point).walk(), tasks, workers
+        )
     return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
 
 
@@ -204,7 +206,7 @@ class _Side:
         if len(points) > 1 and points[-1].value != points[-2].value:
             share = (value - points[-1].value) / (points[-1].value - points[-2].value)
             starts.append(points[-1].q + share * (points[-1].q - points[-2].q))
-        (found,) = self.journal.mapped("profile point", self.refit, [(self.name, value, starts)], 1)
+        (found,) = self.journal.map_tasks("profile point", self.refit, [(self.name, value, starts)], 1)
         point = Point(value, found["cost"] - self.optimum.triangle.cost, found["q"], found["note"])
         self.on_point(self.name, point)
         return point
@@ -215,9 +217,9 @@ def hold_parameter(optimum: Optimum, name: str, value: float) -> tuple[Problem, 
     problem, q = optimum.problem, optimum.q
     names = [p.name for p in problem.space.mechanism.free if p.name != name]
     if name in problem.space.mechanism.parameters:
-        return without(problem, q, names, {name: value})
+        return free_only(problem, q, names, {name: value})
     at = problem.coordinates.names.index(name)
-    targets = tuple(t.holding({name: value}) for t in problem.targets)
+    targets = tuple(t.fix_parameters({name: value}) for t in problem.targets)
     return replace(problem, targets=targets), np.delete(q, at)
 
 
@@ -233,7 +235,7 @@ def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> d
     note = ""
     if not solution.converged:
         note = "not converged"
-    elif promised_fall(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
+    elif predicted_reduction(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > SEARCH.notable_fall:
         note = "stopped at a threshold"
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 

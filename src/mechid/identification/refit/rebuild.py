@@ -19,10 +19,10 @@ from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit, Optimum
 from mechid.identification.result.grade import grade_words
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.masks import with_masks
+from mechid.identification.search.masks import apply_masks
 from mechid.identification.search.solve import solve
-from mechid.identification.stages.freeze import without
-from mechid.identification.stages.own_stages import begin
+from mechid.identification.stages.freeze import free_only
+from mechid.identification.stages.own_stages import begin_stages
 from mechid.identification.uncertainty.noise import reject_outliers, release_noise
 from mechid.identification.uncertainty.noise_levels import restore_levels
 from mechid.parameter import Status
@@ -50,7 +50,7 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
         # Small priors hold added terms near their null value, if the fit ended with such priors.
         small = {name: p.prior.sigma for name, p in fit.parameters.items() if p.added and p.prior}
         problem = replace(make_problem(campaign, workers), shrinkage=small)
-        problem = with_masks(restore_levels(problem, fit.records), masks_of(fit.records))
+        problem = apply_masks(restore_levels(problem, fit.records), masks_of(fit.records))
         problem, q, windows = _first_point(campaign, problem, values)
         problem, q = _hold_as_fitted(problem, q, fit, values)
         problem = replace(problem, substeps=int(str(fit.provenance["substeps"])))
@@ -71,8 +71,10 @@ def _first_point(
 ) -> tuple[Problem, FloatArray, Windows]:
     """Return the problem at the fit's values, with its windows; user-defined stages set them up if there are any."""
     if not campaign.stages:
-        return problem, problem.coordinates.point(values), problem.whole()
-    state = begin(SearchState(problem, problem.start, problem.whole()), campaign, campaign.stages, values)
+        return problem, problem.coordinates.point(values), problem.whole_windows()
+    state = begin_stages(
+        SearchState(problem, problem.start, problem.whole_windows()), campaign, campaign.stages, values
+    )
     return state.problem, state.q, state.windows
 
 
@@ -84,10 +86,10 @@ def _hold_as_fitted(
     moved = [p.name for p in problem.space.mechanism.free if status[p.name] in ESTIMATED_STATUSES]
     known = problem.space.mechanism.parameters
     held = {n: v for n, v in values.items() if status[n] == Status.FROZEN and n in known}
-    problem, q = without(problem, q, moved, held)
+    problem, q = free_only(problem, q, moved, held)
     cosines = (c.name for c in problem.space.coordinates if c.kind == "cosine")
     at_limit = frozenset(name for name in cosines if status[name] == Status.AT_BOUND)
-    return problem.in_polar(at_limit, q) if at_limit else (problem, q)
+    return problem.to_polar(at_limit, q) if at_limit else (problem, q)
 
 
 def grade_lines(fit: Fit) -> Iterable[str]:

@@ -9,9 +9,9 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.errors import MechidError
-from mechid.identification.effects.campaign_disturbances import Declared, recalled_record
+from mechid.identification.effects.campaign_disturbances import Declared, restore_found_record
 from mechid.identification.effects.disturbance import with_lines
-from mechid.identification.output_error.declaration import record_as_read
+from mechid.identification.output_error.declaration import reinterpret_record
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 
@@ -31,16 +31,16 @@ def record_as_fitted(record: CampaignRecord, fit: Fit, *, disturbances: bool = T
     """
     own = fit.records.get(record.name)
     if own is not None:
-        record = record_as_read(record, own.reading)
+        record = reinterpret_record(record, own.reading)
         record = record.with_known_values(own.nuisance.values) if own.nuisance else record
         record = with_lines(record, own.lines)
-    return recalled_record(record, _added_declarations(fit), fit.mechanism.plant) if disturbances else record
+    return restore_found_record(record, _added_declarations(fit), fit.mechanism.plant) if disturbances else record
 
 
 def _added_declarations(fit: Fit) -> dict[str, Declared]:
     """Return the declarations of the added disturbances' parameters, with their start values, by dotted name."""
     own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
-    return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
+    return {p.name: Declared.from_file(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 
 def refuse_failed(fit: Fit, error: type[MechidError], remedy: str = "Identify anew") -> None:

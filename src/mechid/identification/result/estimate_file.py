@@ -114,6 +114,7 @@ def _matrix_fault(content: Mapping[str, Any], key: str) -> str:
     strange = [name for name in names or () if not isinstance(name, str) or name not in content["parameters"]]
     if strange:
         return f"{key}.names: found {json.dumps(strange[0])[:40]}, expected the name of a parameter"
+    # type(), not isinstance(): true and false would pass as integers.
     strange = [cell for row in rows for cell in row if type(cell) not in (int, float, type(None))]
     return f"{key}.matrix: found {json.dumps(strange[0])[:40]}, expected a number" if strange else ""
 

@@ -240,6 +240,7 @@ class Fit(Shown):
             # Not a field: copies with other values must not inherit it, and it is neither compared nor pickled.
             vars(self)[OPTIMUM] = import_module(REBUILD).rebuild_optimum(self, workers)
         kept: Optimum = vars(self)[OPTIMUM]
+        # The number of threads is set on each call: it is no part of the cached optimum.
         return replace(kept, problem=replace(kept.problem, workers=workers))
 
     def __getstate__(self) -> dict[str, Any]:
@@ -299,6 +300,7 @@ class Fit(Shown):
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the parameters by dotted name: value, errors, interval, bounds, status (extra ``dataframes``)."""
+        # An optional dependency: imported on use.
         import pandas as pd
 
         return pd.DataFrame({name: p.to_dict() for name, p in self.parameters.items()}).T

@@ -177,7 +177,8 @@ def missing_warning(missing: Missing) -> str:
     found = ", ".join([*values[: GRADE.most_named], "..."] if len(values) > GRADE.most_named else values)
     where = "its declaration is in missing of estimate.json"
     option = 'disturbances = "none"'
-    if missing.block:  # a term or law of the mechanism
+    # A term or law of the mechanism; disturbances have no block.
+    if missing.block:
         where, option = f"{where} and in the mechanism file beside it", "terms = false"
     return (
         f"{missing.name}: {missing.words}, which the data support and the files do not declare (chi-square "

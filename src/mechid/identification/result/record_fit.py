@@ -79,7 +79,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     noises = channel_noises(record, problem.targets)
     channels = _channel_fits(record, target, problem, q, window, noises)
     leading = channels[record.leading]
-    judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
+    judged = target.map_channels(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed_samples(problem, judged, q)
     whole = (0, target.samples)
     # The share of the whole record needs another simulation only where the window is a part of it.

@@ -225,6 +225,7 @@ class RecordFit:
         """Percent of the whole record in windows that the model follows, for the channel that it follows least."""
         if self.followed_of_whole is not None:
             return self.followed_of_whole
+        # Files of earlier versions lack the share of the whole record.
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
 
     @property

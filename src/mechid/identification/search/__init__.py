@@ -1,1 +1,1 @@
-"""The search from bad starts: multi-start, gated horizons, cliffs, and the trust region that they drive."""
+"""Search from rough starts: multi-start, gated horizons, cliffs, and the trust-region solver that they use."""

@@ -1,7 +1,7 @@
-"""Delays of records whose trigger scatters, set so that the model first moves when the record does.
+"""Alignment of the first motion of model and record, where the record's trigger delay scatters.
 
-A start that is right but for 20 ms of a trigger's scatter costs as much as any other, since the mechanism oscillates
-with about that period. The first motion shows the delay before anything is fitted.
+The mechanism oscillates with a period of about 20 ms. A start that is correct except for 20 ms of trigger scatter
+therefore costs as much as any wrong start. The first motion reveals the delay before anything is fitted.
 """
 
 from __future__ import annotations
@@ -17,26 +17,27 @@ from mechid.identification.output_error.misfit import Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import robust_costs
-from mechid.identification.search.rest import commanded_first_step, hum_from_rest, motion_begins, rest_of
+from mechid.identification.search.rest import commanded_first_step, hum_from_rest, motion_start, rest_window
 from mechid.identification.search.settings import SEARCH
 
 SHIFT_STEP = 5
-"""Samples between delays that are compared: 0.5 ms at 10 kHz, from where the derivatives lead on."""
+"""Spacing of the delays that are compared, in samples: 0.5 ms at 10 kHz, close enough for the derivatives to converge.
+"""
 
 
 def align_first_motion(problem: Problem, target: Target, points: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return points whose delay of a target lets the model first move when the target does.
+    """Return the points with the delay of one target set so that the model first moves when the record does.
 
-    The model is run with the delay that the file starts from. Where it does not move within a first window behind the
-    first step commanded, that step counts as its motion. All points stay as they are where the delay is known to
-    within the rest that a first window keeps, and where the target is not seen to rest, and then to move.
+    The model is simulated with the delay at which the file starts. If it does not move within a first window after the
+    first commanded step, that step counts as its motion. All points are returned unchanged if the delay is known to
+    within the rest that a first window includes, or if the target does not show a rest followed by motion.
 
     Parameters
     ----------
     problem : Problem
     target : Target
     points : sequence of (n,)
-        With the file's delay of the target.
+        Points with the file's delay of the target.
     """
     delay, measured = target.time_offset, _scattered_motion(target)
     if measured is None or not points:
@@ -49,19 +50,19 @@ def align_first_motion(problem: Problem, target: Target, points: Sequence[FloatA
 
 
 def align_all_first_motions(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return a point with the file's delays after all targets are aligned."""
+    """Return a point with the delays of all targets aligned, starting from the file's delays."""
     for target in problem.targets:
         (q,) = align_first_motion(problem, target, [q])
     return q
 
 
 def realign(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return a point at which each scattered delay is the one that explains the first motion of its record best.
+    """Return a point at which each scattered delay is the best one for the first motion of its record.
 
-    Microsteps of a slow sweep are a tenth of a second apart. Which of them is the first to be seen depends on friction
-    and noise, so that a motion may have been aligned with the wrong one, from where no derivative leads back. Once the
-    mechanism is nearly known the delay within its bounds is told by the cost alone. Another one than that at `q` is
-    taken where it costs `SEARCH.realigned_share` of it at most.
+    Microsteps of a slow sweep are a tenth of a second apart. Friction and noise decide which of them is the first
+    visible one, so a motion may have been aligned with the wrong microstep, and no derivative leads back from there.
+    Once the mechanism is nearly known, the cost alone determines the delay within its bounds. The delay at `q` is
+    replaced only if another one costs at most `SEARCH.realigned_share` as much.
     """
     for target in problem.targets:
         moves = _scattered_motion(target)
@@ -74,20 +75,20 @@ def realign(problem: Problem, q: FloatArray) -> FloatArray:
 
 
 def _scattered_motion(target: Target) -> int | None:
-    """Return the sample at which a target leaves its rest; None where its delay is known well enough, or none is seen.
+    """Return the sample at which a target leaves its rest.
 
-    What a first window keeps of the rest is well enough.
+    None if the delay is known to within the rest that a first window includes, or if no motion after a rest is visible.
     """
     delay = target.time_offset
     if not delay.is_free or delay.max - delay.min <= SEARCH.lead_s:
         return None
-    moves = motion_begins(target, SEARCH.longest_rest_s)
+    moves = motion_start(target, SEARCH.longest_rest_s)
     is_seen = target.burn_in + SEARCH.floor_s * target.base.sample_rate_hz <= moves < target.samples
     return moves if is_seen else None
 
 
 def _best_shift(problem: Problem, target: Target, q: FloatArray, moves: int) -> int:
-    """Return by how many samples the delay of a target is to be later, of those within its bounds."""
+    """Return the best change of a target's delay within its bounds, in samples."""
     rate, delay = target.base.sample_rate_hz, target.time_offset
     now = problem.coordinates.value(delay, q)
     least, most = math.ceil((delay.min - now) * rate), math.floor((delay.max - now) * rate)
@@ -95,18 +96,21 @@ def _best_shift(problem: Problem, target: Target, q: FloatArray, moves: int) -> 
     window = first, min(first + round(SEARCH.realigned_s * rate), target.samples)
     read: Window = max(window[0] - most, 0), min(window[1] - least, target.samples)
     (rooms,) = misfit_series_of(problem.model, target, [q], read)
+    # The present delay, shift 0, is always among the candidates, so that a new delay is compared with it.
     shifts = np.unique([*range(least, most + 1, SHIFT_STEP), 0])
     costs = np.zeros(shifts.size)
     for channel, room in zip(target.channels, rooms, strict=True):
         modelled = room[:] + channel.measured[read[0] : read[1]]
         before, behind = max(read[0] - (window[0] - most), 0), max(window[1] - least - read[1], 0)
-        padded = np.pad(modelled, (before, behind), mode="edge")  # at rest before, and no record is read beyond its end
+        # The model is at rest before the record begins, and is not simulated beyond its end.
+        padded = np.pad(modelled, (before, behind), mode="edge")
         starts = most - shifts
         rows = sliding_window_view(padded, window[1] - window[0])[starts] - channel.measured[window[0] : window[1]]
-        rows += hum_from_rest(channel, rest_of(target), window)
+        rows += hum_from_rest(channel, rest_window(target), window)
         rows /= channel.sigma
         if channel.linear:
             rows -= np.median(rows, axis=1, keepdims=True)
+        # Rejected samples are zeroed last, because the subtractions above would make them count again.
         rows[:, channel.rejected_within(window)] = 0.0
         costs += robust_costs(rows)
     best = int(np.argmin(costs))
@@ -115,9 +119,10 @@ def _best_shift(problem: Problem, target: Target, q: FloatArray, moves: int) -> 
 
 
 def _model_moves(problem: Problem, target: Target, points: Sequence[FloatArray]) -> list[int]:
-    """Return the sample at which the model leaves its rest at each point, by the limit that the measured motion has.
+    """Return the sample at which the model leaves its rest at each point, by the threshold of the measured motion.
 
-    Some mechanisms move when their command begins, before its first step: the coils hold them off their balance.
+    Some mechanisms move when their command begins, before its first step, because the coils hold them out of
+    equilibrium.
     """
     rate, step = target.base.sample_rate_hz, commanded_first_step(target)
     begins = math.floor((target.time_offset.value + target.command.origin_s - target.base.start_s) * rate) - 1

@@ -1,8 +1,8 @@
-"""Masks of single windows of misfit: moments that a model does not follow between stretches that it does.
+"""Masks of single windows of misfit: moments that the model does not follow, between stretches that it does.
 
-A knock on the bench, or a stick/slip that falls the other way for a moment, stops a growth although the model follows
-the record behind it. Such a moment is masked: its samples are rejected, as spikes are. Masks are for single moments
-alone. What comes again and again, lasts longer or is in many records is a lack of the model, and is not masked.
+A knock on the bench, or a stick-slip event that flips for a moment, stops the growth although the model follows the
+record after it. Such a moment is masked: its samples are rejected, as spikes are. Masks are for single moments only. A
+misfit that recurs, lasts longer or appears in many records is a deficiency of the model, and is not masked.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ def grow_past_misfit(
     *,
     journal: Journal | None = None,
 ) -> tuple[Problem, Growth] | None:
-    """Return the problem with single windows of misfit masked, and the growth that follows all records then.
+    """Mask single windows of misfit and grow; return the masked problem and a growth that follows all records.
 
-    None where no few masks bring that about.
+    None if a few masks do not achieve this.
 
     Parameters
     ----------
     problem : Problem
     growth : Growth
-        That has stalled.
+        A growth that has stalled.
     rng, progress, journal
-        As of `grow_horizons`.
+        As for `grow_horizons`.
     """
     for _ in range(SEARCH.mask_rounds):
         masked = _mask_stalls(problem, growth.q)
         if masked is problem:
             return None
         growth = grow_horizons(masked, growth.q, rng, progress, escapes=0, leaps=SEARCH.mask_leaps, journal=journal)
-        # What was off because the values were is followed by now, and uses up none of the masks that are allowed.
-        problem = count_followed_again(masked, growth.q)
+        # Moments that were off only because the values were are followed now; they must not use up allowed masks.
+        problem = lift_followed_masks(masked, growth.q)
         if not is_rare(problem):
             return None
         if growth.complete:
@@ -59,9 +59,9 @@ def grow_past_misfit(
 
 
 def mask_near(problem: Problem, q: FloatArray, rng: np.random.Generator) -> tuple[Problem, FloatArray]:
-    """Return the problem with the single moments masked that a trusted point does not follow, and where it then grows.
+    """Mask the single moments that a trusted point does not follow; return the problem and the point of the growth.
 
-    As given where the point follows all records, or few masks do not let it.
+    Both are returned unchanged if the point follows all records, or if a few masks do not suffice.
     """
     followed = {t.name: followed_samples(problem, t, q) for t in problem.targets}
     if all(followed[t.name] == t.samples for t in problem.targets):
@@ -71,7 +71,7 @@ def mask_near(problem: Problem, q: FloatArray, rng: np.random.Generator) -> tupl
 
 
 def _mask_stalls(problem: Problem, q: FloatArray) -> Problem:
-    """Return the problem with the moment masked at which each record is left; the same one where none can be."""
+    """Mask the moment at which each record stops being followed; return the same problem if none can be masked."""
     least = least_horizons(problem)
     targets = tuple(_mask_stall(problem, t, q, least[t.name]) for t in problem.targets)
     unchanged = all(a is b for a, b in zip(targets, problem.targets, strict=True))
@@ -79,9 +79,10 @@ def _mask_stalls(problem: Problem, q: FloatArray) -> Problem:
 
 
 def _mask_stall(problem: Problem, target: Target, q: FloatArray, least: int) -> Target:
-    """Return a target with the moment masked at which it is left, one window more to either side.
+    """Mask the moment at which a target stops being followed, and one window on either side.
 
-    The same one where the model does not follow what is behind that moment, or has not begun to follow the record.
+    The same target is returned if the model does not follow the data after that moment, or has not begun to follow the
+    record.
     """
     followed = followed_samples(problem, target, q)
     if not least <= followed < target.samples:
@@ -99,8 +100,9 @@ def _mask_stall(problem: Problem, target: Target, q: FloatArray, least: int) -> 
 
 
 def is_rare(problem: Problem) -> bool:
-    """Tell whether the masks of all records are few, short and in few of them, as those of single moments are."""
+    """Tell whether the masks are few, short and in few of the records, as those of single moments are."""
     runs = [(t, runs_of(t.leading.masked)) for t in problem.targets if t.leading.masked.size]
+    # Masks in the majority of the records show a deficiency of the model. A single record may always have some.
     few_records = len(runs) <= max((len(problem.targets) - 1) // 2, 1)
     return few_records and all(_are_rare(target, own) for target, own in runs)
 
@@ -115,8 +117,8 @@ def _are_rare(target: Target, runs: Runs) -> bool:
     )
 
 
-def count_followed_again(problem: Problem, q: FloatArray) -> Problem:
-    """Return the problem with the masks lifted of moments that `q` follows; the same one where there are none."""
+def lift_followed_masks(problem: Problem, q: FloatArray) -> Problem:
+    """Lift the masks of moments that `q` follows; return the same problem if there are none."""
     targets = tuple(_lift_followed(problem, t, q) if t.leading.masked.size else t for t in problem.targets)
     unchanged = all(a is b for a, b in zip(targets, problem.targets, strict=True))
     return problem if unchanged else replace(problem, targets=targets)
@@ -133,8 +135,8 @@ def _lift_followed(problem: Problem, target: Target, q: FloatArray) -> Target:
             for channel, line, r in off
         )
 
-    lifted = [run for run in runs_of(target.leading.masked) if is_followed(*run)]
-    return _lift(target, samples_of(lifted)) if lifted else target
+    followed = [run for run in runs_of(target.leading.masked) if is_followed(*run)]
+    return _lift(target, samples_of(followed)) if followed else target
 
 
 def _is_noise(channel: TargetChannel, r: FloatArray, window: int) -> bool:
@@ -145,32 +147,32 @@ def _is_noise(channel: TargetChannel, r: FloatArray, window: int) -> bool:
 
 
 def mask_samples(target: Target, samples: IntArray) -> Target:
-    """Return a target of which some samples do not count in any channel, and are known as masked."""
+    """Return a target with some samples rejected in all channels and marked as masked."""
 
-    def masked(channel: TargetChannel) -> TargetChannel:
+    def mask(channel: TargetChannel) -> TargetChannel:
         rejected, own = np.union1d(channel.rejected, samples), np.union1d(channel.masked, samples)
         return replace(channel, rejected=rejected, masked=own)
 
-    return target.each(masked) if samples.size else target
+    return target.map_channels(mask) if samples.size else target
 
 
 def _lift(target: Target, samples: IntArray) -> Target:
-    """Return a target of which masked samples count again, but those that were never measured."""
+    """Return a target in which masked samples count again, except those that were never measured."""
 
-    def lifted(channel: TargetChannel) -> TargetChannel:
+    def lift(channel: TargetChannel) -> TargetChannel:
         rejected = np.setdiff1d(channel.rejected, np.setdiff1d(samples, channel.bridged))
         return replace(channel, rejected=rejected, masked=np.setdiff1d(channel.masked, samples))
 
-    return target.each(lifted)
+    return target.map_channels(lift)
 
 
 def masked_runs(problem: Problem) -> dict[str, Runs]:
-    """Return the runs of masked samples of the records that have some, by name."""
+    """Return the runs of masked samples by record name, without unmasked records."""
     return {t.name: runs_of(t.leading.masked) for t in problem.targets if t.leading.masked.size}
 
 
-def with_masks(problem: Problem, masks: Mapping[str, Sequence[Sequence[int]]]) -> Problem:
-    """Return a problem of the same records with runs of samples masked, by record; the same one without any."""
+def apply_masks(problem: Problem, masks: Mapping[str, Sequence[Sequence[int]]]) -> Problem:
+    """Mask runs of samples by record; return the same problem if there are no masks."""
     if not any(masks.values()):
         return problem
     targets = tuple(mask_samples(t, samples_of(masks.get(t.name, ()))) for t in problem.targets)

@@ -1,4 +1,4 @@
-"""Rest of a record before its motion: how long it lasts, and the mains hum that it shows."""
+"""Rest of a record before its motion: its duration, and the mains hum that it shows."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from mechid.identification.search.settings import SEARCH
 from mechid.signal.trend import Line, fit_line, waves_at
 
 
-def motion_begins(target: Target, within_s: float = math.inf) -> int:
-    """Return the first sample behind the burn-in at which a channel leaves its rest; all samples where none does.
+def motion_start(target: Target, within_s: float = math.inf) -> int:
+    """Return the first sample after the burn-in at which a channel leaves its rest; the sample count if none does.
 
-    Samples that come later than `within_s` behind the burn-in are not read.
+    Samples later than `within_s` after the burn-in are not read.
     """
     rate = target.base.sample_rate_hz
     least, window = max(int(SEARCH.floor_s * rate), 8), max(round(SEARCH.first_window_s * rate), 8)
@@ -29,8 +29,8 @@ def motion_begins(target: Target, within_s: float = math.inf) -> int:
 def first_motion(channel: TargetChannel, within: Window, least: int, block: int) -> int:
     """Return the first sample of a window at which a channel leaves the median of its first `least` samples.
 
-    The end of the window where it does not. The first `block` samples are read first, since most records move within
-    them, then twice as many each time.
+    The end of the window is returned if it does not. The first `block` samples are read first, because most records
+    move within them, then twice as many each time.
     """
     start, stop = within
     rest = float(np.median(channel.measured[start : min(start + least, stop)]))
@@ -42,15 +42,15 @@ def first_motion(channel: TargetChannel, within: Window, least: int, block: int)
     return stop
 
 
-def rest_of(target: Target) -> Window:
-    """Return the samples behind the burn-in that are at rest, without those that a late first window keeps."""
-    moves = motion_begins(target, SEARCH.longest_rest_s)
+def rest_window(target: Target) -> Window:
+    """Return the samples at rest after the burn-in, without those that a late first window includes."""
+    moves = motion_start(target, SEARCH.longest_rest_s)
     lead = round(SEARCH.lead_s * target.base.sample_rate_hz)
     return target.burn_in, max(moves - lead, target.burn_in) if moves < target.samples else target.burn_in
 
 
 def commanded_first_step(target: Target) -> int:
-    """Return the sample at which the command makes its first step with the file's delay; all samples where none."""
+    """Return the sample of the first commanded step with the file's delay; the sample count if there is none."""
     steps = target.excitation.times
     if not steps.size:
         return target.samples
@@ -58,11 +58,12 @@ def commanded_first_step(target: Target) -> int:
     return min(max(math.ceil(after_s * target.base.sample_rate_hz), 0), target.samples)
 
 
-def commanded_rest_of(target: Target) -> Window:
-    """Return samples of the last half before the command's first step; none of a record that begins in motion.
+def commanded_rest_window(target: Target) -> Window:
+    """Return samples of the second half of the rest before the first commanded step.
 
-    Hum hides from `rest_of` where the motion begins; a delay that is free hides it here. In the first half a mechanism
-    may still swing, as it was switched on.
+    The range is empty for a record that begins in motion. Under hum, `rest_window` cannot see where the motion begins;
+    with a free delay, the commanded step is uncertain too, and the range is empty. In the first half, a mechanism may
+    still swing after it was switched on.
     """
     first = target.burn_in
     if target.begins_in_motion or target.time_offset.is_free:
@@ -73,18 +74,19 @@ def commanded_rest_of(target: Target) -> Window:
     return (first + stop) // 2, stop
 
 
-@lru_cache(maxsize=64)  # thousands of starts are judged in one window, and the fit costs as much as a simulation
+@lru_cache(maxsize=64)  # thousands of starts share one window, and the fit costs as much as a simulation
 def hum_from_rest(channel: TargetChannel, rest: Window, window: Window) -> FloatArray:
-    """Return a channel's hum over a window, (n,), in its SI unit: fitted to its rest together with offset and drift.
+    """Return a channel's hum over a window, (n,), in its SI unit, fitted to its rest together with offset and drift.
 
-    In 60 ms hum cannot be told from motion, and as noise it would hide that a start explains the window. Zero where
-    the channel has no hum, or rests for less than `SEARCH.hum_periods` of its slowest line.
+    Within 60 ms hum cannot be distinguished from motion, and treated as noise it would hide that a start explains the
+    window. The result is zero if the channel has no hum, or rests for less than `SEARCH.hum_periods` of its slowest
+    line.
 
     Parameters
     ----------
     channel : TargetChannel
     rest, window : (int, int)
-        First and last-plus-one sample of the rest, and of the window, which lies behind or within it.
+        First and last-plus-one sample of the rest, and of the window, which lies after or within it.
     """
     if not channel.turns or not _shows_hum(channel, rest):
         return np.zeros(window[1] - window[0])
@@ -93,13 +95,13 @@ def hum_from_rest(channel: TargetChannel, rest: Window, window: Window) -> Float
     return Line(waves=line.waves).at(window[0] - rest[0], window[1] - rest[0])
 
 
-def take_hum_away(
+def subtract_hum(
     channel: TargetChannel, rest: Window, window: Window, residuals: FloatArray, slopes: FloatArray | None = None
 ) -> None:
-    """Take hum from residuals over a window, (r, n), in place: that of the rest.
+    """Subtract the hum of the rest from residuals over a window, (r, n), in place.
 
-    Where the rest shows none, what waves of its frequencies can explain goes from the residuals and their slopes,
-    (m, n): a window of the motion tells hum and motion together, and less of either.
+    If the rest does not show the hum, waves of its frequencies are projected out of the residuals and their slopes, (m,
+    n). A window of the motion contains hum and motion together, so this removes some of the motion too.
     """
     if not channel.turns:
         return
@@ -113,7 +115,7 @@ def take_hum_away(
 
 @lru_cache(maxsize=64)
 def _waves_of_hum(turns: tuple[float, ...], samples: int) -> FloatArray:
-    """Return an orthonormal basis of waves of so many turns a sample, less their means, (samples, 2 k)."""
+    """Return an orthonormal basis of zero-mean waves, (samples, 2 k), at frequencies `turns` in turns a sample."""
     waves = np.array([row for pair in waves_at(turns, np.arange(samples)) for row in pair])
     return np.asarray(np.linalg.qr((waves - waves.mean(axis=1, keepdims=True)).T)[0])
 

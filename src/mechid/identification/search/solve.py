@@ -1,8 +1,8 @@
-"""The trust-region solver on reduced triangles, and the search along a cliff where it refuses every step.
+"""Trust-region solver on reduced triangles, and the search along a cliff where it rejects every step.
 
 A small parameter change may flip a stick-slip event. The cost inside a branch (an order of stick and slip) is smooth,
-and the derivatives promise an optimum that lies in another branch, whose cost is higher. The best point of this branch
-lies then on its edge, seldom where the solver came to it.
+and the derivatives may predict an optimum that lies in another branch, whose cost is higher. The best point of this
+branch then lies on its edge, seldom where the solver reached it.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from mechid.identification.search.settings import SEARCH
 
 AT_OPTIMUM = "The derivatives promise no further fall of the cost."
 REFUSED = 1e75
-"""The norm of a failed simulation: no other comes near, and SciPy can still square and divide it."""
+"""Norm of a failed simulation: no real norm comes near, and SciPy can still square and divide it."""
 
 
 class _AtOptimumError(Exception):
-    """Ends the solver's run, which has no other way to be told that a point is good enough."""
+    """Ends the solver's run; `least_squares` offers no other way to accept a point as good enough."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """A point, its triangle, and whether the solver called it converged."""
+    """Point, its triangle, and whether the solver reported convergence."""
 
     q: FloatArray
     triangle: Triangle
@@ -51,8 +51,8 @@ def solve(
 ) -> Solution:
     """Minimise the joint cost from `q` over the windows, within bounds.
 
-    A failed simulation is infinitely bad; the solver steps back, and where it fails at `q` itself it stays
-    there. `progress` is told every cost, `accepted` every point that is better than all before.
+    A failed simulation costs infinitely much, so the solver steps back; if the simulation fails at `q` itself, the
+    solver stays there. `progress` receives every cost, `accepted` every point that is better than all before.
     """
 
     def norm(x: FloatArray) -> float:
@@ -80,14 +80,15 @@ def descend(
 ) -> Solution:
     """Minimise `norm` within bounds by SciPy's trust-region reflective method on its `triangle`.
 
-    The residual is (norm, 0, ..., 0) in the triangle's basis: trial points need no Jacobian, and no matrix
-    is decomposed that is larger than the number of coordinates. A fall of the squared norm below `negligible`,
-    as the derivatives promise it, is not sought.
+    The residual is (norm, 0, ..., 0) in the triangle's basis. Trial points need no Jacobian, and no decomposed matrix
+    is larger than the number of coordinates. The solver stops when the derivatives promise a fall of the squared norm
+    below `negligible`.
     """
     from scipy.optimize import least_squares  # takes 0.1 s to load, and `check` has no use for it
 
     lower, upper = bounds
-    gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a side may be open
+    gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a bound may be infinite
+    # SciPy requires a start strictly inside the bounds.
     inside = np.clip(start, lower + gap, upper - gap)
     first, at = norm(inside), (start, Triangle(np.inf, np.full((1 + start.size, start.size), np.nan), 0))
     calls = 1
@@ -106,7 +107,7 @@ def descend(
         if not np.all(np.isfinite(found.jacobian)):
             raise ArithmeticError("the simulation or its sensitivities failed")
         at = x, found
-        if _promised(found, (x - lower > gap) & (upper - x > gap)) < negligible:
+        if _predicted_free_reduction(found, (x - lower > gap) & (upper - x > gap)) < negligible:
             raise _AtOptimumError
         return found.jacobian
 
@@ -121,8 +122,8 @@ def descend(
     return Solution(*at, result.status > 0, calls, str(result.message))
 
 
-def _promised(triangle: Triangle, free: BoolArray) -> float:
-    """Return by how much the cost falls, in sigmas squared, if it is as its derivatives say."""
+def _predicted_free_reduction(triangle: Triangle, free: BoolArray) -> float:
+    """Return the fall of the cost that the derivatives predict, in sigmas squared."""
     J = triangle.jacobian[:, free]
     Q, R = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))
     seen = np.abs(np.diag(R)) > 1e-12
@@ -132,7 +133,7 @@ def _promised(triangle: Triangle, free: BoolArray) -> float:
 def covariance(triangle: Triangle) -> FloatArray:
     """Return the Fisher covariance (J^T J)^-1, (n, n), by singular values of the column-scaled Jacobian.
 
-    Directions that the records do not see get the largest finite variance rather than none.
+    Directions that the records do not determine get the largest finite variance.
     """
     J = triangle.jacobian
     scale = np.linalg.norm(J, axis=0)
@@ -143,17 +144,17 @@ def covariance(triangle: Triangle) -> FloatArray:
     return np.asarray(half @ half.T, dtype=np.float64)
 
 
-def promised_fall(triangle: Triangle, counted: BoolArray) -> float:
-    """Return by how much the cost would fall yet if it were as smooth as its derivatives say.
+def predicted_reduction(triangle: Triangle, counted: BoolArray) -> float:
+    """Return the further fall of the cost that the derivatives predict, if the cost is smooth.
 
-    At an optimum this is nothing. At a cliff, where a touch of zero speed does or does not stick, the solver
-    refuses every step and stops all the same.
+    It is zero at an optimum. At a cliff, where a brief zero of speed does or does not lead to sticking, the solver
+    rejects every step and stops nevertheless.
     """
-    U, s, _ = _decomposed(triangle, counted)
+    U, s, _ = _decompose(triangle, counted)
     return float(triangle.cost * np.sum(U[0, s > SEARCH.singular * s.max(initial=0.0)] ** 2))
 
 
-def _decomposed(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _decompose(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
     U, s, Vt = np.linalg.svd(J / np.where(size > 0.0, size, 1.0), full_matrices=False)
@@ -162,50 +163,52 @@ def _decomposed(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, Flo
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A record from its window's start on for a while, and what the derivatives say of it."""
+    """Record from its window's start for some time, and its triangle there."""
 
     target: Target
     window: tuple[int, int]
     triangle: Triangle
 
     def excess(self, problem: Problem, step: FloatArray, point: FloatArray) -> float:
-        """Return by how much the cost at a point exceeds the promise, in sigmas squared; inf where that fails."""
-        over = problem.norm(self.target, point, self.window) ** 2 - _promise(self.triangle, step)
+        """Return the excess of the cost at a point over the predicted cost, in sigmas squared; inf if it fails."""
+        over = problem.norm(self.target, point, self.window) ** 2 - _predicted_cost(self.triangle, step)
         return over if np.isfinite(over) else np.inf
 
 
-def along_cliff(
+def search_cliff(
     problem: Problem, q: FloatArray, windows: Windows, rng: np.random.Generator, *, least_gain: float
 ) -> FloatArray | None:
-    """Return a better point of the branch in which `q` is, or None where no draw finds one.
+    """Return a better point of the branch that contains `q`, or None if no draw finds one.
 
-    Draws around the way to the promised optimum are tried in order of the cost that the derivatives at `q`
-    promise; the first that keeps its promise well enough to gain `least_gain` (in sigmas squared) is returned.
-    It has to keep it at twice the integration steps: what holds at the edge by less than their error, does not.
-    The beginning of a record tells most draws that do not, at a fraction of the time.
+    Draws around the way to the predicted optimum are tried in order of the cost that the derivatives at `q` predict.
+    The first draw that confirms its prediction well enough to gain `least_gain` (in sigmas squared) is returned. It
+    must do so with twice the integration steps, because a gain at the edge that is smaller than the integration error
+    is not real. The beginning of a record rejects most bad draws in a fraction of the time.
     """
     fine = replace(problem, substeps=2 * problem.substeps)
     records = _parts(problem, q, windows)
     whole = [parts[-1].triangle for parts in records]
     draws = _draws(problem, q, whole, rng)
-    promised = np.array([sum(_promise(t, x - q) for t in whole) for x in draws])
-    gains = sum(t.cost for t in whole) - promised - least_gain
-    ranked = [i for i in np.argsort(promised, kind="stable") if gains[i] > 0.0]
+    predicted = np.array([sum(_predicted_cost(t, x - q) for t in whole) for x in draws])
+    gains = sum(t.cost for t in whole) - predicted - least_gain
+    ranked = [i for i in np.argsort(predicted, kind="stable") if gains[i] > 0.0]
     for first in range(0, len(ranked), problem.workers):
         batch = ranked[first : first + problem.workers]
-        broken = in_threads(
-            lambda i: _broken(fine, records, draws[i] - q, draws[i], float(gains[i])), batch, len(batch)
+        contradicting = in_threads(
+            lambda i: _find_contradicting_record(fine, records, draws[i] - q, draws[i], float(gains[i])),
+            batch,
+            len(batch),
         )
-        for i, parts in zip(batch, broken, strict=True):
+        for i, parts in zip(batch, contradicting, strict=True):
             if parts is None:
                 return np.asarray(draws[i], dtype=np.float64)
             records.remove(parts)
-            records.insert(0, parts)  # the record with the cliff tells the next draws soonest
+            records.insert(0, parts)  # the record with the cliff rejects the next draws soonest
     return None
 
 
 def _parts(problem: Problem, q: FloatArray, windows: Windows) -> list[list[_Part]]:
-    """Return the beginnings of every record, ever longer, up to its whole window; short records first."""
+    """Return the beginnings of every record in increasing length, up to its whole window; short records first."""
     used = sorted((t for t in problem.targets if t.name in windows), key=lambda t: windows[t.name][1])
     pieces = [
         (t, (start, start + max(round(share * (stop - start)), 1)))
@@ -218,10 +221,10 @@ def _parts(problem: Problem, q: FloatArray, windows: Windows) -> list[list[_Part
     return [parts[i : i + len(SEARCH.cliff_beginnings)] for i in range(0, len(parts), len(SEARCH.cliff_beginnings))]
 
 
-def _broken(
+def _find_contradicting_record(
     problem: Problem, records: list[list[_Part]], step: FloatArray, point: FloatArray, gain: float
 ) -> list[_Part] | None:
-    """Return the record in which the promise of a `gain` at a point is broken, None where it is kept."""
+    """Return the record whose cost contradicts the prediction of a `gain` at a point, None if none does."""
     left = gain
     for parts in records:
         for part in parts:
@@ -235,7 +238,7 @@ def _broken(
 
 
 def _draws(problem: Problem, q: FloatArray, triangles: list[Triangle], rng: np.random.Generator) -> FloatArray:
-    """Return points around the way from `q` to the promised optimum, (draws, n), within the bounds."""
+    """Return points around the way from `q` to the predicted optimum, (draws, n), within the bounds."""
     J = np.vstack([t.jacobian for t in triangles])
     r = np.concatenate([t.fun for t in triangles])
     scale = np.linalg.norm(J, axis=0)
@@ -253,5 +256,5 @@ def _draws(problem: Problem, q: FloatArray, triangles: list[Triangle], rng: np.r
     return problem.coordinates.clip(np.asarray(points))
 
 
-def _promise(triangle: Triangle, step: FloatArray) -> float:
+def _predicted_cost(triangle: Triangle, step: FloatArray) -> float:
     return float(np.sum((triangle.fun + triangle.jacobian @ step) ** 2))

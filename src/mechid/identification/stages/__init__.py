@@ -1,1 +1,1 @@
-"""The stages of an identification: joint fits, noise released, parameters held, or the user's own."""
+"""Stages of an identification: joint fits, release of the noise, held parameters, and stages of the campaign file."""

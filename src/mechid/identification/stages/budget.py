@@ -1,4 +1,4 @@
-"""Budget of the ladder: so many times the work that a complete campaign of the same records takes."""
+"""Budgets of the ladder, in multiples of the work that a complete campaign of the same records takes."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from mechid.simulation.work import RUNS_A_BATCH, work_of_run
 
 
 def complete_work(problem: Problem) -> int:
-    """Return about what work an identification takes whose mechanism lacks nothing (see `mechid.simulation.work`).
+    """Return the approximate work of an identification whose mechanism is complete (see `mechid.simulation.work`).
 
-    The multi-start over the first moments, its best starts refined there, and growth and joint fits over whole records,
-    which count as so many steps, each a run with derivatives and one without.
+    It includes the multi-start over the first moments, the refinement of its best starts there, and growth and joint
+    fits over whole records. The latter count as a number of steps, each a run with derivatives and one without.
     """
     parameters, free = len(problem.space.mechanism.plant.parameters), problem.coordinates.lanes
     first = sum(first_window(t)[1] for t in problem.targets)
     whole = sum(t.samples for t in problem.targets)
+    # The starts are simulated in batches, which take less work than single runs.
     drawn = SEARCH.points * work_of_run(first, parameters, 0) // RUNS_A_BATCH
     steps = SEARCH.starts * SEARCH.robust_steps * first + STAGES.complete_steps * whole
     return problem.substeps * (drawn + work_of_run(steps, parameters, 0) + work_of_run(steps, parameters, free))
@@ -29,7 +30,7 @@ def effects_budget(problem: Problem) -> int:
 
 
 def whole_records_budget(problem: Problem) -> int:
-    """Return the work that a comparison of effects over whole records, all of them followed already, may take."""
+    """Return the work allowed for a comparison of effects over whole records that are all followed already."""
     return STAGES.whole_records_budget * complete_work(problem)
 
 

@@ -1,4 +1,4 @@
-"""Where a model leaves a record: what it does there, and how the misfit oscillates. Hints, in words."""
+"""Hints in words about the point where a model stops following a record: events there, and the misfit's frequency."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from mechid.signal.trend import fit_line
 from mechid.simulation.resonances import resonances
 
 FULL_STEPS_A_CYCLE = 4.0
-"""Full steps in one electrical turn, in which a detent has as many periods as its order."""
+"""Full steps of one electrical turn, in which a detent has as many periods as its order."""
 
 
 def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
-    """Return what happens where the model at `q` leaves a record, after so many samples, as a clause or more.
+    """Return a description, in one or more clauses, of the point where the model leaves a record.
 
-    It names the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
-    and the detents. It is a reading of what is left over near there, no test of a hypothesis.
+    It names the commanded rate after `horizon` samples, a nearby stick-slip event of the model, and the misfit's
+    frequency relative to the step rate and the detents. It describes the residual near that point and tests no
+    hypothesis.
     """
     base, timing = target.base, problem.coordinates.timing(target, q)
     at_s = timing.command_s(base.start_s + horizon / base.sample_rate_hz)
@@ -39,14 +40,15 @@ def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> 
 
 
 def _rate(target: Target, at_s: float) -> float:
-    """Return the commanded rate at an instant of command time, without sign, full steps/s."""
+    """Return the magnitude of the commanded rate at an instant of command time, full steps/s."""
+    # A finite difference of the travelled steps holds for any profile, also at its kinks.
     around = np.array([max(at_s - 5e-4, 0.0), max(at_s, 0.0) + 5e-4])
     travelled = steps_travelled(target.command.rate, around)
     return float(np.diff(travelled)[0] / np.diff(around)[0])
 
 
 def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
-    """Return which stick/slip the model has within 5 ms of its horizon, the nearest one, or nothing."""
+    """Return a clause about the model's stick-slip event nearest to the horizon, within 5 ms; or nothing."""
     base, timing = target.base, problem.coordinates.timing(target, q)
     past = horizon + round(SEARCH.gate_window_s * base.sample_rate_hz)
     run = problem.model.run(target, q, past, events=STAGES.most_switches)
@@ -67,15 +69,20 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
 
 
 def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: float) -> str:
-    """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
+    """Return a clause about the largest misfit frequency and its likely cause; or nothing.
+
+    The frequency is given as a multiple of the step rate.
+    """
     reach = round(STAGES.stretch_steps / rate * target.base.sample_rate_hz)
     window = max(horizon - reach, 0), min(horizon + reach, target.samples)
     r = misfit_series(problem.model, target, q, window)[0][:]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
     fit_line(r, 2).take_from(r)
+    # The taper keeps side lobes of a strong line from passing for lines of their own.
     tapered = np.concatenate([r * np.hanning(r.size), np.zeros((STAGES.padded - 1) * r.size)])
     frequency, amplitude = amplitude_spectrum(tapered, target.base.sample_rate_hz)
+    # Two bins from zero, the taper mixes a line with the mean.
     tellable = (frequency > 2.0 * target.base.sample_rate_hz / r.size) & (frequency < 10.0 * rate)
     if not tellable.any():
         return ""
@@ -96,13 +103,16 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
 
 
 def _peaks(y: FloatArray) -> list[int]:
-    """Return which samples exceed both of their neighbours."""
+    """Return the indices of local maxima."""
     above = (y[1:-1] > y[:-2]) & (y[1:-1] > y[2:])
     return (1 + np.flatnonzero(above)).tolist()
 
 
 def _owner(problem: Problem, order: float, width: float) -> str:
-    """Return which harmonic has that multiple of the step rate, a detent that the model has not, or nothing."""
+    """Return a clause about the cause of a line at a multiple of the step rate; or nothing.
+
+    The cause may be a harmonic of the model, or a detent that the model lacks.
+    """
     mechanism = problem.space.mechanism
     for own in mechanism.harmonics:
         if abs(order - own.orders / FULL_STEPS_A_CYCLE) < width:

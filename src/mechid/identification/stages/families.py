@@ -11,12 +11,12 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.campaign.identify_options import MAINS
 from mechid.identification.effects.augmented import AugmentedModel, augment
-from mechid.identification.effects.campaign_disturbances import possible
-from mechid.identification.effects.disturbance import Disturbance, lacking_tables
+from mechid.identification.effects.campaign_disturbances import possible_disturbances
+from mechid.identification.effects.disturbance import Disturbance, missing_tables
 from mechid.identification.effects.effect import AddedTerms, lay_out, substitute_law
 from mechid.identification.effects.mains import mains
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.search.rest import commanded_rest_of
+from mechid.identification.search.rest import commanded_rest_window
 from mechid.identification.stages.settings import STAGES
 from mechid.plant import friction_position
 from mechid.plant.block import Extension
@@ -26,12 +26,13 @@ from mechid.plant.superset import Superset, rivals_of, superset_of, unlisted_ext
 from mechid.signal.settings import HUM
 
 GAIN_TABLE = "transducer"
-"""The table that holds the gain of the test stand: a record may have one of its own only where it is there."""
+"""Table of the test stand's gain; a record can have its own gain only if the table is present."""
 RATIO = "gear.ratio"
 SLOW = (friction_position.ROTOR.table, friction_position.OUTPUT.table)
-"""Lists of terms that vary so slowly with the angle that the first moments do not tell their number of periods."""
+"""Lists of terms that vary so slowly with the angle that the first moments do not determine their number of periods."""
 OF_RECORDS = ("record.delay", "record.voltage", "record.gain", "clock")
-"""Disturbances that are free from the first moments on; a clock, or a temperature, of one record is seen later."""
+"""Disturbances that are free from the first moments on; a clock or a temperature of one record becomes visible later.
+"""
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,9 @@ class Family:
     records : bool
         Delay, supply, gain, clock and hum of single records.
     terms : bool
-        Terms of the mechanism that are looked for where a file lacks one.
+        Terms of the mechanism that a file may lack.
     rarer : bool
-        With them those that are rarer.
+        Includes rarer terms.
     """
 
     name: str
@@ -64,15 +65,15 @@ EVERYTHING = Family("all terms and values of single records", records=True, term
 
 @dataclass(frozen=True, eq=False)
 class Families:
-    """What a campaign's mechanism and records may have beside what is written.
+    """Effects that a campaign's mechanism and records may have in addition to the file.
 
     Attributes
     ----------
     plain : Problem
-        Of the mechanism as written.
+        Problem of the mechanism as written.
     campaign : Campaign
     law : Law or None
-        That stands in place of the mechanism's own one in all models.
+        Law that replaces the mechanism's own one in all models.
     """
 
     plain: Problem
@@ -86,13 +87,13 @@ class Families:
 
     @cached_property
     def base(self) -> AddedTerms:
-        """The mechanism as written, or with the law."""
+        """Mechanism as written, or with the law."""
         mechanism = self.plain.space.mechanism
         return substitute_law(mechanism, self.law) if self.law else AddedTerms(mechanism)
 
     @cached_property
     def bare(self) -> AugmentedModel:
-        """The model with nothing beside."""
+        """Model without effects."""
         return augment(self.plain, self.base, None, (), (), self.law.name if self.law else "as written")
 
     @cached_property
@@ -101,94 +102,99 @@ class Families:
         return self._superset(())
 
     @cached_property
-    def unlisted(self) -> Mapping[str, Extension]:
+    def unlisted_terms(self) -> Mapping[str, Extension]:
         """Terms of any other whole number of periods in a turn, by name."""
         return unlisted_extensions(self.base.mechanism)
 
     def is_slow(self, name: str) -> bool:
-        """Tell whether an effect is a term whose number of periods the first moments do not tell."""
-        return name in self.unlisted and self.unlisted[name].table in SLOW
+        """Tell whether an effect is a term whose number of periods the first moments do not determine."""
+        return name in self.unlisted_terms and self.unlisted_terms[name].table in SLOW
 
     def periods(self, name: str) -> int:
         """Return the number of periods in a turn of an unlisted term."""
-        return _periods(self.unlisted[name])
+        return _periods(self.unlisted_terms[name])
 
     def counterpart(self, name: str) -> str | None:
-        """Return the friction over the output's angle that goes by about as fast as one over the rotor's, or the other.
+        """Return the other body's term of friction over the angle that has about the same period.
 
-        None where there is none.
+        The bodies are rotor and output. None if there is no such term.
         """
         ratio = self.plain.space.mechanism.parameters.get(RATIO)
         if not self.is_slow(name) or ratio is None:
             return None
-        of_rotor = self.unlisted[name].table == SLOW[0]
+        of_rotor = self.unlisted_terms[name].table == SLOW[0]
         periods = self.periods(name) * abs(ratio.value) ** (1 if of_rotor else -1)
         return self.by_periods.get(SLOW[1] if of_rotor else SLOW[0], {}).get(round(periods))
 
     def with_periods(self, name: str, periods: int) -> str | None:
-        """Return the name of the unlisted term of another's list with a number of periods; None where there is none."""
-        return self.by_periods[self.unlisted[name].table].get(periods)
+        """Return the name of the unlisted term of the same list with a number of periods; None if there is none."""
+        return self.by_periods[self.unlisted_terms[name].table].get(periods)
 
     @cached_property
     def by_periods(self) -> dict[str, dict[int, str]]:
         """Names of the unlisted terms by their list and number of periods in a turn."""
         found: dict[str, dict[int, str]] = {}
-        for name, one in self.unlisted.items():
+        for name, one in self.unlisted_terms.items():
             found.setdefault(one.table, {})[_periods(one)] = name
         return found
 
     def _superset(self, names: Sequence[str]) -> Superset | None:
-        """Return the superset with some of the unlisted terms too: the same plant whichever they are."""
+        """Return the superset including some of the unlisted terms.
+
+        The plant is the same for any choice of terms.
+        """
         key = tuple(names)
         if key not in self._supersets:
-            self._supersets[key] = self._superset_with(key)
+            self._supersets[key] = self._build_superset(key)
         return self._supersets[key]
 
     @cached_property
     def _supersets(self) -> dict[tuple[str, ...], Superset | None]:
         return {}
 
-    def _superset_with(self, names: tuple[str, ...]) -> Superset | None:
+    def _build_superset(self, names: tuple[str, ...]) -> Superset | None:
         layout = self.base.mechanism.plant.layout
         if layout is None:
             return None
-        further = [self.unlisted[name] for name in self._places(names)] if self.allows_terms else []
+        further = [self.unlisted_terms[name] for name in self._place_terms(names)] if self.allows_terms else []
         return superset_of(self.base.mechanism, grown_only=True, further=further, tables=self._tables)
 
     @property
     def _tables(self) -> tuple[str, ...]:
-        """Tables that values of single records may need."""
+        """Tables that per-record values may need."""
         layout = self.base.mechanism.plant.layout
         return (GAIN_TABLE,) if layout is not None and layout.flying is None else ()
 
     @property
     def record_layout(self) -> Plant:
-        """The plant of models that have values of single records beside the mechanism, and no term."""
+        """Plant of models that have per-record values and no additional term."""
         return with_tables(self.base.mechanism, self._tables).plant
 
-    def _places(self, names: Sequence[str]) -> Iterator[str]:
-        """Yield an unlisted term for each place that the plant has: those named, then others at their null value.
+    def _place_terms(self, names: Sequence[str]) -> Iterator[str]:
+        """Yield an unlisted term for each place of the plant: the named ones, then others at their null value.
 
-        There are places for slow ones only where one is named: 4 % of the time of all steps else.
+        There are places for slow terms only if one is named, because they take 4 % of the time of every step.
         """
         for table, own in self.by_periods.items():
-            chosen = [name for name in names if self.unlisted[name].table == table]
+            chosen = [name for name in names if self.unlisted_terms[name].table == table]
             others = (name for name in own.values() if name not in chosen)
             if chosen or table not in SLOW:
                 yield from islice(chain(chosen, others), places_of(table))
 
     @cached_property
-    def _of_records(self) -> tuple[Disturbance, ...]:
+    def _record_disturbances(self) -> tuple[Disturbance, ...]:
         bare = augment(self.plain, self.base, self.superset, (), (), "").problem
-        rests = {t.name: commanded_rest_of(t) for t in self.plain.targets}
+        rests = {t.name: commanded_rest_window(t) for t in self.plain.targets}
         return tuple(
-            one for one in possible(bare, self.campaign, rests=rests) if one.name in OF_RECORDS or one.lines_hz
+            one
+            for one in possible_disturbances(bare, self.campaign, rests=rests)
+            if one.name in OF_RECORDS or one.lines_hz
         )
 
     @property
     def seen_lines(self) -> tuple[str, ...]:
-        """Names of disturbances that have lines alone, as hum that the records show."""
-        return tuple(one.name for one in self._of_records if one.lines_hz and not one.parameters)
+        """Names of disturbances that consist of lines only, such as hum that the records show."""
+        return tuple(one.name for one in self._record_disturbances if one.lines_hz and not one.parameters)
 
     def model(
         self, family: Family, base: AugmentedModel | None = None, near: FloatArray | None = None
@@ -199,63 +205,62 @@ class Families:
         ----------
         family : Family
         base : AugmentedModel or None
-            Of which it has the effects in any case.
+            Model whose effects are included in any case.
         near : (n,) or None
-            Where the mechanism as written leaves what hum is looked for in; None looks in the records.
+            Point whose residual is searched for hum; None searches the records.
         """
-        own = self._of_records if family.records else ()
+        own = self._record_disturbances if family.records else ()
         if family.records and near is not None:
-            seen = (one for one in possible(self.plain, self.campaign, near) if one.lines_hz)
+            seen = (one for one in possible_disturbances(self.plain, self.campaign, near) if one.lines_hz)
             own = (*(one for one in own if not one.lines_hz), *seen)
         listed = self.superset.terms if self.superset and family.terms and self.allows_terms else ()
-        names = [t.name for t in listed if t.name not in self.unlisted and (family.rarer or not t.rarer)]
+        names = [t.name for t in listed if t.name not in self.unlisted_terms and (family.rarer or not t.rarer)]
         return self.with_effects(base, names, own, family.name)
 
     @cached_property
     def unseen_grids(self) -> tuple[float, ...]:
-        """Nominal frequencies of the grid, Hz, whose hum the records may hide; none where it is seen or excluded."""
+        """Nominal grid frequencies, Hz, of hum that the records may hide; empty if hum is visible or excluded."""
         allowed = self.campaign.options.disturbances
-        if any(one.lines_hz for one in self._of_records) or not (allowed == "auto" or MAINS in allowed):
+        if any(one.lines_hz for one in self._record_disturbances) or not (allowed == "auto" or MAINS in allowed):
             return ()
         return () if any(t.leading.turns for t in self.plain.targets) else HUM.mains_hz
 
     def with_hum(
         self, base: AugmentedModel, grid_hz: float, q: FloatArray, horizons: Mapping[str, int]
     ) -> AugmentedModel | None:
-        """Return a model with hum too, at the frequency that what is followed of the records tells.
+        """Return a model with additional hum, at the frequency determined by the followed samples.
 
-        It has the coordinates of the other, since hum is projected out, and no place for further terms.
-
-        None where too little is followed of any record.
+        It has the coordinates of the other model, since hum is projected out, and no place for further terms. None if
+        too little is followed of any record.
 
         Parameters
         ----------
         base : AugmentedModel
-            Laid out, or with nothing beside.
+            Laid out, or without effects.
         grid_hz : float
-            Nominal frequency, which holds where they do not tell it.
+            Nominal frequency, used if the samples do not determine it.
         q : (n,)
-            Of that model.
+            Point of that model.
         horizons : mapping of record to int
             Samples that it follows there.
         """
         problem = base.problem
-        followed = replace(problem, targets=tuple(t.beginning(horizons[t.name]) for t in problem.targets))
+        followed = replace(problem, targets=tuple(t.truncate(horizons[t.name]) for t in problem.targets))
         hum = mains(followed, q, grid_hz)
         if hum is None:
             return None
         name = f"{base.name}, {hum.name}" if base.effects else hum.name
-        return replace(base, name=name, disturbances=(*base.disturbances, hum)).laid_out(self.plain)
+        return replace(base, name=name, disturbances=(*base.disturbances, hum)).lay_out(self.plain)
 
     def with_effect(self, base: AugmentedModel, name: str) -> AugmentedModel:
-        """Return a model with one more effect, a term or a disturbance, by its name."""
-        one = next((one for one in self._of_records if one.name == name), None)
+        """Return a model with one more effect, a term or a disturbance, by name."""
+        one = next((one for one in self._record_disturbances if one.name == name), None)
         words = f"{base.name}, {name}" if base.effects else name
         return self.with_effects(base, () if one else (name,), (one,) if one else (), words)
 
     def with_other_term(self, base: AugmentedModel, old: str, new: str) -> tuple[AugmentedModel, dict[str, str]]:
-        """Return a model with another term in place of one, and the names of that one's parameters in it."""
-        less = base.keeping(self.plain, set(base.effects) - {old}, base.name)
+        """Return a model with one term replaced by another, and the new names of its parameters by the old ones."""
+        less = base.keep_effects(self.plain, set(base.effects) - {old}, base.name)
         other = self.with_effects(less, (new,), (), base.name.replace(old, new))
         before, after = base.added.names_by_term[old], other.added.names_by_term[new]
         return other, dict(zip(before, after, strict=True))
@@ -263,26 +268,27 @@ class Families:
     def with_effects(
         self, base: AugmentedModel | None, terms: Sequence[str], own: Sequence[Disturbance], name: str
     ) -> AugmentedModel:
-        """Return the model with some more terms and disturbances beside another one, or beside none."""
+        """Return the model with additional terms and disturbances, starting from another model or from the bare one."""
         before = base or self.bare
         names = dict.fromkeys((*before.added.terms, *terms))
         there = {one.name for one in before.disturbances}
         disturbances = (*before.disturbances, *(one for one in own if one.name not in there))
-        if not names:  # no place for terms, and one kernel whichever values of records are free
-            model = replace(self.bare, name=name, disturbances=disturbances).laid_out(self.plain, self._tables)
+        # Without a place for terms, the plant stays small, and all choices of free record values share one kernel.
+        if not names:
+            model = replace(self.bare, name=name, disturbances=disturbances).lay_out(self.plain, self._tables)
             lanes = self.plain.coordinates.lanes + len(OF_RECORDS)
             return replace(model, problem=replace(model.problem, capacity=lanes))
         return augment(
             self.plain,
             self.base,
-            self._superset([n for n in names if n in self.unlisted]),
+            self._superset([n for n in names if n in self.unlisted_terms]),
             [*names],
             disturbances,
             name,
         )
 
     def laws(self) -> Iterator[Law]:
-        """Yield the laws that may stand in place of the mechanism's."""
+        """Yield the laws that may replace the mechanism's."""
         if self.allows_terms:
             yield from rivals_of(self.plain.space.mechanism, grown_only=True)
 
@@ -290,12 +296,12 @@ class Families:
         """Return the families with a law in place of the mechanism's own one."""
         return replace(self, law=law)
 
-    def by_law(self, law: Law, base: AugmentedModel | None = None) -> AugmentedModel:
+    def model_with_law(self, law: Law, base: AugmentedModel | None = None) -> AugmentedModel:
         """Return the model with a law in place of the mechanism's own one, and with the effects of another model."""
         other = self.with_law(law)
         if base is None or not base.effects:
             return other.bare
-        tables = lacking_tables(other.base.mechanism, base.disturbances)
+        tables = missing_tables(other.base.mechanism, base.disturbances)
         added = lay_out(other.base, base.added.terms, tables)
         problem = added.problem(self.plain, base.disturbances)
         return AugmentedModel(f"{base.name}, {law.name}", problem, added, base.disturbances, None, other.base)
@@ -307,5 +313,5 @@ def _periods(extension: Extension) -> int:
 
 
 def places_of(table: str) -> int:
-    """Return how many unlisted terms of a list one plant has places for."""
+    """Return the number of places of one plant for unlisted terms of a list."""
     return STAGES.slow_at_once if table in SLOW else STAGES.unlisted_at_once

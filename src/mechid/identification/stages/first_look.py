@@ -1,4 +1,4 @@
-"""A look at a model: refined over the first moments of the records, or over other windows, and pruned there."""
+"""Look at a model: a short robust fit over the first moments or other windows, and its pruning."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from mechid.identification.stages.settings import STAGES
 
 @dataclass(frozen=True, eq=False)
 class FirstLook:
-    """A model refined over the first moments.
+    """Model refined over the first moments.
 
     Attributes
     ----------
     model : AugmentedModel
     q : (n,)
     cost : float
-        Robust cost, priors counted, in sigmas squared.
+        Robust cost including priors, in sigmas squared.
     samples : int
-        Of all channels.
+        Number of samples of all channels.
     """
 
     model: AugmentedModel
@@ -40,34 +40,34 @@ class FirstLook:
     samples: int
 
     @property
-    def left(self) -> float:
-        """Cost a sample."""
+    def cost_per_sample(self) -> float:
+        """Robust cost per sample, in sigmas squared: about 1 if only noise is left."""
         return self.cost / self.samples
 
     @property
     def explains(self) -> bool:
-        """Whether it leaves no more than noise of the first moments."""
-        return self.left < SEARCH.explained
+        """Whether no more than noise is left of the first moments."""
+        return self.cost_per_sample < SEARCH.explained
 
     @property
     def explains_surely(self) -> bool:
-        """Whether it leaves no more than what the noise of a record is uncertain by."""
-        return self.left < STAGES.surely_explained
+        """Whether the misfit is within the uncertainty of a record's noise level."""
+        return self.cost_per_sample < STAGES.surely_explained
 
-    def explains_what_is_left_of(self, other: FirstLook) -> bool:
-        """Whether it leaves no more than noise, or little of what another one leaves beyond noise.
+    def explains_misfit_of(self, other: FirstLook) -> bool:
+        """Tell whether no more than noise is left, or only little of another look's misfit beyond noise.
 
-        The noise of a record is known to some per cent only until a model follows it.
+        A record's noise is known only to some per cent until a model follows it.
         """
-        return self.explains or self.left - 1.0 < STAGES.left_of_excess * (other.left - 1.0)
+        return self.explains or self.cost_per_sample - 1.0 < STAGES.left_of_excess * (other.cost_per_sample - 1.0)
 
     @property
     def criterion(self) -> float:
-        """Bayesian criterion: the cost, and ln N for each freedom (Schwarz 1978)."""
+        """Bayesian criterion: the cost plus ln N for each free parameter (Schwarz 1978)."""
         return self.cost + self.model.problem.size * bayesian_penalty(self.samples)
 
 
-def refined_look(
+def fit_look(
     model: AugmentedModel,
     q: FloatArray,
     journal: Journal,
@@ -76,8 +76,8 @@ def refined_look(
 ) -> FirstLook:
     """Return a model refined over the first moments, or over other windows, from a point of it.
 
-    Over the first half of them before the whole: there fewer switches between sticking and sliding have gone wrong.
-    Over the whole from the point itself where that has led to more than it leaves.
+    The first half of each window is fitted before the whole, because fewer switches between sticking and sliding are
+    wrong there. If the result costs more than the point itself, the whole is fitted from the point directly.
     """
     windows = windows or first_windows(model.problem)
     halves = {name: (first, first + (stop - first) // 2) for name, (first, stop) in windows.items()}
@@ -100,22 +100,23 @@ def first_windows(problem: Problem) -> Windows:
     return {t.name: first_window(t) for t in problem.targets}
 
 
-def pruned_look(
+def prune_look(
     families: Families, look: FirstLook, tell: Callable[[str], None], journal: Journal, windows: Windows = NO_WINDOWS
 ) -> FirstLook:
-    """Return a look without the effects that are not needed there, refined again; itself where it leaves too much."""
-    if look.left >= STAGES.prunable or not look.model.names_by_effect:
+    """Refit a look without the effects that are not needed; return it unchanged if its misfit is too large."""
+    if look.cost_per_sample >= STAGES.prunable or not look.model.names_by_effect:
         return look
-    needed = look.model.needed(look.q, windows or first_windows(families.plain))
+    needed = look.model.needed_effects(look.q, windows or first_windows(families.plain))
     if needed is None:
         return look
     tell(f"needed there: {effect_words(needed)}")
-    less = look.model.keeping(families.plain, needed, ", ".join(needed) or "as written")
-    found = refined_look(less, less.point_of(look.model, look.q), journal, windows)
-    wider = less.widened(families.plain, found.q, STAGES.at_edge, STAGES.wider)
-    return found if wider is less else refined_look(wider, wider.point_of(less, found.q), journal, windows)
+    less = look.model.keep_effects(families.plain, needed, ", ".join(needed) or "as written")
+    found = fit_look(less, less.point_of(look.model, look.q), journal, windows)
+    # Effects that have reached the edge of their prior get a wider one, since pruning leaves them more to explain.
+    wider = less.widen_priors(families.plain, found.q, STAGES.at_edge, STAGES.wider)
+    return found if wider is less else fit_look(wider, wider.point_of(less, found.q), journal, windows)
 
 
 def effect_words(needed: Mapping[str, float]) -> str:
-    """Return the names of effects, each with what it explains."""
+    """Return the names of effects, each with the cost that it explains."""
     return ", ".join(f"{name} ({rise:.0f})" if rise else name for name, rise in needed.items()) or "none"

@@ -1,4 +1,4 @@
-"""Freezing of parameters that a dependence ruins: one held, the rest refitted, and what that did to them."""
+"""Freezing of parameters in a dependence: one is held, the others are refitted, and their shifts are reported."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from mechid.identification.uncertainty.verdict import seen_coordinates
 
 
 def freeze_dependent(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:
-    """Hold one parameter after another until no dependence ruins an estimate.
+    """Hold one parameter after another at its file value until no dependence ruins an estimate.
 
-    With freezing switched off the first is told and nothing held. A parameter is held at the file's value.
+    If the campaign disables freezing, the first dependence is reported and nothing is held.
     """
     for _ in campaign.mechanism.free:
         problem, q = state.problem, state.q
@@ -36,17 +36,19 @@ def freeze_dependent(watch: Watch, state: SearchState, campaign: Campaign) -> Se
             break
         if not campaign.options.freeze:
             return state.with_warnings(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
-        state = _hold(watch, state, campaign, found, triangle)
+        state = _hold_parameter(watch, state, campaign, found, triangle)
     return state
 
 
-def _hold(watch: Watch, state: SearchState, campaign: Campaign, found: Dependence, triangle: Triangle) -> SearchState:
-    """Refit without the parameter that the dependence gives up."""
+def _hold_parameter(
+    watch: Watch, state: SearchState, campaign: Campaign, found: Dependence, triangle: Triangle
+) -> SearchState:
+    """Refit without the parameter that the dependence selects."""
     before, was = state.problem, state.q
     parameter = campaign.mechanism.parameters[found.held]
     names = [p.name for p in before.space.mechanism.free if p.name != found.held]
-    values = _carried(before, was, triangle, found, parameter.value)
-    problem, q = without(before, was, names, {**values, found.held: parameter.value})
+    values = _compensate(before, was, triangle, found, parameter.value)
+    problem, q = free_only(before, was, names, {**values, found.held: parameter.value})
     state = joint_fit(watch, watch.note(state.with_problem(problem).at(q)), f"{found.held} held", tuple(names))
     if not state.has_converged:
         state = state.with_outcome(FitOutcome.NOT_CONVERGED)
@@ -57,12 +59,12 @@ def _hold(watch: Watch, state: SearchState, campaign: Campaign, found: Dependenc
     return watch.note(replace(state, frozen=(*state.frozen, held)))
 
 
-def _carried(
+def _compensate(
     problem: Problem, q: FloatArray, triangle: Triangle, found: Dependence, held_at: float
 ) -> dict[str, float]:
-    """Return where the others of a dependence go when one is held elsewhere, so that the records hardly change.
+    """Return values of a dependence's other parameters that compensate a change of the held one.
 
-    By powers, which is exact for a product or a ratio; a value at zero or of another sign stays.
+    The changes are powers, which is exact for a product or a ratio. A value that is zero or changes its sign is kept.
     """
     others = [name for name in found.involved if name != found.held]
     now = problem.space.values(q[: problem.space.size])
@@ -70,13 +72,15 @@ def _carried(
         return {}
     names, slopes = problem.space.value_jacobian(q[: problem.space.size])
     J = triangle.jacobian[:, : problem.space.size] @ np.linalg.pinv(slopes) * [now[n] for n in names]
+    # Relative derivatives: the powers that keep the modelled records constant to first order.
     powers = np.linalg.lstsq(J[:, [names.index(n) for n in others]], -J[:, names.index(found.held)], rcond=None)[0]
     limits = problem.space.mechanism.parameters
     moved = {n: now[n] * (held_at / now[found.held]) ** float(k) for n, k in zip(others, powers, strict=True)}
+    # A power may lead beyond the bounds of the file.
     return {n: min(max(value, limits[n].min), limits[n].max) for n, value in moved.items()}
 
 
-def without(
+def free_only(
     problem: Problem, q: FloatArray, free: Sequence[str], values: dict[str, float]
 ) -> tuple[Problem, FloatArray]:
     """Return the problem, and its point, with only some parameters of the mechanism free, others at `values`."""
@@ -86,7 +90,10 @@ def without(
 
 
 def _shifts(before: Problem, was: FloatArray, state: SearchState, unseen: Collection[str]) -> str:
-    """Say how far the others have moved by it; what no record sees moves by rounding and means nothing."""
+    """Return a sentence about the shifts of the other parameters.
+
+    Parameters that no record determines are left out: they shift only by rounding errors.
+    """
     old = before.space.values(was[: before.space.size])
     new = state.problem.space.values(state.q[: state.problem.space.size])
     moved = [

@@ -1,4 +1,4 @@
-"""From bad starts to the records' ends: multi-start, growth, and what is done where the first start stops short."""
+"""Search from rough starts to the ends of all records: multi-start, gated growth, and the ladder."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from mechid.identification.stages.masked_growth import MASKED_AS_WRITTEN, MASKED
 from mechid.identification.stages.raised_level import NAMED_AT_RAISED_LEVEL
 from mechid.identification.stages.reading_rungs import READINGS
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.start_growth import grow_from_followed, grow_starts, refined_starts
+from mechid.identification.stages.start_growth import grow_from_followed, grow_starts, refine_starts
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import raise_to_residual_levels
 
 
-def searched(
+def search_growth(
     watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...], seed: int, *, patient: bool = True
 ) -> tuple[SearchState, Growth | None]:
-    """Return the growth from the best starts, or None where none of them can be simulated.
+    """Return the growth from the best starts, or None if no start can be simulated.
 
-    Without patience it is that from the best start of all, of the mechanism as written, or with added terms.
+    Without `patient`, only the best start is grown, with the mechanism as written or with added effects.
     """
     drawn: list[FloatArray] = []
-    found = refined_starts(watch, state, seed, drawn)
+    found = refine_starts(watch, state, seed, drawn)
     best = next(found, None)
     state = state.at(best.q) if best else state
     state = watch.close(state, "multi-start", names, best.cost if best else math.inf, SEARCH.points)
@@ -55,10 +55,10 @@ def searched(
 
 
 def warm_start(state: SearchState, near: Mapping[str, float], seed: int = 0) -> tuple[SearchState, Growth]:
-    """Return values already near the optimum as a growth that has come to the records' ends.
+    """Return values close to the optimum as a growth that has reached the ends of all records.
 
-    The values are trusted: what they leave of a record counts as its noise, also where that is coloured, in place of
-    the high-frequency floor. Single moments that they do not follow at that floor are masked.
+    The values are trusted: a record's residual at them counts as its noise, even if it is coloured, in place of the
+    high-frequency floor. Single moments that they do not follow at that floor are masked.
     """
     q = run_up(state.problem, state.problem.coordinates.point(near), known=near)
     problem, q = mask_near(state.problem, q, np.random.default_rng((seed, 0, 7)))
@@ -75,7 +75,7 @@ def _grow_as_written(climb: Climb) -> Climb:
 
 
 def _grow_from_followed(climb: Climb) -> Climb:
-    """Fit the records that are followed by themselves, and grow all from there."""
+    """Fit only the records that are followed, and grow all records from there."""
     assert climb.growth is not None
     return replace(climb, growth=grow_from_followed(climb.watch, climb.state, climb.growth, climb.seed))
 
@@ -98,6 +98,6 @@ OF_MECHANISM = (
     *FREED_EFFECTS,
     MASKED_FURTHEST,
 )
-"""Those with records as they are declared, at the noise level that is known."""
+"""Rungs with records as declared, at the known noise level."""
 LADDER = (*OF_MECHANISM, *READINGS, FURTHEST)
-"""All ways by which a search tries to come to the ends of all records, in order."""
+"""All attempts of a search to follow all records to their ends, in order."""

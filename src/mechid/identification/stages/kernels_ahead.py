@@ -1,8 +1,8 @@
-"""Kernels of the layouts that the ladder needs, compiled by another process beside the search.
+"""Compilation of the kernels that the ladder will need, in another process in parallel with the search.
 
-Three quarters of a compilation hold the interpreter's lock, so that a thread takes as much from the search as it saves.
-The process fills the cache that all processes share: a search that needs a kernel at work there waits for it, and loads
-it. Whatever goes wrong there shows where the kernel is really needed, since the search then compiles it itself.
+A compilation holds the interpreter's lock for three quarters of its time, so a thread would cost the search as much as
+it saves. The process fills the cache that all processes share. A search that needs a kernel in the making waits for it
+and loads it. Errors appear where the kernel is really needed, because the search then compiles it itself.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from types import TracebackType
 from typing import Self
 
 from mechid.campaign import Campaign
-from mechid.identification.computation.parallel import is_alone
+from mechid.identification.computation.parallel import is_on_one_core
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.stages.families import OF_RECORDS, Families
 from mechid.kernel.compiled import is_compiled, kernel_for, version_folder
@@ -31,17 +31,17 @@ from mechid.writing import write_atomically
 
 START = "import sys; sys.path[:] = {path!r}; from {module} import compile_layouts; compile_layouts()"
 PIPE_BYTES = 1 << 20
-"""Of the pipe to it: what it is sent never waits for it."""
-LINE = "the layouts that further effects need are compiled beside the search (first time, cached afterwards)"
+"""Size of the pipe to the process: sending to it never blocks."""
+LINE = "the layouts for further effects are compiled in parallel with the search (first time, cached afterwards)"
 
 
 class KernelsAhead:
-    """Compiles the layouts of a campaign's further effects beside what is done within a ``with``, and ends there.
+    """Context in which the layouts of a campaign's further effects are compiled; the process ends with it.
 
     Parameters
     ----------
     problem : Problem
-        Of the mechanism as written.
+        Problem of the mechanism as written.
     campaign : Campaign
     """
 
@@ -58,23 +58,30 @@ class KernelsAhead:
         self.end()
 
     def start_if_new(self) -> bool:
-        """Start, and tell so, where this mechanism is searched for the first time: then nothing stands in the cache."""
+        """Start if this mechanism is searched for the first time, with nothing in the cache yet.
+
+        Return whether the process has started.
+        """
         mechanism = self.problem.space.mechanism
         mark = self._mark(mechanism.plant)
         if mark.exists() or not self._may_start:
             return False
         with suppress(OSError):
             mark.parent.mkdir(parents=True, exist_ok=True)
+            # The mark is written first, so that only one search of a mechanism starts ahead of need.
             write_atomically(mark, "The kernels of its further effects have been begun.\n")
             return self._start()
         return False
 
-    def start_if_lacking(self, families: Families) -> bool:
-        """Start, and tell so, where a layout of these families is not in the cache: a search is about to need it."""
+    def start_if_missing(self, families: Families) -> bool:
+        """Start if a layout of these families, which a search is about to need, is not cached.
+
+        Return whether the process has started.
+        """
         return self._may_start and not all(is_compiled(*one) for one in layouts(families)) and self._start()
 
     def end(self) -> None:
-        """End the process, whatever it is at: what it leaves half done is made anew where it is needed."""
+        """End the process at any point; unfinished kernels are compiled again where they are needed."""
         child, self._child = self._child, None
         if child is not None:
             child.kill()
@@ -83,50 +90,55 @@ class KernelsAhead:
 
     @property
     def _may_start(self) -> bool:
-        """Whether there is a second core, and nobody else's work on it; without locks two would do the same work."""
+        """Whether a second core is free for the process."""
+        # Without file locks, two processes would compile the same kernels.
         options = self.campaign.options
         adds = options.terms or options.disturbances != "none"
-        alone = is_alone() or usable_cores() < 2 or not sys.executable or find_spec("fcntl") is None
+        alone = is_on_one_core() or usable_cores() < 2 or not sys.executable or find_spec("fcntl") is None
         return adds and self._child is None and not alone
 
     @property
-    def _light(self) -> Families:
-        """The families without the records, which tell nothing of layouts and take long to be sent."""
+    def _families_without_records(self) -> Families:
+        """Families without records, which do not affect layouts and would take long to send."""
         return Families(replace(self.problem, targets=()), replace(self.campaign, records=(), source=None))
 
     def _mark(self, plant: Plant) -> Path:
         return version_folder() / f"ahead_{fingerprint(plant, lanes_for(self.problem.coordinates.lanes))}.txt"
 
     def _start(self) -> bool:
+        # The child gets this process's import path, however that was set.
         command = START.format(path=[str(place) for place in sys.path], module=__name__)
         try:
-            message = pickle.dumps((self._light, self.problem.coordinates.lanes))
+            message = pickle.dumps((self._families_without_records, self.problem.coordinates.lanes))
             child = subprocess.Popen(
                 [sys.executable, "-P", "-c", command],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 pipesize=PIPE_BYTES,
-                start_new_session=True,  # Ctrl-C is for the search, which ends this process
+                # Ctrl-C must reach only the search, which ends this process.
+                start_new_session=True,
             )
-        except Exception:  # what does not pickle, or a system without processes: the search compiles by itself
+        # Not picklable, or no processes on this system: the search then compiles by itself.
+        except Exception:
             return False
         self._child = child
         assert child.stdin is not None
-        with suppress(OSError):  # it has ended already
+        with suppress(OSError):
             child.stdin.write(message)
-            child.stdin.flush()  # and stays open: where this process is gone, the other sees its end
+            # The pipe stays open, since its end tells the child that this process is gone.
+            child.stdin.flush()
         return True
 
 
 def layouts(families: Families, lanes: int | None = None) -> Iterator[tuple[Plant, int]]:
-    """Yield the plants that the ladder may need, each with the derivatives wanted, the first needed first.
+    """Yield the plants that the ladder may need, each with its number of derivatives, in order of need.
 
     Parameters
     ----------
     families : Families
     lanes : int or None
-        Derivatives wanted of the mechanism as written; None takes those of the families' problem.
+        Derivatives of the mechanism as written; None takes those of the families' problem.
     """
     written = families.plain.space.mechanism
     lanes = families.plain.coordinates.lanes if lanes is None else lanes
@@ -140,11 +152,12 @@ def layouts(families: Families, lanes: int | None = None) -> Iterator[tuple[Plan
 
 
 def compile_layouts() -> None:
-    """Compile the layouts that standard input tells of, and end where it ends."""
+    """Compile the layouts described on standard input, and exit when it closes."""
     families, lanes = pickle.load(sys.stdin.buffer)
 
     def watch() -> None:
         sys.stdin.buffer.read()
+        # `sys.exit` would end only this thread, and the compilation would continue.
         os._exit(0)
 
     Thread(target=watch, daemon=True).start()
@@ -153,5 +166,5 @@ def compile_layouts() -> None:
 
 
 def usable_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

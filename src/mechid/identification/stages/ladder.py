@@ -1,7 +1,7 @@
-"""The ladder: named rungs by which a search comes to the ends of all records, tried in order until one does.
+"""Ladder of a search: named rungs that are tried in order until all records are followed to their ends.
 
-A rung begins from the furthest that any before it has come to; nothing that was reached is thrown away. The names of
-those tried are kept, so that a report can say how the search arrived (`outcome.path` in estimate.json).
+A rung starts from the furthest state of any rung before it, and nothing reached is discarded. The names of the rungs
+tried are kept, so that a report can state the path of the search (`outcome.path` in estimate.json).
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from mechid.identification.stages.watch import Watch
 from mechid.simulation.work import WorkSpentError, counted, uncounted
 
 BUDGET_SPENT = (
-    "all records: the search for what is missing has ended at its budget, as many times the work of a search whose "
-    f"mechanism lacks nothing as it may take ({STAGES.effects_budget} for effects, {STAGES.ladder_budget} in all)"
+    "all records: the search for missing effects has ended at its budget, a multiple of the work of a search whose "
+    f"mechanism is complete ({STAGES.effects_budget} times for effects, {STAGES.ladder_budget} times in all)"
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Climb:
-    """Where a search stands on the ladder.
+    """State of a search on the ladder.
 
     Attributes
     ----------
@@ -42,25 +42,25 @@ class Climb:
     campaign : Campaign
     seed : int
     state : SearchState
-        Of the mechanism as written, until a rung has followed all records.
+        State of the mechanism as written, until a rung has followed all records.
     best : Candidate
-        The best refined start of the mechanism as written.
+        Best refined start of the mechanism as written.
     starts : tuple of (n,)
-        The best starts as they were drawn.
+        Best starts before their refinement.
     growth : Growth or None
-        Of the mechanism as written; that of the state where this follows all records.
+        Growth of the mechanism as written; that of the state once all records are followed.
     looks : tuple of FirstLook
-        What families of effects leave of the first moments, the best one last.
+        Looks at families of effects over the first moments, the best one last.
     reached : Reached or None
-        The furthest growth with effects free.
+        Furthest growth with effects free.
     found : iterator of Candidate
         Further refined starts.
     raised : (SearchState, Growth) or None
-        What a raised noise level comes to.
+        State and growth at a raised noise level.
     tried : tuple of str
         Names of the rungs so far.
     shared : dict of Problem to Families
-        Those put together so far.
+        Families built so far.
     """
 
     watch: Watch
@@ -79,13 +79,13 @@ class Climb:
 
     @property
     def at_raised(self) -> tuple[SearchState, Growth]:
-        """State and growth at a raised noise level; as they are where none was raised."""
+        """State and growth at a raised noise level, or at the known one if none was raised."""
         assert self.growth is not None
         return self.raised or (self.state, self.growth)
 
     @property
     def families(self) -> Families:
-        """Effects that may be beside the mechanism as written, put together once for all rungs."""
+        """Effects that may be added to the mechanism as written, shared by all rungs."""
         problem = self.state.problem
         if problem not in self.shared:
             self.shared[problem] = Families(problem, self.campaign)
@@ -104,14 +104,15 @@ class Climb:
 
     @property
     def may_add(self) -> bool:
-        """Whether effects may be added at all."""
+        """Whether the campaign allows additional effects."""
         return self.campaign.options.terms or self.campaign.options.disturbances != "none"
 
-    def at(self, reached: Reached) -> Climb:
-        """Return the climb with a further growth; where it follows all records, with what of it they need."""
+    def with_growth(self, reached: Reached) -> Climb:
+        """Return the climb with a further growth; if it follows all records, with the needed part of its effects."""
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
         if reached.growth.complete:
-            with uncounted():  # what has arrived is not lost for want of a last fit
+            # A complete growth must not be lost because the budget forbids a last fit.
+            with uncounted():
                 settled = settle(self.watch, self.state, reached, self.seed)
             if settled is not None:
                 return replace(self, state=settled[0], growth=settled[1], reached=best)
@@ -120,19 +121,19 @@ class Climb:
 
 @dataclass(frozen=True)
 class Rung:
-    """One way to come further.
+    """Single attempt to follow the records further.
 
     Attributes
     ----------
     name : str
-        As estimate.json and the report have it.
+        Name in estimate.json and in the report.
     applies : callable
-        Whether it can help.
+        Tells whether it can help.
     attempt : callable
         Returns the climb after it.
     budget : callable or None
-        Work of the whole ladder, of a problem as written, at which it ends, its climb that before it; None of a rung
-        that is tried to its end in any case.
+        Returns, for a problem as written, the work of the whole ladder at which the rung ends, keeping the climb before
+        it; None for a rung without limit.
     """
 
     name: str
@@ -144,13 +145,14 @@ class Rung:
 def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
     """Return the climb after the rungs that apply, in order, until all records are followed to their ends.
 
-    A rung whose budget is spent is not tried; at work, it ends there.
+    A rung whose budget is spent is skipped; a running one ends when it is spent.
     """
     written, short = climb.state.problem, False
     with counted() as work:
         for number, rung in enumerate(rungs, 1):
             if climb.complete:
                 break
+            # The limit applies to the work of all rungs so far.
             work.limit = rung.budget(written) if rung.budget else math.inf
             short = short or work.is_spent
             if not work.is_spent and rung.applies(climb):
@@ -170,6 +172,6 @@ def growth_as_written(climb: Climb) -> Reached:
 
 
 def furthest_growth(climb: Climb) -> Reached:
-    """Return the furthest growth."""
+    """Return the growth that follows most samples, as written or with effects."""
     plain, reached = growth_as_written(climb), climb.reached
     return plain if reached is None else max((plain, reached), key=lambda one: one.share)

@@ -1,4 +1,4 @@
-"""Rungs that mask single windows of misfit, and the masks lifted again where a fit has come to follow them."""
+"""Rungs that mask single windows of misfit, and the lifting of masks that a later fit follows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.masks import count_followed_again, grow_past_misfit, masked_runs, with_masks
+from mechid.identification.search.masks import apply_masks, grow_past_misfit, lift_followed_masks, masked_runs
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth
 from mechid.identification.stages.settings import STAGES
@@ -16,10 +16,10 @@ from mechid.identification.stages.watch import Watch, residual_to_noise
 
 
 def _mask(climb: Climb) -> Climb:
-    """Mask where the furthest growth has stalled, and grow it on.
+    """Mask the moment at which the furthest growth has stalled, and continue the growth.
 
-    It arrives where all records are then followed down to their noise: what leaves more lacks something else, which
-    masks would hide.
+    The rung succeeds if all records are then followed down to their noise. A larger residual shows that something else
+    is missing, which masks would hide.
     """
     at, rng = furthest_growth(climb), np.random.default_rng((climb.seed, 0, 7))
     on_progress = tell_growth(climb.watch, at.model)
@@ -27,13 +27,13 @@ def _mask(climb: Climb) -> Climb:
     if found is None:
         return climb
     problem, growth = found
-    plain = with_masks(climb.state.problem, masked_runs(problem))
+    plain = apply_masks(climb.state.problem, masked_runs(problem))
     begun = replace(climb, state=climb.state.with_problem(plain))
-    end = begun.at(Reached(replace(at.model, problem=problem), growth))
-    return end if end.complete and _left(end) <= STAGES.masked_left else climb
+    end = begun.with_growth(Reached(replace(at.model, problem=problem), growth))
+    return end if end.complete and _largest_residual(end) <= STAGES.masked_left else climb
 
 
-def _left(climb: Climb) -> float:
+def _largest_residual(climb: Climb) -> float:
     """Return the largest residual-to-noise ratio of a record."""
     state = climb.state
     return max(residual_to_noise(state.problem, state.q, climb.watch.noise.floors).values())
@@ -44,7 +44,10 @@ def _has_grown(climb: Climb) -> bool:
 
 
 def _lacks_nothing_at_first(climb: Climb) -> bool:
-    """Tell whether the mechanism as written leaves noise of the first moments: else more is missing than a moment."""
+    """Tell whether the mechanism as written explains the first moments.
+
+    Otherwise, more is missing than a single moment.
+    """
     return _has_grown(climb) and climb.is_explained
 
 
@@ -53,8 +56,8 @@ MASKED_FURTHEST = Rung("the furthest, single moments left out", _has_grown, _mas
 
 
 def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:
-    """Return the state fitted with the masks lifted of moments that its optimum follows; itself without such."""
-    problem = count_followed_again(state.problem, state.q)
+    """Refit with the masks lifted of moments that the optimum follows; return the state itself if there are none."""
+    problem = lift_followed_masks(state.problem, state.q)
     if problem is state.problem:
         return state
     begun = watch.note(state.with_problem(problem))

@@ -1,10 +1,10 @@
-"""Pruning of the terms that growth has added: the mechanism keeps those that its records need.
+"""Pruning of the terms that growth has added to those that the records need.
 
-Growth frees every term of the superset at once, each held small by a prior. The fit that is kept has only the terms
-without which the cost rises by more than k ln N, laid out as a mechanism file would declare them.
+Growth frees every term of the superset at once, each with a small prior. The final fit has only those terms without
+which the cost rises by more than k ln N, laid out as a mechanism file would declare them.
 
-Unlike `effects.selection.drop_unneeded` it compares fits by their cost at the problem's noise levels, not as an F test
-does, and only those that follow all records: a set of terms that leaves a record early is no candidate.
+Unlike `effects.selection.drop_unneeded`, which uses an F test, it compares fits by their cost at the problem's noise
+levels. Only fits that follow all records to their ends are candidates.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.effect import AddedTerms, lay_out, renamed
+from mechid.identification.effects.effect import AddedTerms, lay_out, rename_values
 from mechid.identification.effects.pruning import Linearisation, linearise
 from mechid.identification.effects.scores import bayesian_penalty
 from mechid.identification.output_error.problem import Problem
@@ -27,14 +27,14 @@ Follows = Callable[[Problem, FloatArray], bool]
 
 
 def exchanges(all_terms: Linearisation, kept: frozenset[str]) -> Iterator[frozenset[str]]:
-    """Yield sets of terms in which another one that explains nearly as much replaces one of those kept."""
-    least = all_terms.keeping(kept)[0]
+    """Yield sets of terms in which one kept term is replaced by another that explains nearly as much."""
+    least = all_terms.fit_only(kept)[0]
     found: list[tuple[float, frozenset[str]]] = []
     for name in sorted(kept):
-        allowed = STAGES.exchange_margin * (all_terms.keeping(kept - {name})[0] - least)
+        allowed = STAGES.exchange_margin * (all_terms.fit_only(kept - {name})[0] - least)
         for other in sorted(all_terms.groups.keys() - kept):
             names = kept - {name} | {other}
-            more = all_terms.keeping(names)[0] - least
+            more = all_terms.fit_only(names)[0] - least
             if more <= max(allowed, bayesian_penalty(all_terms.effective_samples)):
                 found.append((more, names))
     yield from (names for _, names in sorted(found, key=lambda each: each[0])[: STAGES.exchanges])
@@ -43,43 +43,44 @@ def exchanges(all_terms: Linearisation, kept: frozenset[str]) -> Iterator[frozen
 def drop_unneeded_terms(state: SearchState, plain: Problem, follows: Follows | None = None) -> SearchState:
     """Return a state with the added terms that its records need, refitted without small priors.
 
-    A set of terms in which one is exchanged for another that explains as much by its derivatives is fitted too, and the
-    better one kept. Where the records are not followed with any such set, all terms are kept, each held small. A law in
-    place of another has nothing to drop.
+    Sets in which one term is exchanged for another that explains as much by its derivatives are fitted too, and the
+    best fit is kept. If no such set follows the records, all terms are kept with their small priors. A law in place of
+    another has nothing to drop.
 
     Parameters
     ----------
     state : SearchState
-        With all terms free, each held small; its records are followed to their ends.
+        State with all terms free, each with a small prior; its records are followed to their ends.
     plain : Problem
-        The same records and their disturbances, of the mechanism as written.
+        Problem of the same records and disturbances, with the mechanism as written.
     follows : callable or None
-        Further condition that a fit with fewer terms has to meet.
+        Further condition on a fit with fewer terms.
     """
     if state.added is None or not state.added.terms:
         return state
     q = solve(
-        state.problem, state.q, state.problem.whole(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
+        state.problem, state.q, state.problem.whole_windows(), steps=STAGES.joint_steps, tolerance=STAGES.near_tolerance
     ).q
-    all_terms = linearise(state.problem, q, state.problem.whole(), state.added.names_by_term)
+    all_terms = linearise(state.problem, q, state.problem.whole_windows(), state.added.names_by_term)
     if all_terms is None:
         return state
-    kept = all_terms.needed
+    kept = all_terms.needed_effects
     fits = _fit_selections([kept, *exchanges(all_terms, kept)] if kept else [], all_terms, state, follows)
     if not fits:
         return state
     best = min(fits, key=lambda fit: fit.criterion)
     aliases = best.aliases(fits)
-    for name in sorted(best.names):  # derivatives at the optimum of all terms keep some that a fit does not need
+    # The derivatives at the optimum of all terms may keep some unneeded ones.
+    for name in sorted(best.names):
         for fit in _fit_selections([best.names - {name}] if len(best.names) > 1 else [], all_terms, state, follows):
             best = min(best, fit, key=lambda each: each.criterion)
     aliases = {name: others for name, others in aliases.items() if name in best.names}
-    return _laid_out(state, state.added, best, plain, aliases)
+    return _lay_out_selection(state, state.added, best, plain, aliases)
 
 
 @dataclass(frozen=True, eq=False)
 class TermSelection:
-    """A fit with some terms free and the others held at their null value, and its Bayesian criterion."""
+    """Fit with some terms free and the others held at their null value, and its Bayesian criterion."""
 
     names: frozenset[str]
     problem: Problem
@@ -87,7 +88,7 @@ class TermSelection:
     criterion: float
 
     def aliases(self, others: Sequence[TermSelection]) -> dict[str, tuple[str, ...]]:
-        """Return the terms that other fits have in place of one of its own, and are no worse with, by that one."""
+        """Return, for each term, those that replace it in other fits that are no worse."""
         alike = [
             o.names for o in others if o.criterion - self.criterion < STAGES.alike and len(self.names - o.names) == 1
         ]
@@ -104,12 +105,14 @@ def _fit_selections(
     assert wide is not None
     fits = []
     for names in sets:
+        # A narrow prior at zero replaces removing the coordinate, which keeps the compiled plant.
         held = {name: STAGES.held_share * width for name, width in wide.widths.items() if wide.new[name] not in names}
         problem = replace(state.problem, shrinkage=held)
-        whole = problem.whole()
+        whole = problem.whole_windows()
         q = solve(
-            problem, all_terms.keeping(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
+            problem, all_terms.fit_only(names)[1], whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance
         ).q
+        # A lower cost is worth nothing if a record is left early.
         if not unfollowed_records(problem, q) and (follows is None or follows(problem, q)):
             count = sum(len(all_terms.groups[name]) for name in names)
             criterion = problem.total_norm(q, whole) ** 2 + count * bayesian_penalty(all_terms.effective_samples)
@@ -117,21 +120,21 @@ def _fit_selections(
     return fits
 
 
-def _laid_out(
+def _lay_out_selection(
     state: SearchState, wide: AddedTerms, fit: TermSelection, plain: Problem, aliases: Mapping[str, tuple[str, ...]]
 ) -> SearchState:
-    """Return a state of the mechanism with the terms of a fit, without small priors, laid out without the others."""
+    """Return a state of the mechanism with only the terms of a fit, without small priors."""
     law = {name: of for name, of in wide.new.items() if of == wide.law}
     base = AddedTerms(plain.space.mechanism, new=law, law=wide.law)
     added = replace(lay_out(base, fit.names), aliases=aliases)
     problem = added.problem(plain)
-    values = renamed(fit.problem.coordinates.values(fit.q), wide, added)
+    values = rename_values(fit.problem.coordinates.values(fit.q), wide, added)
     return replace(state.with_problem(problem), added=added).at(problem.coordinates.point(values))
 
 
 def lay_out_state(state: SearchState, plain: Problem) -> SearchState:
-    """Return a state with the same added terms and no place for others, its values as they are."""
+    """Return a state with the same added terms and values, and no place for other terms."""
     if state.added is None or not state.added.terms:
         return state
     fit = TermSelection(frozenset(state.added.terms), state.problem, state.q, math.nan)
-    return _laid_out(state, state.added, fit, plain, {})
+    return _lay_out_selection(state, state.added, fit, plain, {})

@@ -1,4 +1,4 @@
-"""The user's own stages: each moves only the parameters it names, on its records and windows."""
+"""Stages of the campaign file: each moves only the parameters it names, on its records and windows."""
 
 from __future__ import annotations
 
@@ -15,63 +15,67 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.first_moments import run_up
-from mechid.identification.stages.joint_fit import joint_fit, threshold_warnings
-from mechid.identification.stages.release import with_noise_released, without_priors
+from mechid.identification.stages.joint_fit import joint_fit, warn_of_thresholds
+from mechid.identification.stages.release import drop_priors, use_released_noise
 from mechid.identification.stages.watch import Watch
 from mechid.parameter import Status
 
 
 def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:
-    """Work through the user's stages in order; each starts where the one before ended.
+    """Run the user's stages in order; each starts where the one before ended.
 
-    The search ends, also when interrupted, with all parameters free that a stage has moved, and with all
-    records and windows that were used.
+    The search ends, even if interrupted, with all parameters free that a stage has moved, and with all records and
+    windows that were used.
     """
     begun: list[Stage] = []
     values: dict[str, float] = {}
     try:
         for stage in campaign.stages:
             begun.append(stage)
-            state = _fitted(watch, state, campaign, begun, values)
+            state = _fit_stage(watch, state, campaign, begun, values)
             if not math.isfinite(state.stages[-1].cost):
                 break
             values |= state.values
         else:
-            state = watch.note(state.with_outcome(_ended(state)))
+            state = watch.note(state.with_outcome(_final_outcome(state)))
     finally:
+        # Runs after an interruption too, which must leave a usable state.
         found = watch.latest
-        state = watch.note(begin(found, campaign, begun, values | found.values))
+        state = watch.note(begin_stages(found, campaign, begun, values | found.values))
     if not state.outcome.has_optimum:
         return state
-    return with_noise_released(watch, state, replace(campaign.options, colour="none"))  # no fit follows
+    # No fit follows, so a coloured noise model would not be used.
+    return use_released_noise(watch, state, replace(campaign.options, colour="none"))
 
 
-def _ended(state: SearchState) -> FitOutcome:
-    """Return how the last stage has ended."""
+def _final_outcome(state: SearchState) -> FitOutcome:
+    """Return the outcome of the last stage."""
     if not state.has_converged:
         return FitOutcome.NOT_CONVERGED
-    return FitOutcome.CLIFF if threshold_warnings("", state) else FitOutcome.STAGES_DONE
+    return FitOutcome.CLIFF if warn_of_thresholds("", state) else FitOutcome.STAGES_DONE
 
 
-def _fitted(
+def _fit_stage(
     watch: Watch, state: SearchState, campaign: Campaign, begun: Sequence[Stage], values: Mapping[str, float]
 ) -> SearchState:
-    """Fit the last of the stages that have begun, from the values of those before."""
+    """Fit the last of the started stages, from the values of those before."""
     name, stage = f"stage {len(begun)}", begun[-1]
     if len(begun) == len(campaign.stages) and campaign.options.priors == "search":
-        state = watch.note(without_priors(state))
-    state = watch.note(begin(state, campaign, [stage], values))
+        state = watch.note(drop_priors(state))
+    state = watch.note(begin_stages(state, campaign, [stage], values))
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.with_problem(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, name, stage.free)
-    said = threshold_warnings(name, state)
+    said = warn_of_thresholds(name, state)
     if not state.has_converged:
         said.append(f"{name} did not converge: {state.stages[-1].note}")
     return watch.note(state.with_warnings(*said))
 
 
-def begin(state: SearchState, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> SearchState:
-    """Return the state at the parameters, records and windows of some stages, and at values found before."""
+def begin_stages(
+    state: SearchState, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]
+) -> SearchState:
+    """Return the state with the parameters, records and windows of some stages, at values found before."""
     names = tuple(name for stage in stages for name in stage.free)
     mechanism = campaign.mechanism
     mechanism = mechanism.with_values({n: v for n, v in values.items() if n in mechanism.parameters})
@@ -86,7 +90,7 @@ def begin(state: SearchState, campaign: Campaign, stages: Sequence[Stage], value
 
 
 def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Mapping[str, float]) -> Target:
-    """Return a target of whose own parameters those named alone are free, and the states of its start."""
+    """Return a target with only the named record parameters and its start states free."""
     own = tuple(
         replace(
             q,
@@ -102,4 +106,5 @@ def _window(target: Target, stage: Stage) -> Window:
     if stage.window_s is None:
         return 0, target.samples
     first, last = ((s - target.base.start_s) * target.base.sample_rate_hz for s in stage.window_s)
+    # Decimal seconds are rounded in binary, which must not cost a sample at either end.
     return max(0, math.ceil(first - 1e-6)), min(target.samples, math.floor(last + 1e-6) + 1)

@@ -1,4 +1,4 @@
-"""Single effects looked at one by one beside a model, and the number of periods that a term of it has."""
+"""Looks at single effects in addition to a model, and the choice of the number of periods of a term."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.output_error.problem import Windows
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import FirstLook, refined_look
-from mechid.identification.stages.likeliest import likeliest_effects
+from mechid.identification.stages.first_look import FirstLook, fit_look
+from mechid.identification.stages.likeliest import rank_effects
 from mechid.identification.stages.settings import STAGES
 
 
@@ -25,25 +25,25 @@ def look_at_singles(
     journal: Journal,
     steps: int = SEARCH.robust_steps,
 ) -> Iterator[list[FirstLook]]:
-    """Yield what a model with one more effect leaves of some windows, for the likeliest single effects of each kind.
+    """Yield looks at a model with one more effect over some windows, for the likeliest single effects of each kind.
 
-    A term of any number of periods is followed by its neighbours as long as these leave less: the derivatives tell
-    its number roughly. A kind is looked at when it is asked for: looks at long windows take seconds.
+    A term of any number of periods is compared with its neighbours as long as these fit better, because the derivatives
+    determine its number only roughly. A kind is computed on request, since looks at long windows take seconds.
     """
 
     def look(name: str) -> FirstLook:
         model = families.with_effect(base, name)
-        found = refined_look(model, model.point_of(base, q), journal, windows, steps)
-        tell(f"{name} beside {base.name}: {found.left:.3g} of the noise left")
+        found = fit_look(model, model.point_of(base, q), journal, windows, steps)
+        tell(f"{name} beside {base.name}: {found.cost_per_sample:.3g} of the noise left")
         return found
 
     least = math.inf
-    for names in likeliest_effects(families, base, q, windows):
+    for names in rank_effects(families, base, q, windows):
         looks = {name: look(name) for name in names}
         name = min(looks, key=lambda one: looks[one].cost, default=None)
         found = [*looks.values()]
-        if name is not None and name in families.unlisted and looks[name].cost < least:
-            found.append(with_best_period(families, looks[name], name, windows, tell, journal, steps))
+        if name is not None and name in families.unlisted_terms and looks[name].cost < least:
+            found.append(choose_best_period(families, looks[name], name, windows, tell, journal, steps))
         least = min([least, *(look.cost for look in found)])
         yield found
 
@@ -57,12 +57,12 @@ def look_at_periods(
     tell: Callable[[str], None],
     journal: Journal,
 ) -> FirstLook:
-    """Return what a model leaves of some windows with the number of periods of one of its terms that leaves least."""
-    here = refined_look(base, q, journal, windows, STAGES.whole_steps)
-    return with_best_period(families, here, term, windows, tell, journal, STAGES.whole_steps)
+    """Return the look at a model with the best number of periods of one of its terms."""
+    here = fit_look(base, q, journal, windows, STAGES.whole_steps)
+    return choose_best_period(families, here, term, windows, tell, journal, STAGES.whole_steps)
 
 
-def with_best_period(
+def choose_best_period(
     families: Families,
     look: FirstLook,
     term: str,
@@ -71,18 +71,18 @@ def with_best_period(
     journal: Journal,
     steps: int,
 ) -> FirstLook:
-    """Return a look with the number of periods of a term that leaves least, found uphill in halved strides.
+    """Return a look with the best number of periods of a term, found by hill climbing with halved strides.
 
-    Of friction over the angle of the rotor and of the output both are gone through: two periods a turn of the one are
-    nearly 42 of the other, geared down 20 times.
+    For friction over the angle of rotor or output, both are tried: two periods a turn of the one are nearly 42 of the
+    other, geared down 20 times.
     """
 
     def with_term(look: FirstLook, term: str, other: str) -> FirstLook:
         model, moved = families.with_other_term(look.model, term, other)
         values = look.model.problem.coordinates.values(look.q)
         point = model.problem.coordinates.point({moved.get(name, name): v for name, v in values.items()})
-        compact = model.laid_out(families.plain)
-        return refined_look(compact, compact.point_of(model, point), journal, windows, steps)
+        compact = model.lay_out(families.plain)
+        return fit_look(compact, compact.point_of(model, point), journal, windows, steps)
 
     def uphill(look: FirstLook, term: str) -> tuple[FirstLook, str]:
         stride, tried = max(round(STAGES.period_stride * families.periods(term)), 1), {term}
@@ -105,5 +105,6 @@ def with_best_period(
     if counterpart is not None:
         other, name = uphill(with_term(best, term, counterpart), counterpart)
         best, term = min((best, term), (other, name), key=lambda one: one[0].cost)
-    tell(f"{best.model.name}: {best.left:.3g} of the noise left with {families.periods(term)} periods in a turn")
+    periods = f"{families.periods(term)} periods in a turn"
+    tell(f"{best.model.name}: {best.cost_per_sample:.3g} of the noise left with {periods}")
     return best

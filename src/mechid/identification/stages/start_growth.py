@@ -13,7 +13,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import digest
-from mechid.identification.computation.parallel import is_lent
+from mechid.identification.computation.parallel import is_external
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
@@ -27,12 +27,12 @@ from mechid.identification.uncertainty.noise_levels import describe_raised_level
 from mechid.identification.uncertainty.visibility import describe_chaos, divergence_time_s
 
 
-def refined_starts(
+def refine_starts(
     watch: Watch, state: SearchState, seed: int, drawn: list[FloatArray] | None = None
 ) -> Iterator[Candidate]:
-    """Yield refined candidates, the best of all starts first; `drawn` takes the starts as they were before."""
+    """Yield refined candidates, the best of all starts first; `drawn` receives the starts before refinement."""
     whole, journal = state.problem, watch.journal
-    problem = whole.anchored
+    problem = whole.rest_problem
 
     def on_progress(done: int, total: int) -> None:
         watch.tell("multi-start", f"{done} of {total} starts")
@@ -56,14 +56,14 @@ def grow_starts(
     best: Growth | None = None,
     escapes: float = math.inf,
 ) -> Growth:
-    """Grow from one candidate after another until one follows all records; else return the furthest."""
+    """Grow from one candidate after another until one follows all records; otherwise return the furthest growth."""
     if best and best.complete:
         return best
     problem, begun = state.problem, 2 if best else 1
     numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
-    while some := list(islice(numbered, STAGES.together if is_lent() else 1)):
-        for growth in _growths(watch, state, some, seed, best, escapes):
-            if best is None or growth.reached(problem) > best.reached(problem):
+    while some := list(islice(numbered, STAGES.together if is_external() else 1)):
+        for growth in _grow_candidates(watch, state, some, seed, best, escapes):
+            if best is None or growth.followed_share(problem) > best.followed_share(problem):
                 best = growth
             if best.complete:
                 return best
@@ -74,37 +74,38 @@ def grow_starts(
 def grow_at_raised_noise(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
     """Raise the noise level of the channels that stop the growth, and grow again, until all records are followed.
 
-    Where no level brings that about, they stay as they are known, unless the records are followed much further at
-    another: then at the lowest of which none higher does much better.
+    If no level achieves that, the known levels are kept, unless the records are followed much further at a raised one:
+    then the lowest level is used that no higher one exceeds much.
     """
     kept, growth, at = (state, known), known, state
-    before = {} if growth.complete else left_early(state.problem, known)
+    before = {} if growth.complete else describe_unfollowed(state.problem, known)
     while not growth.complete:
         problem = raise_levels(at.problem, growth)
         if problem is at.problem:
             break
         at = watch.note(replace(at.with_problem(problem), before_raised=before))
         watch.tell("noise level raised", describe_raised_levels(problem, growth))
-        best = next(refined_starts(watch, at, seed), None)
+        best = next(refine_starts(watch, at, seed), None)
         if best is None:
             break
         growth = grow_starts(watch, at, iter([best]), seed)
-        if growth.complete or growth.reached(problem) > STAGES.much_further * kept[1].reached(problem):
+        if growth.complete or growth.followed_share(problem) > STAGES.much_further * kept[1].followed_share(problem):
             kept = at, growth
     return kept
 
 
 def grow_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: int) -> Growth:
-    """Fit the records that are followed to their ends by themselves, and grow all from there.
+    """Fit only the records that are followed to their ends, and grow all records from there.
 
-    What stops early pulls the values away from where the others have them, and often follows at once from there.
+    A record that is left early pulls the values away from those of the others, and is often followed at once from
+    there.
     """
     problem = state.problem
     names = [t.name for t in problem.targets if growth.horizons[t.name] == t.samples]
     if not names:
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
-    rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
+    rng, own = np.random.default_rng((seed, 0, 8)), problem.restrict_to(names)
     begun = grow_horizons(own, own.point_from(problem, growth.q), rng, escapes=0, journal=watch.journal)
     on_progress = partial(note_growth, watch, state, 1, growth)
     q = problem.point_from(own, begun.q)
@@ -112,7 +113,7 @@ def grow_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: i
     return whole if whole.complete else growth
 
 
-def _growths(
+def _grow_candidates(
     watch: Watch,
     state: SearchState,
     some: Sequence[tuple[int, Candidate]],
@@ -120,11 +121,12 @@ def _growths(
     best: Growth | None,
     escapes: float,
 ) -> Iterator[Growth]:
-    """Yield the growth from each of some candidates, by number, in their order; several are grown at once elsewhere."""
+    """Yield the growth from each numbered candidate in order; external workers grow several at once."""
     on_progress = [partial(note_growth, watch, state, number, best) for number, _ in some]
     problem, journal = state.problem, watch.journal
     if len(some) == 1:
         ((number, candidate),) = some
+        # Seeded by the candidate's number, so that serial and external growth give equal results.
         rng = np.random.default_rng((seed, number))
         yield grow_horizons(
             problem, candidate.q, rng, on_progress[0], escapes=escapes, leaps=STAGES.plain_leaps, journal=journal
@@ -132,15 +134,15 @@ def _growths(
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]
-    found = journal.mapped("candidate grown", partial(_grown_alone, problem, escapes), tasks, 1)
+    found = journal.map_tasks("candidate grown", partial(_grow_candidate, problem, escapes), tasks, 1)
     for tell, one in zip(on_progress, found, strict=True):
         growth = Growth(**one)
         tell(growth.q, growth.horizons)
         yield growth
 
 
-def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
-    """Return the growth from a candidate, by the seed and its number, as a journal can hold it."""
+def _grow_candidate(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
+    """Return the growth from a candidate, seeded by its number, in a form for the journal."""
     _, seed, number, q = task
     return dict(vars(grow_horizons(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
 
@@ -148,7 +150,7 @@ def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, Fl
 def note_growth(
     watch: Watch, state: SearchState, number: int, best: Growth | None, q: FloatArray, gates: Mapping[str, int]
 ) -> None:
-    """Keep a point that follows the records further than all before, and tell of it."""
+    """Keep a point that follows the records further than all before, and report it."""
     here = sum(gates.values())
     if best is None or here > sum(best.horizons.values()):
         watch.note(state.at(q, gates))
@@ -156,23 +158,26 @@ def note_growth(
     watch.tell("gated growth", f"start {number}: {share:.1f} % of all samples followed")
 
 
-def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends, what happens there, and whether any model could go on."""
+def warn_of_short_horizons(problem: Problem, growth: Growth) -> list[str]:
+    """Return a warning for each record that is not followed to its end.
+
+    It describes the event there, and tells whether any model could go on.
+    """
     targets = {t.name: t for t in problem.targets}
     return [
-        f"record {name}: {words}{_chaos(problem, targets[name], growth)}"
-        for name, words in left_early(problem, growth).items()
+        f"record {name}: {words}{_chaos_clause(problem, targets[name], growth)}"
+        for name, words in describe_unfollowed(problem, growth).items()
     ]
 
 
-def _chaos(problem: Problem, target: Target, growth: Growth) -> str:
-    """Say of a record that is not followed to its end that its motion is chaotic there, where it is."""
+def _chaos_clause(problem: Problem, target: Target, growth: Growth) -> str:
+    """Return a clause about chaotic motion where a record is no longer followed; empty without chaos."""
     apart_s = divergence_time_s(problem, target, growth.q)
     return "" if apart_s is None else f"; its motion is chaotic there: {describe_chaos(apart_s)}"
 
 
-def left_early(problem: Problem, growth: Growth) -> dict[str, str]:
-    """Return how far the records are followed that are not followed to their ends, and what happens there."""
+def describe_unfollowed(problem: Problem, growth: Growth) -> dict[str, str]:
+    """Return, for each record not followed to its end, how far it is followed and the event there."""
     return {
         t.name: f"the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
         f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"

@@ -1,7 +1,7 @@
-"""Watch over a search: its messages, its journal, the fit that it keeps, and the residual-to-noise ratio of records.
+"""Watch over a search: its messages, its journal, its latest state, and the residual-to-noise ratio of records.
 
-The cost of the search does not show how far off a record is: it counts what is followed so far, and in the end noise
-as it was released.
+The cost of the search does not show how well a record is followed: it covers only the followed samples, and at the end
+it uses the released noise.
 """
 
 from __future__ import annotations
@@ -26,24 +26,27 @@ from mechid.identification.stages.settings import STAGES
 
 
 class ResidualToNoise:
-    """Looks at all records now and then: at the first report of a stage, else as often as its share of time allows.
+    """Occasional measurement of all records: at the first report of a stage, then as often as its share of time allows.
 
     Parameters
     ----------
     problem : Problem
-        At the search's beginning: its noise levels are the floors.
+        Problem at the search's beginning: its noise levels are the floors.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.floors = {(t.name, c.quantity): c.sigma for t in problem.targets for c in t.channels}
         self.stage, self.due = "", -math.inf
 
-    def seen(self, stage: str, problem: Problem, q: FloatArray) -> dict[str, float]:
-        """Return residual over noise floor by record at `q`, infinite where a simulation fails; mostly nothing."""
+    def measure(self, stage: str, problem: Problem, q: FloatArray) -> dict[str, float]:
+        """Return the residual-to-noise ratio by record at `q`, or, to save time, mostly nothing.
+
+        The ratio is infinite for a record whose simulation fails.
+        """
         began = time.perf_counter()
         if stage == self.stage and began < self.due:
             return {}
-        # within it nobody is asked whether to go on: the clock makes looks, what ends a search counts without them
+        # An empty context disables interrupts and work counting: measurements depend on the clock, budgets must not.
         found = Context().run(residual_to_noise, problem, q, self.floors)
         ended = time.perf_counter()
         self.stage, self.due = stage, ended + (ended - began) / STAGES.share_of_time
@@ -51,7 +54,7 @@ class ResidualToNoise:
 
 
 def residual_to_noise(problem: Problem, q: FloatArray, floors: Mapping[tuple[str, str], float]) -> dict[str, float]:
-    """Return residual RMS over noise floor of each record, whole, offset and drift projected out.
+    """Return the ratio of residual RMS to noise floor of each whole record, with offset and drift projected out.
 
     Parameters
     ----------
@@ -60,38 +63,41 @@ def residual_to_noise(problem: Problem, q: FloatArray, floors: Mapping[tuple[str
     floors : mapping
         Noise floor by record and quantity, in the channel's unit.
     """
-    plain = replace(problem, targets=tuple(_by_floor(t, floors) for t in problem.targets))
+    plain = replace(problem, targets=tuple(_use_floors(t, floors) for t in problem.targets))
     with np.errstate(all="ignore"):
-        norms = plain.norms(q, plain.whole())
-    return {t.name: norm / math.sqrt(_counted(t)) for t, norm in zip(plain.targets, norms, strict=True)}
+        norms = plain.norms(q, plain.whole_windows())
+    return {t.name: norm / math.sqrt(_counted_samples(t)) for t, norm in zip(plain.targets, norms, strict=True)}
 
 
-def _by_floor(target: Target, floors: Mapping[tuple[str, str], float]) -> Target:
+def _use_floors(target: Target, floors: Mapping[tuple[str, str], float]) -> Target:
     """Return a target with its floor as the noise of each channel, not whitened."""
-    return target.each(lambda c: replace(c, sigma=floors.get((target.name, c.quantity), c.sigma), prefilter=None))
+    return target.map_channels(
+        lambda c: replace(c, sigma=floors.get((target.name, c.quantity), c.sigma), prefilter=None)
+    )
 
 
-def _counted(target: Target) -> int:
-    """Return the samples of all channels that count."""
+def _counted_samples(target: Target) -> int:
+    """Return the number of samples of all channels that are not rejected."""
+    # A record may be rejected as a whole.
     return max(sum(target.samples - c.rejected.size for c in target.channels), 1)
 
 
 class Watch:
-    """The listener, journal and clock of a search, and its latest state, which an interruption leaves usable.
+    """Listener, journal and clock of a search, and its latest state, which stays usable after an interruption.
 
-    `keep` is called with states worth a result of their own, before work that whoever ends the search may cut off;
-    `compile_ahead` with the families of effects that are about to be needed, and tells whether it has begun anything.
-    `note` is the one place where a search changes anything here; `noise` keeps its own time for looks at all records. A
-    step notes what it has come to, and returns it.
+    `keep` is called with states that are results in themselves, before work that may be interrupted. `compile_ahead` is
+    called with families of effects that will be needed, and tells whether it has started a compilation. `note` is the
+    only method by which a search changes the state here; `noise` times its own measurements. A step notes its state and
+    returns it.
 
     Parameters
     ----------
     state : SearchState
-        Where the search begins.
+        Start of the search.
     listener : callable
-        Called with each report of progress.
+        Called with each progress report.
     total : int
-        How many stages are told of.
+        Number of stages that are reported.
     journal : Journal or None
     """
 
@@ -110,14 +116,15 @@ class Watch:
 
     @property
     def seconds(self) -> float:
-        """Seconds so far, that run on through a resumed search as if what the journal holds were worked out now."""
+        """Elapsed seconds, counting results from the journal as if they were computed now."""
         return float(time.perf_counter() + self.journal.saved_s) - self.began
 
     def tell(self, stage: str, line: str, cost: float | None = None) -> None:
-        """Report progress of the stage at work, at the latest state."""
+        """Report progress of the running stage, at the latest state."""
         at = self.latest
         number = min(len(at.stages) + 1, self.total)
-        noise = {} if self.listener is silent else self.noise.seen(stage, at.problem, at.q)
+        # A measurement costs a simulation of all records, which nobody would see.
+        noise = {} if self.listener is silent else self.noise.measure(stage, at.problem, at.q)
         self.listener(Progress(number, self.total, stage, line, cost, self.seconds, at.values, noise))
 
     def close(

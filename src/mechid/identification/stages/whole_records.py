@@ -1,4 +1,4 @@
-"""The effect that records which are followed to their ends still ask for."""
+"""Additional effect for records that are followed to their ends, if their data still support one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
 from mechid.identification.stages.compared_effects import look_at_whole_records
 from mechid.identification.stages.families import Families
-from mechid.identification.stages.first_look import refined_look
+from mechid.identification.stages.first_look import fit_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, settle
 from mechid.identification.stages.watch import Watch
@@ -19,26 +19,26 @@ from mechid.identification.stages.watch import Watch
 WHOLE_RECORDS = "the effect that whole records ask for"
 
 
-def with_effect_asked_for(
+def add_needed_effect(
     watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...], seed: int
 ) -> SearchState:
-    """Return a state with the single effect that explains most of what whole records hold beyond noise.
+    """Return a state with the single effect that explains most of the misfit of whole records beyond noise.
 
-    The state itself where none explains anything, or where the likeliest is one that it has already.
+    The state itself is returned if no effect explains anything, or if it already has the likeliest one.
 
     Parameters
     ----------
     watch : Watch
     state : SearchState
-        Of the mechanism as written, at its optimum, all records followed to their ends.
+        State of the mechanism as written, at its optimum, with all records followed to their ends.
     campaign : Campaign
     names : tuple of str
-        Disturbances that were found beside it.
+        Disturbances that were found in addition.
     seed : int
     """
-    families, whole = Families(state.problem, campaign), state.problem.whole()
+    families, whole = Families(state.problem, campaign), state.problem.whole_windows()
     looks = look_at_whole_records(families, state.q, partial(watch.tell, "whole records"), watch.journal)
-    here = refined_look(families.bare, state.q, watch.journal, whole, STAGES.whole_steps)
+    here = fit_look(families.bare, state.q, watch.journal, whole, STAGES.whole_steps)
     best = min(looks, key=lambda look: look.criterion, default=here)
     if here.criterion - best.criterion < DURING_FIT.least_chi_square or set(best.model.effects) <= set(names):
         return state

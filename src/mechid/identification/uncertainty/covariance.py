@@ -142,7 +142,8 @@ def _record_score(
     rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True))
     coloured = [_ColouredScore(*each, window) for each in zip(target.channels, colour, rows.widths, strict=True)]
     whitened = all(
-        own.order == 0 and c.rounded <= NOISE.mostly_rounding for c, own in zip(target.channels, colour, strict=True)
+        own.order == 0 and c.rounding_share <= NOISE.mostly_rounding
+        for c, own in zip(target.channels, colour, strict=True)
     )
     parts = PartsAccumulator(target, problem.coordinates.timing(target, q), window, rows.widths, whitened=whitened)
     for k, block, n in rows:
@@ -200,7 +201,7 @@ class _ColouredScore:
         self._channel, self._own = channel, own
         self._memory = np.zeros((width, own.order))
         self._total = np.zeros((width, width))
-        self._visits = Visits(stretch_of(channel.measured, *window), width) if channel.rounded else None
+        self._visits = Visits(stretch_of(channel.measured, *window), width) if channel.rounding_share else None
 
     def add(self, rows: FloatArray) -> None:
         """Add the next samples, (width, m)."""
@@ -213,7 +214,7 @@ class _ColouredScore:
     def score(self, columns: FloatArray) -> FloatArray:
         """Return the variance of all rows so far, for linear functions `columns` of their columns, (width, n)."""
         total = columns.T @ self._total @ columns
-        score = total * (1.0 - self._channel.rounded) * (self._own.sigma / self._channel.scale) ** 2
+        score = total * (1.0 - self._channel.rounding_share) * (self._own.sigma / self._channel.scale) ** 2
         if self._visits is not None:
-            score += columns.T @ self._visits.total @ columns * self._channel.rounded
+            score += columns.T @ self._visits.total @ columns * self._channel.rounding_share
         return np.asarray(score, dtype=np.float64)

@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
@@ -155,7 +155,7 @@ def _costs(problem: Problem, windows: Windows, points: FloatArray) -> FloatArray
     # Longest records first, so that no worker starts a long one last.
     names = [t.name for t in sorted(used, key=lambda t: -windows[t.name][1])]
     tasks = [(name, points[k : k + SETS]) for name in names for k in range(0, len(points), SETS)]
-    norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
+    norms = map_tasks(partial(_norms, problem, windows), tasks, problem.workers)
     of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
     # A draw that cannot be simulated counts as a huge departure, not as a missing one.

@@ -43,7 +43,7 @@ def release_noise(
         said.extend(
             filter(None, (_misfit_line(target, c, _rms(c, series[c.quantity], window)) for c in target.channels))
         )
-        return target.each(lambda channel: _release_channel(channel, series[channel.quantity], window, options))
+        return target.map_channels(lambda channel: _release_channel(channel, series[channel.quantity], window, options))
 
     targets = tuple(one(t) if t.name in windows else t for t in problem.targets)
     return replace(problem, targets=targets), tuple(said)
@@ -76,7 +76,7 @@ def _release_channel(
     fits = _is_noise(channel, rms)
     found = replace(channel, sigma=max(rms, channel.rounding, SMALLEST)) if fits else channel
     # Rounding is not stationary, and a raised level covers a misfit: neither has a colour that a prefilter can model.
-    stationary = fits and not channel.raised and found.rounded <= NOISE.mostly_rounding
+    stationary = fits and not channel.raised and found.rounding_share <= NOISE.mostly_rounding
     if options.colour == "none" or (options.colour == "auto" and not stationary):
         return found
     colour = fit_autoregression(r, rejected=channel.rejected_within(window))
@@ -136,7 +136,7 @@ def set_residual_levels(problem: Problem, q: FloatArray) -> Problem:
 def _set_target_levels(problem: Problem, target: Target, q: FloatArray) -> Target:
     series = residuals_by_quantity(problem, target, q)
     window = gate_window(target)
-    return target.each(lambda channel: _set_channel_level(channel, series[channel.quantity], window))
+    return target.map_channels(lambda channel: _set_channel_level(channel, series[channel.quantity], window))
 
 
 def _set_channel_level(channel: TargetChannel, r: Series, window: int) -> TargetChannel:
@@ -156,12 +156,12 @@ def raise_to_residual_levels(problem: Problem, target: Target, q: FloatArray) ->
     def raise_sigma(channel: TargetChannel) -> TargetChannel:
         return replace(channel, sigma=max(channel.sigma, _rms(channel, series[channel.quantity], (0, target.samples))))
 
-    return target.each(raise_sigma)
+    return target.map_channels(raise_sigma)
 
 
 def reject_spikes(target: Target) -> Target:
     """Reject isolated spikes of a target, and interpolate over them for the search."""
-    return target.each(_reject_channel_spikes)
+    return target.map_channels(_reject_channel_spikes)
 
 
 def _reject_channel_spikes(channel: TargetChannel) -> TargetChannel:
@@ -193,7 +193,7 @@ def _reject_target_outliers(problem: Problem, target: Target, q: FloatArray, win
             return channel
         return replace(channel, rejected=np.union1d(channel.rejected, new))
 
-    return target.each(reject_outliers)
+    return target.map_channels(reject_outliers)
 
 
 def rejection_warnings(problem: Problem) -> list[str]:

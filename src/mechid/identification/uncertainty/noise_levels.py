@@ -44,7 +44,7 @@ def _raise_target(problem: Problem, target: Target, growth: Growth) -> Target:
     if gate == target.samples:
         return target
     stops = _stopping_quantities(problem, target, growth, gate)
-    return target.each(lambda channel: _raise_channel(channel) if channel.quantity in stops else channel)
+    return target.map_channels(lambda channel: _raise_channel(channel) if channel.quantity in stops else channel)
 
 
 def _stopping_quantities(problem: Problem, target: Target, growth: Growth, gate: int) -> list[str]:
@@ -60,7 +60,7 @@ def restore_levels(problem: Problem, records: Mapping[str, RecordFit]) -> Proble
 
     def one(target: Target) -> Target:
         found = records[target.name].channels
-        return target.each(lambda channel: _restore_channel_level(channel, found.get(channel.quantity)))
+        return target.map_channels(lambda channel: _restore_channel_level(channel, found.get(channel.quantity)))
 
     return replace(problem, targets=tuple(map(one, problem.targets)))
 
@@ -156,7 +156,7 @@ def lower_levels(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
 
 def _lower_target(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
     series = residuals_by_quantity(problem, target, q, window)
-    return target.each(lambda channel: _lower_channel(channel, series[channel.quantity], window))
+    return target.map_channels(lambda channel: _lower_channel(channel, series[channel.quantity], window))
 
 
 def _lower_channel(channel: TargetChannel, r: Series, window: tuple[int, int]) -> TargetChannel:
@@ -179,6 +179,6 @@ def copy_levels(problem: Problem, other: Problem) -> Problem:
     known = noise_levels(other)
 
     def one(target: Target) -> Target:
-        return target.each(lambda c: replace(c, sigma=known.get((target.name, c.quantity), c.sigma)))
+        return target.map_channels(lambda c: replace(c, sigma=known.get((target.name, c.quantity), c.sigma)))
 
     return replace(problem, targets=tuple(map(one, problem.targets)))

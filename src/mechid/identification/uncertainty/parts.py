@@ -141,7 +141,7 @@ class PartsAccumulator:
         Each is of shape (width, 1 + n).
         """
         return [
-            _projection(products.sum(axis=0), channel.removed) / channel.scale
+            _projection(products.sum(axis=0), channel.projected_columns) / channel.scale
             for channel, products in zip(self._target.channels, self._stretches, strict=True)
         ]
 

@@ -223,7 +223,7 @@ def _collect_errors(
             spread.add_shift(step)
     if state.outcome.stopped_short:
         spread.add_shift(newton_step(triangle, counted))
-    for score, dof in state.problem.coordinates.unknown_means(verdict.q):
+    for score, dof in state.problem.coordinates.undetermined_means(verdict.q):
         spread.add_shift(_shift_by_score(score, triangle, counted), dof)
     return consistency, bounded
 

@@ -17,7 +17,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.rest import motion_begins
+from mechid.identification.search.rest import motion_start
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.parameter import Role
@@ -299,7 +299,7 @@ def seen_coordinates(problem: Problem, *, seconds: float = VERDICTS.look_s, seed
 def _changed_coordinates(problem: Problem, target: Target, q: FloatArray, seconds: float) -> BoolArray:
     """Return the coordinates that change any simulated sample, (n,)."""
     span = problem.coordinates.span
-    moves = motion_begins(target)
+    moves = motion_start(target)
     rest = moves if moves < target.samples else 0
     stop = min(target.samples, rest + round(seconds * target.base.sample_rate_hz) + 1)
     moved = np.zeros(problem.size, dtype=bool)
