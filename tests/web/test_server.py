@@ -113,7 +113,7 @@ def web_socket(address, protocols):
         yield asked
 
 
-def with_range(address, protocols):
+def opened(address, protocols):
     """Return the first bytes that the web socket sends, after the handshake's headers."""
     content = b""
     with web_socket(address, protocols) as asked:
@@ -128,12 +128,12 @@ def with_range(address, protocols):
 def test_the_web_socket_answers_those_alone_that_have_a_token_of_the_page(address):
     """Truth: Bokeh's first message, ACK, and RFC 6455's frame 0x88, with which a server closes."""
     token = re.search(rb'"token":\s*"([^"]+)"', answer(address)[1])[1].decode()
-    assert b"ACK" in with_range(address, f"bokeh, {token}")
+    assert b"ACK" in opened(address, f"bokeh, {token}")
     signed, _, signature = token.rpartition(".")
     made_up = generate_jwt_token(generate_session_id(), signed=False, extra_payload={})
     others = (made_up, signed, f"{signed}.{'A' * len(signature)}")
     for other in others:
-        assert with_range(address, f"bokeh, {other}")[:1] == b"\x88"
+        assert opened(address, f"bokeh, {other}")[:1] == b"\x88"
 
 
 @pytest.fixture
