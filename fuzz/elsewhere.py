@@ -1,4 +1,4 @@
-"""The branches that mechid takes in the process that reads: they are brought back with each answer."""
+"""The branches that mechid takes in the reading process: they are brought back with each answer."""
 
 from fuzz import branches
 from mechid.errors import MechidError

@@ -38,7 +38,7 @@ def written(
     `keys` adds to a channel's table, `more` to a record's, `change` its samples in place.
     """
     rng, time_base = np.random.default_rng(seed), base(seconds)
-    plant = m.plant.measuring(quantities)
+    plant = m.plant.with_outputs(quantities)
     lines = ['mechanism = "mechanism.toml"']
     for name, (rate, microsteps) in COMMANDS.items():
         y = run_twin(type(m)(plant, m.parameters, m.options), constant(rate, microsteps=microsteps), time_base).y

@@ -160,7 +160,7 @@ def driven(folder: Path, bench: Bench, *, pull: str, size: float, seconds: float
     t, (moved,) = time_base.times, bench.quantities
     u = size * (0.05 + np.sin(2 * np.pi * 0.7 * t) + 0.8 * np.sin(2 * np.pi * 2.3 * t + 1.0))
     command = MeasuredCommand().driven_by((InputChannel(quantity=pull, samples=u),), AXIS_HZ, 0.0)
-    m = replace(bench.mechanism, plant=bench.mechanism.plant.measuring(bench.quantities))
+    m = replace(bench.mechanism, plant=bench.mechanism.plant.with_outputs(bench.quantities))
     y = run_kernel(m, command, time_base, substeps=SUBSTEPS).values[moved]
     _save(folder / "run.csv", t, noisy(y, moved, rng), u)
     channels = f'{{ quantity = "{moved}", column = 1 }}, {{ quantity = "{pull}", column = 2, role = "input" }}'

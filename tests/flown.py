@@ -9,7 +9,7 @@ from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.plant.flight import in_flight
+from mechid.plant.flight import to_flight
 from mechid.signal.power import periodic_power
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
@@ -84,7 +84,7 @@ def simulated(bench, command, seconds, rate_hz, start_s=0.0):
 def flown(name: str, stepping: str) -> SteadyState:
     """Return the budget's steady state."""
     command, rate = COMMANDS[stepping]
-    flying = in_flight(mechanism(name))
+    flying = to_flight(mechanism(name))
     mode = OperatingMode(name="m", command=command, rates=np.array([rate]), highest_hz=800.0, settle_s=1.0)
     return steady_state(flying, mode, rate, (), enough_substeps(flying, mode))
 

@@ -103,5 +103,5 @@ def plant_named(name: str) -> Plant:
         return load_mechanism(OWN_BLOCKS).plant
     if name == CHANNELS:
         plant = mechanism_of(CATALOGUE).plant
-        return plant.measuring(tuple(plant.offered))
+        return plant.with_outputs(tuple(plant.offered))
     return mechanism_of(VARIANTS[name]).plant

@@ -16,7 +16,7 @@ def little_memory(monkeypatch, tmp_path):
     """
     monkeypatch.setattr(formats, "GUARDED", {})
     monkeypatch.setenv("MECHID_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(stored, "IN_MEMORY", IN_MEMORY)
+    monkeypatch.setattr(stored, "MAX_IN_MEMORY", IN_MEMORY)
     for module in (stored, arrays, csv):
         monkeypatch.setattr(module, "AT_ONCE", AT_ONCE)
     monkeypatch.setattr(csv, "WHOLE_BYTES", 1000)

@@ -3,7 +3,7 @@
 import os
 import pickle
 
-from mechid.kernel.kept import one_process
+from mechid.kernel.cache_files import lock_kernel
 
 
 def once(tmp_path_factory, name, make):
@@ -15,7 +15,7 @@ def once(tmp_path_factory, name, make):
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent  # each worker has its own folder in that of the run
     kept = folder / f"{name}.pickle"
-    with one_process(kept):
+    with lock_kernel(kept):
         if not kept.exists():
             made = kept.with_suffix(f".{os.getpid()}")  # where nothing is locked, nobody reads half of it
             made.write_bytes(pickle.dumps(make()))

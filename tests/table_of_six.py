@@ -6,7 +6,7 @@ import numpy as np
 
 from mechid.analysis.components_file import SideRecord, SideRecords
 from mechid.analysis.side_components import side_components
-from mechid.records import COMPONENTS, Mounting, Record, about_mounting_point
+from mechid.records import COMPONENTS, Mounting, Record, move_to_mounting_point
 from mechid.records.record import Channel
 from mechid.records.spec import Role
 
@@ -50,7 +50,7 @@ def measured(exerted, rate, rng, noise=NOISE, seconds=SECONDS, mounting=MOUNTING
 
 def tracked(record, rate, mounting=MOUNTING):
     """Return the lines of a record by rate, about the mounting point."""
-    moved = about_mounting_point(record, mounting)
+    moved = move_to_mounting_point(record, mounting)
     steps = rate * np.arange(moved.samples) / SAMPLE_RATE_HZ
     return side_components([moved.channel(q).data for q in ("torque", *MEASURED)], steps, SAMPLE_RATE_HZ)
 

@@ -79,9 +79,9 @@ def read(folder: Path, written: dict[str, Any]) -> None:
 
 
 def _table(path: Path, written: dict[str, Any]) -> None:
-    from mechid.records.formats import open_table, readable
+    from mechid.records.formats import open_table, wrap_read_errors
 
-    with readable(path.name):
+    with wrap_read_errors(path.name):
         table = open_table(path, path.name)
         for index, column in enumerate(table.columns):
             if column.fault is not None:

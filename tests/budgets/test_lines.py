@@ -9,10 +9,10 @@ from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.settings import MOTION
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.plant.flight import CUT_OFF, below, in_flight
+from mechid.plant.flight import CUT_OFF, to_flight, with_line_filter
 from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
-from mechid.simulation.linearisation import held_inputs, linearised, rotor_held
+from mechid.simulation.linearisation import held_inputs, linearise, rotor_held
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
 SLEW = Command(stepping="full", microsteps=1, rate=RateProfile.constant(92.0), start_angle_deg=45.0)
@@ -48,7 +48,7 @@ def sampled_line(flying, command, rate, order, each):
 
 def test_the_filter_s_response_is_that_of_its_block(flying):
     """Truth: the block's own matrices, A and B as the time loop has them."""
-    lined = below(flying.mechanism, 3000.0)
+    lined = with_line_filter(flying.mechanism, 3000.0)
     plant, f = lined.plant, np.array([10.0, 300.0, 477.5, 900.0])
     system, by_value = plant.filter, dict(zip(plant.parameters, lined.kernel_values(), strict=True))
     A = np.array(system.A.subs(by_value).tolist(), dtype=float)
@@ -58,7 +58,7 @@ def test_the_filter_s_response_is_that_of_its_block(flying):
     ours = anti_alias_response(LINE_ORDER, lined.value(CUT_OFF), f)
     np.testing.assert_allclose(ours / ours[0], np.array(own) / own[0], rtol=1e-9)
     assert rotor_held(plant)
-    assert linearised(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_l8"
+    assert linearise(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_l8"
 
 
 QUICK = (("strong output friction", "full"),)
@@ -87,7 +87,7 @@ def test_what_never_repeats_is_right_to_its_sampling_error():
     detents = [{"period_deg": 2.618034, "amplitude": 0.004}, {"period_deg": 1.8, "amplitude": 0.0231}]
     bench = mechanism_of(changed(paper_table(), {"housing": None, "stepper": {"detent": detents}}))
     command, rate = COMMANDS["micro"]
-    flying = in_flight(bench)
+    flying = to_flight(bench)
     mode = OperatingMode(name="m", command=command, rates=np.array([rate]), highest_hz=500.0)
     state = steady_state(flying, mode, rate, (), enough_substeps(flying, mode))
     assert state.periods == 0

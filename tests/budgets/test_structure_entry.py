@@ -55,7 +55,7 @@ def test_a_frame_that_is_none_is_refused(frame, said):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('axis = "rz"', 'axis = "rx"', "is for a torque about rz where the mechanism turns about rx"),
+        ('axis = "rz"', 'axis = "rx"', "describes a torque about rz but the mechanism turns about rx"),
         ("structure.toml", "structur.toml", 'there is no such file; did you mean "structure.toml"'),
         ("bandwidth_hz = 0.02", "bandwith_hz = 0.02", 'did you mean "bandwidth_hz"'),
     ],

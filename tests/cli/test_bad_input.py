@@ -111,7 +111,7 @@ def test_a_text_that_never_ends_is_3_at_once(refused, changed, folder, what, nam
     began = time.perf_counter()
     line = refused(3, "check", folder / CAMPAIGN)
     assert name in line
-    assert f"cannot be read (it is {what}, no file)" in line
+    assert f"cannot be read (it is {what}, not a file)" in line
     assert time.perf_counter() - began < 10.0
 
 
@@ -119,7 +119,7 @@ def test_a_text_that_never_ends_is_3_at_once(refused, changed, folder, what, nam
 def test_a_text_that_is_too_long_is_3(refused, folder, name):
     with (folder / name).open("r+b") as file:
         file.truncate(2**33)
-    assert f"{name}: cannot be read (it is longer than 64 MiB)" in refused(3, "check", folder)
+    assert f"{name}: cannot be read (it is larger than 64 MiB)" in refused(3, "check", folder)
 
 
 @pytest.mark.parametrize("what", NO_FILES)
@@ -127,8 +127,8 @@ def test_a_text_that_is_too_long_is_3(refused, folder, name):
 def test_a_record_that_is_no_file_is_4(refused, changed, folder, what, suffix):
     changed(CAMPAIGN, '"full_46.csv"', f'"full_46{suffix}"')
     becomes(folder / f"full_46{suffix}", what)
-    assert f"full_46{suffix}: cannot be read: it is {what}, no file" in refused(4, "check", folder)
-    assert f"it is {what}, no file" in refused(4, "check", folder / f"full_46{suffix}")
+    assert f"full_46{suffix}: cannot be read: it is {what}, not a file" in refused(4, "check", folder)
+    assert f"it is {what}, not a file" in refused(4, "check", folder / f"full_46{suffix}")
 
 
 @pytest.mark.parametrize("verb", ["check", "identify", "look"])

@@ -15,7 +15,7 @@ import pytest
 
 from mechid.budgets.example import write_example
 from mechid.errors import UnwritableError
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.writing import creating_folder, write_together
 
 resource = pytest.importorskip("resource")
@@ -111,7 +111,7 @@ def test_what_fails_within_a_target_is_not_called_a_folder_that_cannot_be_writte
     """Truth: the errors of what is elsewhere: a program that is missing, a port that is taken."""
     elsewhere = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), "/usr/bin/no-such-compiler")
     for error in (elsewhere, OSError(errno.EADDRINUSE, "port"), TimeoutError("slow")):
-        with pytest.raises(type(error)) as raised, held(tmp_path / "out"), creating_folder(tmp_path / "out"):
+        with pytest.raises(type(error)) as raised, hold_folder(tmp_path / "out"), creating_folder(tmp_path / "out"):
             raise error
         assert raised.value is error
 
@@ -126,7 +126,7 @@ def test_what_fails_within_a_target_is_not_called_a_folder_that_cannot_be_writte
 )
 def test_no_room_is_said_wherever_it_is_met(tmp_path, error):
     said = pytest.raises(UnwritableError, match=r"out: cannot be written to \(.+folder; saved before: a.json, b.json$")
-    with said, held(tmp_path / "out"):
+    with said, hold_folder(tmp_path / "out"):
         write_together(tmp_path / "out", {"a.json": "1", "b.json": "2"})
         raise error
 

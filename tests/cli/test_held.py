@@ -9,7 +9,7 @@ import pytest
 
 from held_by import hold_by_parent
 from mechid.budgets.example import write_example
-from mechid.holding import LOCK_NAME, held
+from mechid.holding import LOCK_NAME, hold_folder
 from mechid.holding.folder import GUARD_NAME
 
 VERBS = {
@@ -94,6 +94,6 @@ def test_of_two_runs_into_one_folder_one_is_refused_and_the_other_undisturbed(fi
 
 def test_the_folder_is_free_after_every_end(run, refused, fitted, tmp_path):
     assert "is not in the fit" in refused(2, "profile", fitted / "fit", "--parameter", "no", "--out", tmp_path / "out")
-    with held(tmp_path / "out"):
+    with hold_folder(tmp_path / "out"):
         pass
     assert not (tmp_path / "out").exists()

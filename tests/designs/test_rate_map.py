@@ -7,7 +7,7 @@ from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.designs.rate_map import _ends, _sweep, rate_map
 from mechid.designs.settings import RATE
-from mechid.plant.flight import in_flight
+from mechid.plant.flight import to_flight
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from paper import constant, mechanism, without_detent_phases
 
@@ -66,7 +66,7 @@ def steady_amplitudes(flying, command, rate):
 @pytest.mark.parametrize("microsteps", [1, 2, 16])
 def test_the_torque_in_a_bin_is_that_of_the_largest_steady_motion_in_it(microsteps):
     """Truth: the periodic motions that shooting finds, at any rate of the bin, of a mechanism in flight."""
-    flying = in_flight(mechanism())
+    flying = to_flight(mechanism())
     command = constant(0.0, microsteps=microsteps, start_angle_deg=45.0 if microsteps == 1 else 0.0)
     found = rate_map(flying, [], command, 120.0)
     for rate in RATES:

@@ -18,7 +18,7 @@ from mechid.exports.linear.target import AGREES
 from mechid.exports.stepping import steppings
 from mechid.exports.tables.check import compare_directly
 from mechid.exports.tables.history import simulate_history
-from mechid.plant.flight import below, in_flight
+from mechid.plant.flight import to_flight, with_line_filter
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator
 
@@ -66,7 +66,7 @@ def test_lines_are_those_on_the_base_times_the_stages_response(chain):
 
 def test_lines_agree_with_a_direct_simulation_of_the_bench(chain):
     estimate, found, bench = lines_of(chain[0], stand=True)
-    lined = below(estimate.mechanism, cut_off(found.mode))
+    lined = with_line_filter(estimate.mechanism, cut_off(found.mode))
     compared = compare_directly(lined, len(estimate.names) + len(lined.plant.states), found)
     assert np.abs(compared.off).max() < 1e-7 * np.abs(bench.lines).max()
 
@@ -179,7 +179,7 @@ def test_the_history_has_what_the_bench_shows(paper):
     """Truth: the simulation of the mechanism as identified."""
     handed = bench_of(paper, HOUSINGS["whole"])
     mechanism, trial = handed.mechanism, handed.trials[0]
-    lined = below(in_flight(mechanism, stand=True), 2.0 * np.pi * 500.0)
+    lined = with_line_filter(to_flight(mechanism, stand=True), 2.0 * np.pi * 500.0)
     found = simulate_history(mechanism, lined, len(lined.plant.states), trial).numeric
     own = simulate_accurately(Simulator(mechanism.plant, trial.command, trial.base), mechanism.kernel_values()).torque
     np.testing.assert_allclose(found["transducer_torque_Nm"], own, atol=1e-5 * np.abs(own).max())
@@ -189,14 +189,14 @@ def test_the_history_has_what_the_bench_shows(paper):
 def test_a_stand_that_never_settles_is_refused():
     bench = mechanism_of(changed(paper_table(), {"housing": {"damping": 0.0}}))
     with pytest.raises(FitError, match=r"never settles.*damping above 0"):
-        filter_decay_s(below(in_flight(bench, stand=True), 3000.0))
+        filter_decay_s(with_line_filter(to_flight(bench, stand=True), 3000.0))
 
 
 def test_what_the_fit_left_counts_as_it_is_on_the_bench(paper):
     """Truth: the bench's residual was seen behind the same stand, so that it is carried by 1, and that is known."""
     mechanism = bench_of(paper, HOUSINGS["whole"]).mechanism
-    same = carried(mechanism, in_flight(mechanism, stand=True))
+    same = carried(mechanism, to_flight(mechanism, stand=True))
     frequency = np.array([5.0, 46.0, 300.0, 2000.0])
     np.testing.assert_allclose(same.ratio(frequency), 1.0, rtol=1e-6)
     assert same.known(frequency).all()
-    assert not carried(mechanism, in_flight(mechanism)).known(frequency).all()
+    assert not carried(mechanism, to_flight(mechanism)).known(frequency).all()

@@ -21,7 +21,6 @@ from mechid.exports.linear.options import Options as OfLinear
 from mechid.exports.linear.target import AGREES
 from mechid.exports.stand import describe_mechanism, select_mechanism
 from mechid.exports.tables.options import Options as OfTables
-from mechid.plant.flight import in_flight
 from mechid.simulation.simulator import Simulator, simulate_run
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")
@@ -149,10 +148,10 @@ def test_the_c_text_is_of_the_mechanism_that_it_says(paper, tmp_path, stand):
 
 
 def test_what_is_handed_on_is_the_budget_s_mechanism(paper):
-    """Truth: `in_flight`, on which budget, tables and linear models rest; the housing swings beside it."""
+    """Truth: `to_flight`, on which budget, tables and linear models rest; the housing swings beside it."""
     trial = paper.trials[0]
     flying = torque(select_mechanism(paper.mechanism, {}, stand=False), trial)
-    np.testing.assert_array_equal(flying, torque(in_flight(paper.mechanism), trial))
+    np.testing.assert_array_equal(flying, torque(to_flight(paper.mechanism), trial))
     bench = torque(select_mechanism(paper.mechanism, {}, stand=True), trial)
     np.testing.assert_array_equal(bench, torque(paper.mechanism, trial))
     assert np.std(bench - flying) > 0.01 * np.std(flying)

@@ -13,15 +13,15 @@ from pathlib import Path
 import pytest
 
 from mechid.errors import UnwritableError, UsageError
-from mechid.holding import LOCK_NAME, held, sweep
+from mechid.holding import LOCK_NAME, hold_folder, sweep
 from mechid.holding.folder import GUARD_NAME
 from mechid.holding.holder import read_holder, this_process
 from mechid.writing import atomic_file, staging_folder
 
 HOLDER = """
     import sys, time
-    from mechid.holding import held
-    with held(sys.argv[1]):
+    from mechid.holding import hold_folder
+    with hold_folder(sys.argv[1]):
         print("held", flush=True)
         time.sleep(600)
 """
@@ -43,7 +43,7 @@ def changed(lock, **fields):
 
 def test_a_second_run_is_refused_with_who_holds_the_folder(other, tmp_path):
     refused = pytest.raises(UsageError, match=rf"out: another run holds it: -c .*\(process {other.pid} on .*, since 2")
-    with refused, held(tmp_path / "out"):
+    with refused, hold_folder(tmp_path / "out"):
         raise AssertionError("not reached")
     assert other.poll() is None
     assert json.loads((tmp_path / "out" / LOCK_NAME).read_text())["pid"] == other.pid
@@ -53,7 +53,7 @@ def test_a_killed_run_holds_nothing(other, tmp_path):
     other.kill()
     other.wait()
     assert (tmp_path / "out" / LOCK_NAME).is_file()
-    with held(tmp_path / "out"):
+    with hold_folder(tmp_path / "out"):
         assert json.loads((tmp_path / "out" / LOCK_NAME).read_text())["pid"] == os.getpid()
     assert not (tmp_path / "out" / LOCK_NAME).exists()
 
@@ -65,7 +65,7 @@ def test_a_killed_run_whose_end_nobody_has_asked_for_holds_nothing(other, tmp_pa
     while (state := Path(f"/proc/{other.pid}/stat").read_text().split()[2]) != "Z":
         assert state in "RSD"
         time.sleep(0.01)
-    with held(tmp_path / "out"):
+    with hold_folder(tmp_path / "out"):
         pass
 
 
@@ -85,13 +85,13 @@ def test_a_hold_of_another_machine_counts_until_its_work_is_given_out(other, tmp
     if "host" in fields and not is_locked:
         (tmp_path / "out" / GUARD_NAME).unlink()
     if is_taken:
-        with held(tmp_path / "out", within="fleet"):
+        with hold_folder(tmp_path / "out", within="fleet"):
             assert json.loads((tmp_path / "out" / LOCK_NAME).read_text())["pid"] == os.getpid()
         return
     remedy = "wait until it has ended, or give another folder"
     if "host" in fields:
         remedy += r"; should it be gone, which cannot be seen from here, remove .*out/\.mechid\.\*lock"
-    with pytest.raises(UsageError, match=f"{remedy}$"), held(tmp_path / "out", within="fleet"):
+    with pytest.raises(UsageError, match=f"{remedy}$"), hold_folder(tmp_path / "out", within="fleet"):
         raise AssertionError("not reached")
 
 
@@ -104,23 +104,23 @@ def test_a_file_system_that_locks_no_files_is_held_too(tmp_path, monkeypatch, nu
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr("fcntl.flock", unable)
-    with held(tmp_path / "out"):
+    with hold_folder(tmp_path / "out"):
         copied = contextvars.Context()  # which does not know that this process has it
         with pytest.raises(UsageError, match="another run holds it"):
-            copied.run(lambda: held(tmp_path / "out").__enter__())
+            copied.run(lambda: hold_folder(tmp_path / "out").__enter__())
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("text", ["", "junk", "[]", '{"pid": "x"}', "\0"])
 def test_a_lock_file_that_tells_of_nobody_holds_nothing(tmp_path, text):
     (tmp_path / LOCK_NAME).write_text(text)
-    with held(tmp_path):
+    with hold_folder(tmp_path):
         assert read_holder((tmp_path / LOCK_NAME).read_text()).pid == os.getpid()
 
 
 def test_who_holds_a_folder_holds_it_on(tmp_path):
-    with held(tmp_path / "out") as outer:
-        with held(tmp_path / "out") as inner:
+    with hold_folder(tmp_path / "out") as outer:
+        with hold_folder(tmp_path / "out") as inner:
             assert inner == outer
         assert (tmp_path / "out" / LOCK_NAME).is_file()
     assert not (tmp_path / "out").exists()  # made for nothing
@@ -128,9 +128,9 @@ def test_who_holds_a_folder_holds_it_on(tmp_path):
 
 def test_a_folder_that_was_there_stays_and_what_was_written_too(tmp_path):
     (tmp_path / "there").mkdir()
-    with held(tmp_path / "there"):
+    with hold_folder(tmp_path / "there"):
         pass
-    with held(tmp_path / "made" / "with parents"):
+    with hold_folder(tmp_path / "made" / "with parents"):
         (tmp_path / "made" / "with parents" / "a.json").write_text("1")
     assert [path.name for path in (tmp_path / "there").iterdir()] == []
     assert [path.name for path in (tmp_path / "made" / "with parents").iterdir()] == ["a.json"]
@@ -140,11 +140,11 @@ RACER = """
     import sys, time
     from pathlib import Path
     from mechid.errors import UsageError
-    from mechid.holding import held
+    from mechid.holding import hold_folder
     print("ready", flush=True)
     sys.stdin.readline()
     try:
-        with held(sys.argv[1]):
+        with hold_folder(sys.argv[1]):
             print("held", flush=True)
             sys.stdin.readline()
     except UsageError:
@@ -187,7 +187,7 @@ def test_what_a_killed_run_left_half_written_goes(other, tmp_path):
         path.write_text("half")
     (out / f".export.{other.pid}.part").mkdir()
     (out / f".export.{other.pid}.part" / "mechanism.c").write_text("half")
-    with held(out):
+    with hold_folder(out):
         assert sorted(path for path in out.rglob("*part") if path.exists()) == sorted(kept)
 
 
@@ -213,5 +213,5 @@ def test_a_folder_that_cannot_be_held_is_the_users_error(tmp_path):
     (tmp_path / "file").write_text("")
     for name in ("file/x", "x" * 300):
         refused = pytest.raises(UnwritableError, match=r"cannot be written to \(.+\); give another folder$")
-        with refused, held(tmp_path / name):
+        with refused, hold_folder(tmp_path / name):
             raise AssertionError("not reached")

@@ -122,7 +122,7 @@ def test_weight_and_cables_are_found_from_torque_and_angle(tmp_path):
         }
     )
     truth = {name: m.value(name) for name in (*WEIGHT_AND_CABLES, "load.cable.rest_angle", "friction.viscous")}
-    m = replace(m, plant=m.plant.measuring(("output_angle",)))
+    m = replace(m, plant=m.plant.with_outputs(("output_angle",)))
     time_base, rng = base(2.5, rate_hz=500.0), np.random.default_rng(7)
     t = time_base.times
     torque = 0.02 + 0.25 * np.sin(2 * np.pi * 0.4 * t) + 0.12 * np.sin(2 * np.pi * 1.3 * t + 1.0)
@@ -201,7 +201,7 @@ def brushed(folder, changes, free, quantities, *, seconds):
     m = mechanism_of(
         changed({"assembly": "brushed_dc_drive", **BRUSHED_DC, "friction": {"coulomb": 5e-3, "viscous": 2e-5}}, changes)
     )
-    m = replace(m, plant=m.plant.measuring(quantities))
+    m = replace(m, plant=m.plant.with_outputs(quantities))
     time_base, rng = base(seconds, rate_hz=2000.0), np.random.default_rng(5)
     t = time_base.times
     square = np.sign(np.sin(2 * np.pi * 23.0 * t))

@@ -135,7 +135,7 @@ STEPPER = {"stepper.torque_constant": 0.384, "friction.viscous": 5e-4, "friction
 def turned():
     """Return a stepper on a current drive and its rotor angle on two records, rad, at 5 kHz."""
     m = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
-    angle = type(m)(m.plant.measuring(("rotor_angle",)), m.parameters, m.options)
+    angle = type(m)(m.plant.with_outputs(("rotor_angle",)), m.parameters, m.options)
     return m, {rate: run_twin(angle, constant(rate), base(0.4, rate_hz=5e3)).y[:, 0] for rate in (5.0, 12.0)}
 
 

@@ -10,7 +10,7 @@ from mechid.analysis import validate
 from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import FitOutcome
-from mechid.simulation.interruption import ask, interrupted_by
+from mechid.simulation.interruption import check_interruption, interrupt_by
 from mechid.simulation.simulator import PLAIN_BLOCK
 from synthetic import displaced
 
@@ -48,7 +48,7 @@ def campaign():
 
 def fitted(campaign, asked, workers):
     """Fit, then judge: both are to be ended."""
-    with interrupted_by(asked):
+    with interrupt_by(asked):
         fit = identify(campaign, workers=workers, listener=asked.listen)
         asked.stage = "verdict"
         validate(campaign, fit)
@@ -67,7 +67,7 @@ def test_a_simulation_asks_once_a_block_of_samples(seconds):
     asked = Asked()
     made = synthetic.bench(synthetic.truth(), synthetic.truth(), "full_46", seed=1, seconds=seconds)
     record = made.records[0]
-    with interrupted_by(asked):
+    with interrupt_by(asked):
         synthetic.torque_of(synthetic.truth(), record.command, record.data.samples)
     assert asked.number == -(-record.data.samples // PLAIN_BLOCK)
 
@@ -107,7 +107,7 @@ def test_ctrl_c_in_the_standard_errors_keeps_what_was_found(campaign, whole):
             if self.number < self.last:
                 super().__call__()
 
-    with interrupted_by(Once(_late(asked), KeyboardInterrupt)):
+    with interrupt_by(Once(_late(asked), KeyboardInterrupt)):
         stopped = identify(campaign, workers=1)
     assert stopped.outcome is FitOutcome.INTERRUPTED
     for name, p in fit.parameters.items():
@@ -125,7 +125,7 @@ def test_tasks_that_nobody_waits_for_end_with_their_next_block():
         began.set()
         try:
             while True:
-                ask()
+                check_interruption()
         finally:
             ended.set()
 
@@ -143,7 +143,7 @@ def test_a_task_that_fails_is_what_is_raised_and_no_other_begins_after_it():
         if task == "fails":
             raise ValueError(task)
         while True:
-            ask()
+            check_interruption()
 
     with pytest.raises(ValueError, match="fails"):
         map_tasks(one, ["goes on", "fails", *range(20)], 2)
@@ -154,13 +154,13 @@ def test_threads_of_a_map_are_asked_by_the_check_of_their_caller_alone():
     asked, other = Asked(), Asked(1)
 
     def apart():
-        with interrupted_by(other), pytest.raises(Stop):
-            ask()
+        with interrupt_by(other), pytest.raises(Stop):
+            check_interruption()
 
     thread = threading.Thread(target=apart)
-    with interrupted_by(asked):
+    with interrupt_by(asked):
         thread.start()
-        map_tasks(lambda task: ask(), range(10), 2)
+        map_tasks(lambda task: check_interruption(), range(10), 2)
         thread.join(SECONDS)
-    ask()
+    check_interruption()
     assert (asked.number, other.number) == (10, 1)

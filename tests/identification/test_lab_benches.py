@@ -40,7 +40,7 @@ def test_the_simulator_is_the_kernel(seed, name):
     """Truth: the kernel, which shares no code with it; one mode of the load, and two."""
     mechanism, truth = drawn_mechanism(seed)
     mechanism = mechanism.with_values(truth)
-    mechanism = replace(mechanism, plant=mechanism.plant.measuring(("torque", "rotor_rate")))
+    mechanism = replace(mechanism, plant=mechanism.plant.with_outputs(("torque", "rotor_rate")))
     run = replace(runs_of(mechanism)[name], seconds=1.0)
     delay_s, clock_ppm = 0.51, 40.0
     own = simulated(values_of(mechanism.value, modes_of(mechanism)), run, delay_s, clock_ppm)

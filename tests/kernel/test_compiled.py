@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 import mechid
-from mechid.kernel.compiled import aligned, kernel_for, lane_places
-from mechid.kernel.kept import TAG, forget, is_sealed, is_whole, one_process, seal
+from mechid.kernel.cache_files import TAG, is_sealed, is_whole, lock_kernel, remove_kernel, seal
+from mechid.kernel.compiled import aligned_zeros, kernel_for, lane_places
 
 GIVEN = """
     from mechid.kernel.compiled import compiled_module
@@ -121,19 +121,19 @@ def test_what_is_kept_is_whole_until_it_is_changed(tmp_path):
     compiled.write_bytes(b"cod3")
     assert not is_whole(path)
     assert is_sealed(path)
-    forget(path)
+    remove_kernel(path)
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == []
 
 
 def test_a_process_that_is_killed_while_it_makes_a_kernel_stops_nobody(tmp_path):
-    script = "import sys, time; from pathlib import Path; from mechid.kernel.kept import one_process\n"
-    script += "with one_process(Path(sys.argv[1])): print('in', flush=True); time.sleep(600)"
+    script = "import sys, time; from pathlib import Path; from mechid.kernel.cache_files import lock_kernel\n"
+    script += "with lock_kernel(Path(sys.argv[1])): print('in', flush=True); time.sleep(600)"
     path = tmp_path / "kernel_1.py"
     with subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE, text=True) as other:
         assert other.stdout.readline() == "in\n"
         other.kill()
         began = time.perf_counter()
-        with one_process(path):
+        with lock_kernel(path):
             assert time.perf_counter() - began < 10.0
 
 
@@ -148,7 +148,7 @@ def test_the_source_is_the_text_that_is_compiled():
 @pytest.mark.parametrize("size", [1, 8, 1000])
 def test_a_workspace_starts_on_a_cache_line(size):
     """Truth: the address; 64 bytes are a line of every processor that Numba compiles for."""
-    room = aligned(size)
+    room = aligned_zeros(size)
     assert room.shape == (size,)
     assert room.ctypes.data % 64 == 0
     assert not room.any()

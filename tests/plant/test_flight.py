@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from layouts import changed, mechanism_of, paper_table
 from mechid.command import Command, RateProfile
 from mechid.kernel.equations import equations_of
-from mechid.plant.flight import in_flight, on_base
+from mechid.plant.flight import to_flight, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from paper import ESTIMATED
@@ -25,8 +25,8 @@ RATE_HZ = 10_000.0
 
 def flying(base, load, changes=None):
     """Return the paper's mechanism on these modes."""
-    held = in_flight(mechanism_of(changed(paper_table(), changes or {})), None, [(w, z, p**2) for w, z, p in load])
-    return on_base(held, Flying(base=Base.ON_MODES, modes=len(base)), base) if base else held
+    held = to_flight(mechanism_of(changed(paper_table(), changes or {})), None, [(w, z, p**2) for w, z, p in load])
+    return with_base(held, Flying(base=Base.ON_MODES, modes=len(base)), base) if base else held
 
 
 class JointModel:
@@ -194,6 +194,6 @@ def test_cables_pull_between_the_load_and_its_moving_base():
         pull = 0.4 * (x["alpha_gear"] - 0.1) + 0.03 * x["h_cable"]
         load = ESTIMATED["load.inertia"] * (rate["omega_gear"] + beta)
         assert load == pytest.approx(applied - pull, rel=1e-9)
-        on_base = -(ESTIMATED["stepper.rotor_inertia"] * (rate["omega"] + beta) + load)
+        with_base = -(ESTIMATED["stepper.rotor_inertia"] * (rate["omega"] + beta) + load)
         for (w, z, phi), (q, v, a) in zip(BASE, eta, strict=True):
-            assert a + 2 * z * w * v + w**2 * q == pytest.approx(phi * on_base, rel=1e-6)
+            assert a + 2 * z * w * v + w**2 * q == pytest.approx(phi * with_base, rel=1e-6)

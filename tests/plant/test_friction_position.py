@@ -26,7 +26,7 @@ def turning_on_uneven_friction(torque, seconds):
     time_base = base(seconds, rate_hz=1e3)
     channel = InputChannel(quantity="torque", held=True, samples=np.full(time_base.samples, torque))
     command = MeasuredCommand().driven_by((channel,), 1e3, 0.0)
-    return replace(m, plant=m.plant.measuring(("output_angle", "output_rate"))), command, time_base
+    return replace(m, plant=m.plant.with_outputs(("output_angle", "output_rate"))), command, time_base
 
 
 def test_friction_that_varies_with_the_angle_keeps_the_balance_of_energy():

@@ -68,7 +68,7 @@ def test_a_brushed_motor_is_a_winding_and_a_shaft(spring):
     """Truth: L i' = u + u_0 - R i - k_e w, J w' = k_t i - T_c sign(w) - b w - K (a - a_0); the base feels -J w'."""
     m = mechanism_of({"assembly": "brushed_dc_drive", **BRUSHED_DC, **spring})
     assert m.parameters["motor.back_emf_constant"].tied_to == "motor.torque_constant"
-    m = replace(m, plant=m.plant.measuring(("rotor_angle", "rotor_rate", "current", "torque")))
+    m = replace(m, plant=m.plant.with_outputs(("rotor_angle", "rotor_rate", "current", "torque")))
     equations, p = equations_of(m.plant), m.kernel_values()
     states = {"voltage_ramp": 1.0, "i_mot": 0.7, "alpha": -0.4, "omega": -3.0}
     x, u = [states[str(s)] for s in m.plant.states], [5.0, 0.0]

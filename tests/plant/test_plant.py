@@ -48,7 +48,7 @@ def test_a_spring_and_a_mass_are_an_oscillator():
 def test_what_is_measured_is_no_part_of_the_motion():
     """Truth: the offered outputs; rates and states stay."""
     plant = oscillator()
-    other = plant.measuring(("force", "position"))
+    other = plant.with_outputs(("force", "position"))
     assert list(other.outputs) == ["force", "position"]
     assert plant.expand(other.outputs["force"]) == -k * x
     assert (other.states, other.rates) == (plant.states, plant.rates)
@@ -78,7 +78,7 @@ def test_what_cannot_be_wired_is_refused(blocks, said):
 def test_relations_are_given_by_dotted_names():
     """Truth: the declarations of friction and motor."""
     plant = catalogue_mechanism().plant
-    assert plant.related("above") == {"friction.static": "friction.coulomb"}
-    assert plant.related("tied_to")["stepper.back_emf_constant"] == "stepper.torque_constant"
+    assert plant.related_parameters("above") == {"friction.static": "friction.coulomb"}
+    assert plant.related_parameters("tied_to")["stepper.back_emf_constant"] == "stepper.torque_constant"
     assert "stepper.poles" not in {str(s) for s in plant.estimable}
     assert plant.of_record["peak_voltage"] == "stepper.peak_voltage"

@@ -5,7 +5,7 @@ import pytest
 
 from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.kernel.equations import equations_of
-from mechid.plant.flight import in_flight, on_base, with_ports
+from mechid.plant.flight import to_flight, with_base, with_ports
 from mechid.plant.layout import Base, Flying
 from mechid.plant.moving_base import ACCELERATION
 from mechid.plant.ports import Port
@@ -18,8 +18,8 @@ INERTIA = {"paper": 0.010534, "output_friction": 0.010534, "flexible load": 0.01
 def flying(name, base):
     """Return a mechanism in flight with all ports."""
     table = ALONE if name == "alone" else changed(paper_table(), {"housing": None, **LAYOUTS.get(name, {})})
-    held = in_flight(mechanism_of(table))
-    return with_ports(on_base(held, Flying(base=base)) if base is not Base.HELD else held, list(Port))
+    held = to_flight(mechanism_of(table))
+    return with_ports(with_base(held, Flying(base=base)) if base is not Base.HELD else held, list(Port))
 
 
 def at_random(mechanism, name, holding, *, push, turn):
@@ -58,7 +58,7 @@ def test_angular_momentum(name, base):
 
 def test_without_anything_from_outside_nothing_changes():
     """Truth: the same mechanism without ports."""
-    plain = in_flight(mechanism_of(changed(paper_table(), {"housing": None})))
+    plain = to_flight(mechanism_of(changed(paper_table(), {"housing": None})))
     opened = with_ports(plain, list(Port))
     x = np.array([0.2, -0.3, 0.01, 0.5, 2e-4, 0.01, *[0.0] * 8]).tolist()
     modes, e = [1.0, 1.0], [0.4, 0.9]
@@ -75,7 +75,7 @@ def test_without_anything_from_outside_nothing_changes():
 def test_what_is_added_in_a_phase_is_more_of_what_drives_it(name, word):
     """Truth: the coil's equation; a volt more is 1/L A/s more, an ampere more is an ampere."""
     mechanism = flying(name, Base.HELD)
-    plant = mechanism.plant.measuring(["current_phase_a"])
+    plant = mechanism.plant.with_outputs(["current_phase_a"])
     places = {s.name: k for k, s in enumerate(plant.inputs)}
     equations, p = equations_of(plant), mechanism.kernel_values()
     known = dict(zip(map(str, mechanism.plant.parameters), p, strict=True))

@@ -213,7 +213,7 @@ def test_unlisted_terms_are_those_that_no_list_and_no_file_has_and_lay_out_alike
 def test_a_term_is_free_no_further_than_a_file_may_have_it():
     """Truth: ten widths of 0.2 are more than all of dry friction, which is the most that varies."""
     superset = superset_of(catalogue_mechanism(), only=["friction.position:1"])
-    assert superset.freeing(["friction.position:1"]).parameters["friction.position.0.amplitude"].max == 1.0
+    assert superset.with_free_terms(["friction.position:1"]).parameters["friction.position.0.amplitude"].max == 1.0
 
 
 def test_friction_over_the_angle_that_a_file_has_is_not_asked_for_again():

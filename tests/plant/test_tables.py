@@ -4,7 +4,7 @@ import pytest
 
 from golden_variants import VARIANTS
 from layouts import mechanism_of
-from mechid.plant.flight import in_flight
+from mechid.plant.flight import to_flight
 from mechid.plant.tables import CHOICES, LISTS, OF_RECORD, OPTIONAL, TABLES, bench_reason, table_of
 
 
@@ -30,7 +30,7 @@ def test_every_parameter_of_the_library_stands_in_a_table(variant):
 def test_what_stays_on_the_bench_does_not_fly():
     """Truth: the mechanism laid out for flight."""
     mechanism = mechanism_of(VARIANTS["paper"])
-    flying = in_flight(mechanism).plant.declarations
+    flying = to_flight(mechanism).plant.declarations
     for name in mechanism.plant.declarations:
         assert bool(bench_reason(name)) == (name not in flying), name
     assert bench_reason("nothing.like_that") == ""

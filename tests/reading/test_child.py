@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="limits of the s
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
-    monkeypatch.setattr(process, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(process, "TIMEOUT_S", 1.0)
 
 
 def is_there(number):
@@ -43,7 +43,7 @@ def test_a_flood_of_memory_is_refused_there():
 
 
 def test_where_the_system_ends_it_that_is_said():
-    with pytest.raises(UnreadableError, match="where memory is short"):
+    with pytest.raises(UnreadableError, match="when memory runs out"):
         call(signal.raise_signal, signal.SIGKILL)
 
 
@@ -57,7 +57,7 @@ def test_it_ends_when_nothing_is_asked_of_it(monkeypatch):
 SCRIPT = """
 import os, signal, sys, threading, time
 from mechid.reading import process
-process.PATIENCE_S = 2.0
+process.TIMEOUT_S = 2.0
 print(process.call(os.getppid), process.call(os.getpid), flush=True)
 if sys.argv[1] == "busy":
     threading.Thread(target=process.call, args=[sum, range(10**12)], daemon=True).start()

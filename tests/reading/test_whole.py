@@ -20,7 +20,7 @@ def test_it_may_be_as_long_as_the_limit(tmp_path):
     path = tmp_path / "a.toml"
     path.write_bytes(b"x" * 1000)
     assert len(read_bytes(path, 1000)) == 1000
-    with pytest.raises(OSError, match="it is longer than"):
+    with pytest.raises(OSError, match="it is larger than"):
         read_bytes(path, 999)
 
 
@@ -28,10 +28,10 @@ def test_a_file_with_holes_is_not_read_into_memory(tmp_path):
     path = tmp_path / "a.toml"
     with path.open("wb") as file:
         file.truncate(2**40)
-    with pytest.raises(OSError, match="it is longer than 64 MiB"):
+    with pytest.raises(OSError, match="it is larger than 64 MiB"):
         read_bytes(path)
-    with pytest.raises(OSError, match="it is longer than 512 MiB"):
-        read_bytes(path, whole.MOST_BYTES_OF_RESULTS)
+    with pytest.raises(OSError, match="it is larger than 512 MiB"):
+        read_bytes(path, whole.MAX_RESULT_BYTES)
 
 
 @pytest.mark.parametrize("what", ["a folder", "a pipe", "a socket", "a device"])
@@ -46,5 +46,5 @@ def test_what_is_no_file_is_not_opened(what, tmp_path):
             opened.bind(str(path))
     else:
         path.symlink_to("/dev/zero")
-    with pytest.raises(OSError, match=f"it is {what}, no file"):
+    with pytest.raises(OSError, match=f"it is {what}, not a file"):
         read_bytes(path)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.records import Mounting, about_mounting_point
+from mechid.records import Mounting, move_to_mounting_point
 from mechid.records.components import COMPONENTS
 from table_of_six import MEASURED, measured
 
@@ -23,7 +23,9 @@ def test_moments_are_those_that_the_mechanism_exerts(point):
     mounting = Mounting("z", point)
     there, moved = (
         exerted_alone(mounting),
-        about_mounting_point(measured(EXERTED, 10.0, np.random.default_rng(0), noise=0.0, mounting=mounting), mounting),
+        move_to_mounting_point(
+            measured(EXERTED, 10.0, np.random.default_rng(0), noise=0.0, mounting=mounting), mounting
+        ),
     )
     for name in ("torque", *MEASURED):
         np.testing.assert_allclose(moved.channel(name).data, there.channel(name).data, atol=1e-14)
@@ -37,9 +39,9 @@ def test_a_torque_about_the_opposite_axis():
     other = Mounting("-z", (0.02, -0.03, 0.06))
     there.channel("torque").data[:] *= -1.0
     known = exerted_alone(other).channel("torque").data
-    np.testing.assert_allclose(about_mounting_point(there, other).channel("torque").data, -known, atol=1e-14)
+    np.testing.assert_allclose(move_to_mounting_point(there, other).channel("torque").data, -known, atol=1e-14)
 
 
 def test_without_a_lever_arm_nothing_is_touched():
     record = measured(EXERTED, 10.0, np.random.default_rng(0))
-    assert about_mounting_point(record, Mounting("z", (0.0, 0.0, 0.0))) is record
+    assert move_to_mounting_point(record, Mounting("z", (0.0, 0.0, 0.0))) is record

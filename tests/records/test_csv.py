@@ -203,13 +203,17 @@ REFUSED = {
         'run.csv: column "torque": unit "V" does not measure torque; expected N*m or a multiple of it; '
         "if that is no unit, name the right one in channels",
     ),
-    "short row": (rows((19, "0.019")), {}, "run.csv: line 21: 1 cells where the file has 2 columns"),
-    "long row": (rows((3, "0.003,1,2")), {}, "run.csv: line 5: 3 cells where the file has 2 columns"),
-    "two merged rows": (rows((3, "0.003,0.50.004,1.0")), {}, "run.csv: line 5: 3 cells where the file has 2 columns"),
+    "short row": (rows((19, "0.019")), {}, "run.csv: line 21: found 1 cells, but the file has 2 columns"),
+    "long row": (rows((3, "0.003,1,2")), {}, "run.csv: line 5: found 3 cells, but the file has 2 columns"),
+    "two merged rows": (
+        rows((3, "0.003,0.50.004,1.0")),
+        {},
+        "run.csv: line 5: found 3 cells, but the file has 2 columns",
+    ),
     "long row in a wide file": (
         text("t,Mz,a,b", columns=(TIME, TORQUE, TIME, TIME)) + "0.02,1,2,3,4\n",
         MZ,
-        "run.csv: line 22: 5 cells where the file has 4 columns",
+        "run.csv: line 22: found 5 cells, but the file has 4 columns",
     ),
     "decimal comma and comma": (
         text(decimal=","),

@@ -59,12 +59,12 @@ def test_a_file_that_crashes_the_reader_is_one_line(changes, tmp_path):
 
 @pytest.mark.parametrize(("suffix", "write"), [("mat", write_mat5_plain), ("h5", write_hdf5)])
 def test_a_file_that_hangs_the_reader_is_one_line(suffix, write, tmp_path, monkeypatch):
-    monkeypatch.setattr(process, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(process, "TIMEOUT_S", 1.0)
     path = tmp_path / f"run.{suffix}"
     damaged(path, write, HUNG[suffix])
     error = refusal(path)
     if isinstance(error, RecordError) and isinstance(error.__cause__, UnreadableError):
-        assert "reading it came to no end within 1 s" in str(error)
+        assert "reading it did not finish within 1 s" in str(error)
     write(path)
     assert refusal(path) is None
 

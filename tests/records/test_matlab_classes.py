@@ -147,7 +147,7 @@ def test_a_record_is_read_from_a_table_and_from_a_dataset(file):
 
 
 def test_an_object_without_numbers_is_answered_with_matlab_s_line(file):
-    with pytest.raises(RecordError, match=r'class "string" in which no array of numbers is found; in MATLAB save'):
+    with pytest.raises(RecordError, match=r'class "string" without a readable array of numbers; in MATLAB save'):
         record_of(file, ChannelSpec(quantity="torque", column="text"))
 
 
@@ -244,7 +244,7 @@ def test_signals_that_simulink_logged_into_streams_are_read(tmp_path):
         assert found[key][1] == clock
     faults = {column.key: column.fault for column in opened.columns if column.fault}
     assert list(faults) == ["single"]
-    assert "4 bytes each, whose class the file does not tell" in faults["single"]
+    assert "4 bytes each, whose class the file does not state" in faults["single"]
     assert record_of(path, ChannelSpec(quantity="torque", column="torque")).time_start_s == 0.5
     index = [column.key for column in opened.columns].index("i")
     np.testing.assert_array_equal(opened.read([index], slice(10, 50))[0], CURRENT.ravel()[10:50])

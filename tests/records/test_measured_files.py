@@ -126,7 +126,7 @@ def test_what_mat73_holds_beside_numbers_is_told(data_folder):
     opened = table(data_folder, "formats/mat73/testfile1.mat")
     assert opened.metadata["data/arr_char"] == "test"
     faults = {found.key: found.fault for found in opened.columns if found.fault}
-    assert 'an object of the MATLAB class "missing" in which no array of numbers is found' in faults["data/missing_"]
+    assert 'an object of the MATLAB class "missing" without a readable array of numbers' in faults["data/missing_"]
     assert "sparse" in faults["data/sparse_"]
     with pytest.raises(RecordError, match="no array of numbers is found; in MATLAB save plain arrays"):
         values(opened, "data/missing_")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.campaign.campaign_file import load_records
-from mechid.records.step_rate import declared_rate, suggested_rate
+from mechid.records.step_rate import read_declared_rate, suggest_rate
 from mechid.signal.lines import prominence, spectral_lines
 
 RATE_HZ = 10_000.0
@@ -14,7 +14,7 @@ TIME = np.arange(20_000) / RATE_HZ
 def suggested(y, rate_hz=RATE_HZ):
     y = y - y.mean()
     found = prominence(y, rate_hz)
-    return suggested_rate(y, found, spectral_lines(found))
+    return suggest_rate(y, found, spectral_lines(found))
 
 
 def noise(seed, sigma=0.01, size=TIME.size):
@@ -63,10 +63,10 @@ def test_noise_and_lines_without_a_fundamental_suggest_nothing(seed):
 
 def test_a_declared_rate_is_read_at_its_own_part_of_the_repetition():
     found = suggested(blows(37.3, 2) + noise(4))
-    reading = declared_rate(found, 37.0)
+    reading = read_declared_rate(found, 37.0)
     assert reading.repeats == 2.0
     assert reading.rate == pytest.approx(37.3, abs=4.0 * reading.sigma)
-    assert declared_rate(found, 41.0) is None
+    assert read_declared_rate(found, 41.0) is None
 
 
 def test_records_of_the_independent_simulator(campaign_folder):
@@ -76,7 +76,7 @@ def test_records_of_the_independent_simulator(campaign_folder):
     for name, rate in rates.items():
         data = records[name].data
         found = suggested(data.channel("torque").data, data.sample_rate_hz)
-        reading = declared_rate(found, rate)
+        reading = read_declared_rate(found, rate)
         assert reading.rate == pytest.approx(rate, abs=4.0 * reading.sigma), name
         assert reading.sigma < 1e-3 * rate
         assert rate == pytest.approx(found.rate, rel=1e-3) or any(

@@ -10,7 +10,7 @@ from mechid.reports.outline import decoded, outline_of
 from mechid.reports.packing import pack_floats, pack_integers, unpack
 from mechid.reports.trace import decode, trace_of
 from mechid.signal.envelope import envelope
-from mechid.signal.stored import room_of
+from mechid.signal.stored import as_writable
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 
@@ -79,8 +79,8 @@ def drawn(little_memory, monkeypatch):  # noqa: F811
     monkeypatch.setattr(outline, "DETAIL_S", DETAIL_S)
 
     def draw(p, around):
-        object.__setattr__(p, "measured", room_of(p.measured))
-        object.__setattr__(p, "modelled", room_of(p.modelled))
+        object.__setattr__(p, "measured", as_writable(p.measured))
+        object.__setattr__(p, "modelled", as_writable(p.modelled))
         return outline_of(p, NOISE, around)
 
     return draw

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mechid.signal.following import following, out_of_step
+from mechid.signal.following import assess_following, first_out_of_step
 
 RATE_HZ = 1000.0
 WINDOW = 50
@@ -26,7 +26,7 @@ def with_window(residual, k, values):
 @pytest.mark.parametrize(("share", "lost"), [(0.49, None), (0.51, 7 * WINDOW)])
 def test_half_of_what_is_measured_in_a_window_is_the_limit(share, lost):
     y = waves()
-    found = following(y, with_window(np.zeros(y.size), 7, share * y), RATE_HZ)
+    found = assess_following(y, with_window(np.zeros(y.size), 7, share * y), RATE_HZ)
     assert found.lost == lost
     assert found.worst == pytest.approx(share / 0.5)
     assert found.worst_at == 7 * WINDOW
@@ -37,7 +37,7 @@ def test_half_of_what_is_measured_in_a_window_is_the_limit(share, lost):
 def test_where_nothing_moves_an_eighth_of_the_record_is_the_limit(size, lost):
     """In one window of 40 nothing is measured: the record's RMS is sqrt(39/40)."""
     y = with_window(waves(), 7, np.zeros(WINDOW))
-    found = following(y, with_window(np.zeros(y.size), 7, size * waves()), RATE_HZ)
+    found = assess_following(y, with_window(np.zeros(y.size), 7, size * waves()), RATE_HZ)
     assert found.lost == lost
     assert found.worst == pytest.approx(size / (0.125 * math.sqrt(39.0 / 40.0)))
 
@@ -46,22 +46,22 @@ def test_noise_alone_in_a_quiet_stretch_is_followed_and_an_event_of_its_size_in_
     """Truth: half of the record is at rest, noise of a fifth of the motion all over; then no noise, but one window."""
     noise = 0.2 * np.random.default_rng(3).standard_normal(2000)
     still = np.concatenate([waves(1.0), np.zeros(1000)])
-    assert following(still + noise, noise, RATE_HZ).lost is None
+    assert assess_following(still + noise, noise, RATE_HZ).lost is None
     event = with_window(np.zeros(2000), 30, 0.2 * waves())
-    assert following(still + event, event, RATE_HZ).lost == 30 * WINDOW
+    assert assess_following(still + event, event, RATE_HZ).lost == 30 * WINDOW
 
 
 def test_what_is_declared_as_noise_is_none_of_the_models():
     y = with_window(waves(), 7, np.zeros(WINDOW))
     off = with_window(np.zeros(y.size), 7, 0.29 * waves())
-    assert following(y, off, RATE_HZ, noise=0.2, chance=1.0).lost == 7 * WINDOW
-    assert following(y, off, RATE_HZ, noise=0.2, chance=2.0).lost is None
+    assert assess_following(y, off, RATE_HZ, noise=0.2, chance=1.0).lost == 7 * WINDOW
+    assert assess_following(y, off, RATE_HZ, noise=0.2, chance=2.0).lost is None
 
 
 def test_a_record_lost_for_most_of_it_is_not_followed_although_it_is_so_throughout():
     y = waves()
     off = np.where(np.arange(y.size) < 400, 0.0, y)
-    found = following(y, off, RATE_HZ)
+    found = assess_following(y, off, RATE_HZ)
     assert found.lost == 400
     assert found.share == pytest.approx(0.2)
 
@@ -69,7 +69,7 @@ def test_a_record_lost_for_most_of_it_is_not_followed_although_it_is_so_througho
 def test_a_simulation_that_fails_is_followed_up_to_there():
     y, off = waves(), np.zeros(2000)
     off[730:] = np.nan
-    found = following(y, off, RATE_HZ)
+    found = assess_following(y, off, RATE_HZ)
     assert (found.lost, found.worst) == (700, math.inf)
 
 
@@ -77,12 +77,12 @@ def test_what_is_left_at_the_end_goes_with_the_last_window():
     y = waves()[:1990]
     off = np.zeros(1990)
     off[1960:] = y[1960:]
-    assert following(y, off, RATE_HZ).lost == 1900
+    assert assess_following(y, off, RATE_HZ).lost == 1900
 
 
 def test_a_motor_is_in_step_until_it_is_two_full_steps_off():
     """Truth: an encoder's zero of half a turn, a ripple of one step, and a loss of four full steps at 1.2 s."""
     t = np.arange(2000) / RATE_HZ
     residual = math.pi + STEP * np.sin(2.0 * np.pi * 40.0 * t)
-    assert out_of_step(residual, RATE_HZ, STEP) is None
-    assert out_of_step(residual + np.where(t < 1.2, 0.0, 4.0 * STEP), RATE_HZ, STEP) == 1200
+    assert first_out_of_step(residual, RATE_HZ, STEP) is None
+    assert first_out_of_step(residual + np.where(t < 1.2, 0.0, 4.0 * STEP), RATE_HZ, STEP) == 1200

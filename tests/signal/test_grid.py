@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import zoom_fft
 
-from mechid.signal.grid import Hummed, _power, drifting_lines, evident_grid, together
+from mechid.signal.grid import HumSeries, _power, combined_amplitude, drifting_lines, evident_grid
 from mechid.signal.trend import fit_line
 
 RATE_HZ, NOISE = 2000.0, 2e-3
@@ -15,7 +15,7 @@ def hummed(seconds, hz, rng, *, size=2e-3, drift_hz=0.0, more=0.0):
     t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     turns = (hz - 0.5 * drift_hz) * t + 0.5 * drift_hz / seconds * t**2 + rng.random()
     hum = size * sum(np.sin(2.0 * np.pi * k * turns + k) / k for k in (1, 2, 3))
-    return Hummed(NOISE * rng.standard_normal(t.size) + hum + more, RATE_HZ)
+    return HumSeries(NOISE * rng.standard_normal(t.size) + hum + more, RATE_HZ)
 
 
 @pytest.mark.parametrize(("hz", "nominal"), [(50.02, 50.0), (49.95, 50.0), (60.03, 60.0), (50.17, 50.0), (59.8, 60.0)])
@@ -41,7 +41,7 @@ def test_a_record_of_another_day_has_its_own():
 @pytest.mark.parametrize("seed", range(20))
 def test_noise_alone_is_no_hum(seed):
     rng = np.random.default_rng(seed)
-    some = [Hummed(np.cumsum(rng.standard_normal(round(s * RATE_HZ))) * 1e-3, RATE_HZ) for s in (1.0, 5.0, 20.0)]
+    some = [HumSeries(np.cumsum(rng.standard_normal(round(s * RATE_HZ))) * 1e-3, RATE_HZ) for s in (1.0, 5.0, 20.0)]
     assert evident_grid(some, 50.0) is None
 
 
@@ -66,7 +66,7 @@ def test_lines_follow_a_slow_drift(drift_hz, seconds):
         )  # what pays for no more lines
     waves = [(w.turns * RATE_HZ, np.hypot(w.cosine, w.sine), np.arctan2(-w.sine, w.cosine)) for w in fitted.waves]
     for k in (1, 2, 3):
-        size = together([wave for wave in waves if abs(wave[0] / (k * 50.0) - 1.0) < 0.01])
+        size = combined_amplitude([wave for wave in waves if abs(wave[0] / (k * 50.0) - 1.0) < 0.01])
         assert size == pytest.approx(10.0 * NOISE / k, rel=0.02)
 
 
@@ -75,7 +75,7 @@ def test_orders_that_cross_the_grid_are_no_hum():
     rng = np.random.default_rng(4)
     t = np.arange(round(20.0 * RATE_HZ)) / RATE_HZ
     steps = sum(np.sin(2.0 * np.pi * order * 2.0 * t**2) for order in (0.5, 1.0, 1.5, 2.0, 4.0)) * 10.0 * NOISE
-    quiet = Hummed(steps + NOISE * rng.standard_normal(t.size), RATE_HZ)
+    quiet = HumSeries(steps + NOISE * rng.standard_normal(t.size), RATE_HZ)
     assert evident_grid([quiet], 50.0) is None
     lines = [k * 50.02 / RATE_HZ for k in (1, 2, 3)]
     taken = fit_line(quiet.series, 0, None, lines).at(0, t.size)

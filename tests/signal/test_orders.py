@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.signal import order_amplitudes
-from mechid.signal.orders import orders_and_rest
+from mechid.signal.orders import fit_orders
 
 ORDERS = (0.5, 1.0, 2.0)
 AMPLITUDES = np.array([0.3 * np.exp(0.4j), 0.7 * np.exp(-2.0j), 0.01 * np.exp(3.0j)])
@@ -41,6 +41,6 @@ def test_they_are_the_best_fit_where_the_travel_just_tells_them_apart():
     angle = 2.0 * np.pi * np.outer(position, orders)
     columns = np.column_stack((np.ones(3000), np.cos(angle), np.sin(angle)))
     best = np.linalg.lstsq(columns, y, rcond=None)[0]
-    amplitudes, left = orders_and_rest(y, position, orders)
+    amplitudes, left = fit_orders(y, position, orders)
     np.testing.assert_allclose(amplitudes, best[1:29] - 1j * best[29:], atol=1e-12)
     np.testing.assert_allclose(left, y - columns @ best, atol=1e-12)

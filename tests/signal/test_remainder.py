@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.signal.remainder import Remainder
-from mechid.signal.series import BLOCK, Stretch, counting, is_finite, mean_of
+from mechid.signal.series import BLOCK, Stretch, drop_rejected, is_finite, mean_of
 from mechid.signal.trend import Line, fit_line
 
 RNG = np.random.default_rng(23)
@@ -35,8 +35,8 @@ def test_mean_and_finiteness_are_those_of_the_array():
 def test_what_counts_of_a_block_is_all_but_the_rejected():
     part = slice(BLOCK - 2, BLOCK + 10)
     kept = np.setdiff1d(np.arange(part.start, part.stop), REJECTED)
-    np.testing.assert_array_equal(counting(SERIES[part], part, REJECTED), SERIES[kept])
-    np.testing.assert_array_equal(counting(SERIES[part], part, None), SERIES[part])
+    np.testing.assert_array_equal(drop_rejected(SERIES[part], part, REJECTED), SERIES[kept])
+    np.testing.assert_array_equal(drop_rejected(SERIES[part], part, None), SERIES[part])
 
 
 def test_the_line_is_that_through_the_samples_that_count():

@@ -11,13 +11,13 @@ from mechid.errors import UsageError
 from mechid.signal import effective_samples, ljung_box, noise_floor, peak_spectrum
 from mechid.signal.autoregression import fit_autoregression
 from mechid.signal.clipping import clipped_runs
-from mechid.signal.decimation import decimate, spoilt_by
-from mechid.signal.following import following, out_of_step
+from mechid.signal.decimation import affected_samples, decimate
+from mechid.signal.following import assess_following, first_out_of_step
 from mechid.signal.moments import extremes, mean, norm, root_mean_square, standard_deviation
 from mechid.signal.quiet import quiet_stretches
 from mechid.signal.resolution import resolution
 from mechid.signal.spikes import isolated_spikes, outliers
-from mechid.signal.stored import Gathered, Stored, pieces_of, room_of, samples_at, write_at
+from mechid.signal.stored import SampleBuffer, StoredSeries, as_writable, pieces_of, samples_at, write_at
 
 RNG = np.random.default_rng(12)
 N = 5000
@@ -31,8 +31,8 @@ def kept(little_memory):  # noqa: F811
     """Return a function that puts an array into a file, as long as memory is little."""
 
     def keep(values):
-        found = room_of(np.asarray(values, dtype=float))
-        assert isinstance(found, Stored)
+        found = as_writable(np.asarray(values, dtype=float))
+        assert isinstance(found, StoredSeries)
         return found
 
     return keep
@@ -60,12 +60,12 @@ def test_what_is_written_is_read_by_several_threads(kept):
 
 
 def test_samples_that_come_piece_by_piece_are_in_a_file_from_so_many_on(kept):
-    few, many = Gathered(), Gathered()
+    few, many = SampleBuffer(), SampleBuffer()
     few.append(NOISE[:IN_MEMORY])
     for start in range(0, N, 41):
         many.append(NOISE[start : start + 41])
     assert isinstance(few.series(), np.ndarray)
-    assert isinstance(many.series(), Stored)
+    assert isinstance(many.series(), StoredSeries)
     np.testing.assert_array_equal(many.series()[:], NOISE)
 
 
@@ -81,8 +81,8 @@ def test_it_goes_to_another_process_as_its_samples(kept):
 
 
 def test_more_than_the_disk_holds_is_refused_in_a_line(kept):
-    with pytest.raises(UsageError, match=r"cannot be kept there while they are read .*MECHID_CACHE"):
-        Stored(2**50)
+    with pytest.raises(UsageError, match=r"cannot store the samples .*MECHID_CACHE"):
+        StoredSeries(2**50)
 
 
 def test_moments_in_memory_are_those_of_numpy_to_the_last_bit():
@@ -132,8 +132,8 @@ TWINS = {
     "decimated": lambda y: decimate(y, 5)[:],
     "outliers": lambda y: outliers(y, 8.0),
     "spikes": lambda y: isolated_spikes(y, 0.1),
-    "followed": lambda y: following(y, y, 1e4).worst,
-    "out of step": lambda y: out_of_step(y, 1e4, 0.05) or -1,
+    "followed": lambda y: assess_following(y, y, 1e4).worst,
+    "out of step": lambda y: first_out_of_step(y, 1e4, 0.05) or -1,
     "quiet": lambda y: [(one.first, one.stop, one.rms) for one in quiet_stretches(y, 1e3)],
 }
 LOOSE = {"noise floor": 0.1}
@@ -159,6 +159,6 @@ def test_levels_of_a_converter_are_found_piece_by_piece(kept):
 
 def test_samples_spoilt_by_missing_ones_are_the_same_by_blocks(kept, monkeypatch):
     missing = np.concatenate([np.arange(1300, 1340), np.arange(4990, 5000)])
-    found = spoilt_by(missing, N, 4)
+    found = affected_samples(missing, N, 4)
     monkeypatch.undo()
-    np.testing.assert_array_equal(found, spoilt_by(missing, N, 4))
+    np.testing.assert_array_equal(found, affected_samples(missing, N, 4))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.signal import amplitude_spectrum, peak_groups, peak_spectrum, transform
-from mechid.signal.transform import transformed
+from mechid.signal.transform import transform_blocks
 
 RNG = np.random.default_rng(17)
 
@@ -13,10 +13,10 @@ RNG = np.random.default_rng(17)
 @pytest.mark.parametrize("at_once", [8, 50, 2000])
 def test_each_bin_comes_once_and_is_numpys(monkeypatch, samples, at_once):
     """In one, some, or many parts of odd and even lengths; 1013 is prime and has one part."""
-    monkeypatch.setattr(transform, "AT_ONCE", at_once)
+    monkeypatch.setattr(transform, "PART_SAMPLES", at_once)
     monkeypatch.setattr(transform, "COLUMNS", 7)
     y = RNG.standard_normal(samples + 3) + 2.0
-    numbers, bins = map(np.concatenate, zip(*transformed(y, samples, mean=2.0), strict=True))
+    numbers, bins = map(np.concatenate, zip(*transform_blocks(y, samples, mean=2.0), strict=True))
     order = np.argsort(numbers)
     assert numbers[order].tolist() == list(range(samples // 2 + 1))
     np.testing.assert_allclose(bins[order], np.fft.rfft(y[:samples] - 2.0), rtol=1e-10, atol=1e-11)

@@ -24,7 +24,7 @@ def test_a_line_is_found_and_taken_away():
     series = 0.3 - 2e-6 * k
     line = fit_line(series, 2)
     assert (line.offset, line.slope) == pytest.approx((0.3, -2e-6), rel=1e-10)
-    line.take_from(series)
+    line.subtract_from(series)
     assert np.max(np.abs(series)) < 1e-12
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from mechid.signal import effective_samples, ljung_box
-from mechid.signal.autoregression import autocovariance_among
+from mechid.signal.autoregression import autocovariance_of_accepted
 
 CHIRP = np.cos(np.arange(40.0) ** 2)
 COEFFICIENTS = {
@@ -93,7 +93,7 @@ def test_the_autocovariance_among_those_that_count_is_the_direct_sum():
     x, counted = rng.standard_normal(70_000) + 4.0, np.ones(70_000)
     rejected = np.array([0, 1, 5, 9, 65_535, 65_536, 69_998])
     counted[rejected] = 0.0
-    n, found = autocovariance_among(x, 6, rejected)
+    n, found = autocovariance_of_accepted(x, 6, rejected)
     centred = (x - x[counted > 0.0].mean()) * counted
     assert n == 70_000 - rejected.size
     for lag in range(7):

@@ -226,7 +226,7 @@ def test_a_brushed_motor_answers_a_voltage_as_its_linear_equations():
         },
     )
     m = mechanism_of(table)
-    m = replace(m, plant=m.plant.measuring(("current", "rotor_rate")))
+    m = replace(m, plant=m.plant.with_outputs(("current", "rotor_rate")))
     time_base = base(0.05)
     voltage = np.where(time_base.times < 0.02, 0.0, 6.0)
     command = MeasuredCommand().driven_by((InputChannel(quantity="voltage", held=True, samples=voltage),), 1e4, 0.0)

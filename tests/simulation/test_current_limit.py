@@ -20,7 +20,7 @@ def limit(**values):
 def test_a_coil_at_rest_fills_by_its_exponential():
     """Truth: i = U/R - (U/R + I sin 45 deg) exp(-t R/L) up to I sin 45 deg, which it then holds."""
     m = paper_with(changed(LIMITED, HELD))
-    m = m.__class__(m.plant.measuring(("current_phase_a", "current_phase_b")), m.parameters, m.options)
+    m = m.__class__(m.plant.with_outputs(("current_phase_a", "current_phase_b")), m.parameters, m.options)
     time_base, I = base(0.03), 0.5 * np.sqrt(0.5)
     run = run_kernel(m, constant(50.0), time_base).values
     since = np.maximum(time_base.times - 0.02, 0.0)

@@ -6,10 +6,10 @@ from scipy.integrate import solve_ivp
 
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.kernel.equations import equations_of
-from mechid.plant.flight import in_flight, on_base
+from mechid.plant.flight import to_flight, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.moving_base import ACCELERATION
-from mechid.simulation.linearisation import held_inputs, holdings, linearised
+from mechid.simulation.linearisation import held_inputs, holdings, linearise
 from mechid.simulation.resonances import resonances
 
 WING = {
@@ -21,13 +21,13 @@ WING = {
 
 def driven(changes):
     """Return a mechanism in flight whose base is driven."""
-    held = in_flight(mechanism_of(changed(paper_table(), {"housing": None, **changes})))
-    return on_base(held, Flying(base=Base.DRIVEN))
+    held = to_flight(mechanism_of(changed(paper_table(), {"housing": None, **changes})))
+    return with_base(held, Flying(base=Base.DRIVEN))
 
 
 def about(mechanism, holding, p=None):
     plant = mechanism.plant
-    return linearised(plant, mechanism.kernel_values() if p is None else p, held_inputs(plant), 0.0, holding)
+    return linearise(plant, mechanism.kernel_values() if p is None else p, held_inputs(plant), 0.0, holding)
 
 
 def stiffness(mechanism, holding, frequency):

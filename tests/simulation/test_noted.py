@@ -75,6 +75,6 @@ def test_stick_and_slip_that_the_torque_shows_are_noted(other):
     logged = begun(mechanism, 1001, events=1000)
     list(logged.blocks())
     at, _, rises = jumps_of(begun(mechanism, 1001, events=None).blocks())
-    own = np.isin(logged.switching.switch, mechanism.plant.jumping)
+    own = np.isin(logged.switching.switch, mechanism.plant.jump_switches)
     np.testing.assert_array_equal(at, np.ceil(logged.switching.time[own] * RATE_HZ - 1e-9))
     assert np.max(np.abs(rises)) > 1e-3

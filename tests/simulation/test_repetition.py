@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
-from mechid.plant.flight import in_flight
+from mechid.plant.flight import to_flight
 from mechid.simulation.repetition import repetition
 
 
@@ -50,7 +50,7 @@ def harmonic(order):
 )
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):
     """Truth: 200 full steps a turn of 1.8 deg, four an electrical period; a part repeats in its own."""
-    found = repetition(in_flight(mechanism_of(changed(paper_table(), changes))))
+    found = repetition(to_flight(mechanism_of(changed(paper_table(), changes))))
     assert found.steps == steps
     assert (found.sign.min() < 0.0) == (mirrored and "current" not in str(changes))
     turned = (steps or 2) * np.pi / 100.0
@@ -59,7 +59,7 @@ def test_steps_after_which_it_may_repeat(changes, steps, mirrored):
 
 
 def test_no_longer_than_asked():
-    mechanism = in_flight(mechanism_of(changed(paper_table(), error(1))))
+    mechanism = to_flight(mechanism_of(changed(paper_table(), error(1))))
     assert repetition(mechanism, 199.0).steps == 0
     assert repetition(mechanism, 200.0).steps == 200
 

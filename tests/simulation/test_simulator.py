@@ -31,7 +31,7 @@ def test_a_mechanism_that_diverges_is_nan_from_there_on_and_says_so(sensitive):
     assert run.torque.shape == (10001,)
     assert 0 < lost[0] < 10000
     np.testing.assert_array_equal(lost, np.arange(lost[0], 10001))
-    before = run_kernel(m, command, time_base.first(int(lost[0])), sensitive=chosen)
+    before = run_kernel(m, command, time_base.truncate(int(lost[0])), sensitive=chosen)
     assert before.outcome is SimulationOutcome.COMPLETE
     np.testing.assert_array_equal(before.torque, run.torque[: lost[0]])
     if sensitive:
@@ -100,7 +100,7 @@ def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
     if drive == "current":
         table = changed(table, LAYOUTS["current drive"])
     m = mechanism_of(table)
-    m = replace(m, plant=m.plant.measuring(("torque", "current_phase_a", "rotor_angle")))
+    m = replace(m, plant=m.plant.with_outputs(("torque", "current_phase_a", "rotor_angle")))
     command, peak = constant(46.0, start_angle_deg=30.0), "stepper.peak_current"
     own = "stepper.coil_resistance" if drive == "voltage" else peak
     size = 5.7 / 9.9 if drive == "voltage" else 0.5

@@ -46,7 +46,7 @@ STEPPED = [n for n, table in VARIANTS.items() if not any("slope" in str(u) for u
 def test_the_mechanism_moves_in_the_recorders_time(name, ppm):
     """Truth: steps at the instants at which the driver's clock makes them, all else as it is; every quantity."""
     mechanism = mechanism_of(VARIANTS[name])
-    plant = mechanism.plant.measuring(tuple(mechanism.plant.offered))
+    plant = mechanism.plant.with_outputs(tuple(mechanism.plant.offered))
     speed, p = 1.0 + 1e-6 * ppm, _values(mechanism, plant)
     (found, *_) = outputs(Simulator(plant, commanded(1.0), BASE, latest_s=0.1), p, Timing(OFFSET_S, ppm))
     true = Simulator(plant, commanded(speed), BASE, latest_s=0.1)
@@ -70,7 +70,7 @@ def _values(mechanism, plant):
 def test_runs_side_by_side_have_clocks_of_their_own():
     """Truth: each alone."""
     mechanism = mechanism_of(VARIANTS["paper"])
-    plant = mechanism.plant.measuring(("torque", "rotor_rate"))
+    plant = mechanism.plant.with_outputs(("torque", "rotor_rate"))
     simulator, p = Simulator(plant, commanded(1.0), BASE, latest_s=0.1), _values(mechanism, plant)
     timings = [Timing(0.01 + 1e-4 * k, 5e3 * k) for k in range(4)]
     begun = [simulator.run(p, timing=timing, directions=np.zeros((p.size, 0))) for timing in timings]
@@ -83,7 +83,7 @@ def test_runs_side_by_side_have_clocks_of_their_own():
 def test_derivatives_are_per_value_in_true_time():
     """Truth: central differences; parameters with and without a unit of time, and a state of the start."""
     mechanism = mechanism_of(VARIANTS["paper"])
-    plant = mechanism.plant.measuring(("torque", "rotor_rate"))
+    plant = mechanism.plant.with_outputs(("torque", "rotor_rate"))
     p, timing = _values(mechanism, plant), Timing(-0.002, 1e4)
     begun = Start({"start.rate": 0.4}, {3: {"start.rate": 1.0}})
     simulator = Simulator(plant, commanded(1.0).begin_at(0.001), BASE, latest_s=0.1, capacity=4, start=begun)

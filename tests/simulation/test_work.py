@@ -9,7 +9,7 @@ import pytest
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import in_threads, map_tasks
 from mechid.identification.identify import make_problem
-from mechid.simulation.work import WorkSpentError, count, counted, uncounted, work_of_run
+from mechid.simulation.work import WorkSpentError, count, suspend_counting, work_counter, work_of_run
 from synthetic import bench, truth
 
 
@@ -19,33 +19,33 @@ def problem():
 
 
 def test_work_counts_in_all_counts_around_it():
-    with counted() as outer:
+    with work_counter() as outer:
         count(2)
-        with counted() as inner:
+        with work_counter() as inner:
             count(3)
-        with uncounted():
+        with suspend_counting():
             count(100)
     count(1000)
     assert (outer.done, inner.done) == (5, 3)
 
 
 def test_a_limit_ends_the_work_and_whatever_is_begun_after_it():
-    with counted(limit=10) as work:
+    with work_counter(limit=10) as work:
         count(10)
         for _ in range(2):
             with pytest.raises(WorkSpentError):
                 count(1)
-        with uncounted():
+        with suspend_counting():
             count(1)
         work.limit = math.inf
         count(1)
     assert work.done == 13
-    with counted(limit=1), pytest.raises(WorkSpentError), counted():
+    with work_counter(limit=1), pytest.raises(WorkSpentError), work_counter():
         count(2)
 
 
 def test_threads_count_where_they_were_begun():
-    with counted() as work:
+    with work_counter() as work:
         in_threads(count, range(1, 5), 2)
         other = Thread(target=count, args=(100,))
         other.start()
@@ -56,14 +56,14 @@ def test_threads_count_where_they_were_begun():
 def test_runs_count_their_samples(problem):
     """Truth: samples, parameters and derivatives by hand; the triangle that is kept counts again."""
     samples, parameters = problem.targets[0].samples, len(problem.space.mechanism.plant.parameters)
-    with counted() as plain:
+    with work_counter() as plain:
         problem.norms(problem.start, problem.whole_windows())
     assert plain.done == samples * parameters
     q = problem.start * (1.0 + 1e-9)
-    with counted() as first:
+    with work_counter() as first:
         problem.joint(q, problem.whole_windows())
     assert first.done == work_of_run(samples, parameters, problem.coordinates.lanes)
-    with counted() as again:
+    with work_counter() as again:
         problem.joint(q, problem.whole_windows())
     assert again.done == first.done
 
@@ -74,7 +74,7 @@ def test_what_a_journal_holds_counts_as_it_did(tmp_path):
     def run(resume):
         journal = Journal.open(tmp_path / "journal.jsonl", {"a": "b"}, resume=resume)
         done = []
-        with counted() as work:
+        with work_counter() as work:
             journal.step("one", [1], lambda: count(3))
             done.append(work.done)
             journal.map_tasks("many", lambda task: count(int(task)), [1, 2, 4], 1)
@@ -98,7 +98,7 @@ def test_work_elsewhere_counts_here():
     from mechid.identification.computation.parallel import mapping_through
 
     ended = []
-    with counted() as work, mapping_through(Elsewhere()):
+    with work_counter() as work, mapping_through(Elsewhere()):
         assert map_tasks(count, [1, 2], 1, ended.extend) == [None, None]
     assert work.done == 3
     assert ended == [(0, None, 0.0), (1, None, 0.0)]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.structure.checks import energy_before, passivity_finding, response_findings
+from mechid.structure.checks import energy_before_impulse, passivity_finding, response_findings
 from three_modes import receptance
 
 F = np.arange(1.0, 400.0, 0.1)
@@ -31,7 +31,7 @@ def test_the_wrong_sign_of_phase_is_told():
 def test_an_advance_is_not_causal_and_a_delay_is(advance_s, low, high):
     """Truth: h(t + advance) has as much energy before 0 as h has in [0, advance]."""
     h = receptance(F)[:, 1] * np.exp(2j * np.pi * F * advance_s)
-    assert low <= energy_before(F, h) <= high
+    assert low <= energy_before_impulse(F, h) <= high
 
 
 def test_energy_before_in_closed_form():
@@ -40,7 +40,7 @@ def test_energy_before_in_closed_form():
     w = 2.0 * np.pi * F
     rate = 1.0 / ((2.0 * np.pi * f0) ** 2 + a**2 - w**2 + 2j * a * w)  # of the accelerance, which is what is judged
     advance = np.log(2.0) / (2.0 * a)
-    assert abs(energy_before(F, -rate / w**2 * np.exp(1j * w * advance)) - 0.5) < 0.005
+    assert abs(energy_before_impulse(F, -rate / w**2 * np.exp(1j * w * advance)) - 0.5) < 0.005
 
 
 def test_a_resonance_between_points_is_told():

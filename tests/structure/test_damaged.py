@@ -69,7 +69,7 @@ def test_what_is_no_file_is_said_at_once(what, suffix, tmp_path):
     os.mkfifo(path) if what == "a pipe" else path.symlink_to("/dev/zero")
     with pytest.raises(InputFileError) as caught:
         read_structure(path, SELECTION)
-    assert str(caught.value) == f"modes{suffix}: cannot be read (it is {what}, no file); check the path"
+    assert str(caught.value) == f"modes{suffix}: cannot be read (it is {what}, not a file); check the path"
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".toml"])
@@ -77,7 +77,7 @@ def test_a_text_that_is_too_long_is_refused(suffix, tmp_path):
     path = tmp_path / f"modes{suffix}"
     with path.open("wb") as file:
         file.truncate(2**40)
-    with pytest.raises(InputFileError, match="it is longer than 64 MiB"):
+    with pytest.raises(InputFileError, match="it is larger than 64 MiB"):
         read_structure(path)
 
 
@@ -86,7 +86,7 @@ def test_bulk_data_that_name_another_file_are_refused(tmp_path, line):
     """Truth: no number of another file comes in; pyYeti by itself follows such a line."""
     path = tmp_path / "s.asm"
     path.write_text(f"$ ASSEMBLY\nGRID,3,0,1.,2.,3.\n{line}\n")
-    with pytest.raises(InputFileError, match=r"s\.asm: line 3: .*copy its lines here"):
+    with pytest.raises(InputFileError, match=r"s\.asm: line 3: .*copy their lines here"):
         refuse_other_files(path)
     path.write_text("$ ASSEMBLY\nGRID,3,0,1.,2.,3.\n$ include no more\n")
     refuse_other_files(path)

@@ -88,14 +88,14 @@ def test_a_column_that_is_no_shape_is_no_line_of_sight(tmp_path, name):
 
 
 def test_damping_stands_once(tmp_path):
-    with pytest.raises(InputFileError, match=r"zeta.*holds damping, as another does; leave one out"):
+    with pytest.raises(InputFileError, match=r"zeta.*holds damping, as does another column; remove one"):
         mechid.load_structure(modal_csv(tmp_path, "damping,interface,x,zeta", 0.01, 0.01, columns=",0.02"))
-    with pytest.raises(InputFileError, match="has both damping and damping_percent; leave one out"):
+    with pytest.raises(InputFileError, match="has both damping and damping_percent; remove one"):
         mechid.load_structure(modal_toml(tmp_path, "damping = 0.01\ndamping_percent = 1.0"))
 
 
 def test_a_unit_of_something_else_is_refused(tmp_path):
-    with pytest.raises(InputFileError, match=r'column "damping": unit "N m s" is none for it; expected 1 or %'):
+    with pytest.raises(InputFileError, match=r'column "damping": unit "N m s" is not valid here; expected 1 or %'):
         mechid.load_structure(modal_csv(tmp_path, "damping [N m s],interface,x", 0.01))
 
 
@@ -110,7 +110,7 @@ def test_frequencies_are_read_in_the_unit_that_the_header_states(tmp_path, colum
     [
         ("frequency", r'states no unit; write "frequency_Hz", or "frequency \[rad/s\]"'),
         ("frequency_Hz [rad/s]", r'has unit "rad/s"; write "frequency \[rad/s\]" if the unit is right'),
-        ("frequency [N m]", 'unit "N m" is none for it; expected Hz or rad/s'),
+        ("frequency [N m]", 'unit "N m" is not valid here; expected Hz or rad/s'),
     ],
 )
 def test_a_frequency_without_a_clear_unit_is_asked_about(tmp_path, column, message):

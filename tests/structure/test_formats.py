@@ -145,12 +145,12 @@ def test_outside_its_coverage_a_response_is_not_known(tmp_path):
 REFUSED = {
     "frf.csv": [
         ("frequency_Hz,los_x_re\n1,2\n", 'frf.csv: no column "los_x_im"'),
-        ("frequency_Hz,los_x_re [m/N],los_x_im\n1,2,3\n2,2,3\n", 'unit "m/N" is none of a response to a torque'),
+        ("frequency_Hz,los_x_re [m/N],los_x_im\n1,2,3\n2,2,3\n", 'unit "m/N" does not fit a response to a torque'),
         ("frequency_Hz,los_x_re,los_x_im\n2,2,3\n1,2,3\n", "1 Hz comes after 2 Hz"),
         ("frequency_Hz,los_x_re,los_x_im\n1,2,x\n", 'line 2: column "los_x_im": found "x"'),
         ("frequncy_Hz,los_x_re,los_x_im\n1,2,3\n", 'no column "frequency_Hz"; did you mean "frequncy_Hz"'),
         ("frequency_Hz,damping,interface\n1,0.1,1\n", "no line of sight"),
-        ("frequency_Hz,interface,los_x\n1,0.1,1\n", "holds no damping"),
+        ("frequency_Hz,interface,los_x\n1,0.1,1\n", "contains no damping"),
         ("frequency_Hz,damping,interface,los_x\n1,-0.1,1,1\n", "damping of mode 0: found -0.1"),
     ],
     "modes.toml": [
@@ -179,9 +179,9 @@ def test_a_system_that_cannot_be_is_refused(modes):
     A, B, C = modes.state_space()
     with pytest.raises(UsageError, match="2 outputs"):
         from_state_space(signal.StateSpace(A, B, C, np.zeros((3, 1))), ("x",))
-    with pytest.raises(UsageError, match="sampled at dt"):
+    with pytest.raises(UsageError, match="is discrete with dt"):
         from_state_space(signal.StateSpace(A, B, C, np.zeros((3, 1)), dt=0.1), NAMES)
-    with pytest.raises(InputFileError, match="has a pole"):
+    with pytest.raises(InputFileError, match="has an unstable pole"):
         from_state_space(signal.StateSpace(A + 3.0 * np.eye(6), B, C, np.zeros((3, 1))), NAMES)
 
 
@@ -206,7 +206,9 @@ def test_numbers_whose_response_is_none_are_refused(tmp_path, key, value):
     numbers = {"frequency_hz": "20.0", "damping_percent": "1.0", "interface": "0.1", "line_of_sight": "[0.2]"}
     numbers[key] = f"[{value}]" if key == "line_of_sight" else value
     lines = "\n".join(f"{name} = {number}" for name, number in numbers.items())
-    with pytest.raises(InputFileError, match=r"modes\.toml: .*its response at .* Hz is no number a structure has"):
+    with pytest.raises(
+        InputFileError, match=r"modes\.toml: .*its response at .* Hz is not finite or is too large for a structure"
+    ):
         read_structure(written(tmp_path / "modes.toml", f'line_of_sight = ["x"]\n[[mode]]\n{lines}\n'))
 
 
@@ -214,5 +216,5 @@ def test_numbers_whose_response_is_none_are_refused(tmp_path, key, value):
 def test_a_response_that_no_structure_has_is_refused(tmp_path, value):
     rows = "\n".join(f"{f},1e-6,0,{value},0" for f in range(1, 20))
     path = written(tmp_path / "frf.csv", f"frequency_Hz,interface_re,interface_im,los_x_re,los_x_im\n{rows}\n")
-    with pytest.raises(InputFileError, match=r"is no number a structure has"):
+    with pytest.raises(InputFileError, match=r"is not finite or is too large for a structure"):
         read_structure(path)

@@ -39,11 +39,11 @@ def test_a_craig_bampton_model_solved_here(craig_bampton_folder):
     """Truth: Nastran's frequencies of the superelement with its boundary held, which its own file prints."""
     from pyyeti.nastran import op4
 
-    from mechid.structure.nastran import solved_modes
+    from mechid.structure.nastran import solve_modes
 
     content = op4.read(str(craig_bampton_folder / "outboard.op4"))
     inner = slice(24, None)  # four boundary grids come first
-    values, _ = solved_modes(content["kxx"][inner, inner], content["mxx"][inner, inner], "outboard.op4")
+    values, _ = solve_modes(content["kxx"][inner, inner], content["mxx"][inner, inner], "outboard.op4")
     f = np.sqrt(values) / (2.0 * np.pi)
     for printed in OUTBOARD_HZ:
         assert np.abs(f - printed).min() < 6e-4
@@ -86,12 +86,12 @@ def test_modes_left_out_leave_their_flexibility(craig_bampton_folder):
 @pytest.mark.parametrize(
     ("name", "changed", "said"),
     [
-        ("nas2cam.op2", {"interface": None}, "nas2cam.op2: give interface"),
+        ("nas2cam.op2", {"interface": None}, "nas2cam.op2: its nodes are numbered; give interface"),
         ("nas2cam.op2", {"interface": Location(3, "tz")}, 'interface direction "tz"'),
         ("nas2cam.op2", {"interface": Location(99, "rz")}, "no grid 99; it holds 3, 4, 5"),
-        ("outboard.op4", {"damping": None}, "holds no damping"),
+        ("outboard.op4", {"damping": None}, "contains no damping"),
         ("outboard.op4", {"line_of_sight": {}}, "give line_of_sight"),
-        ("residual.op2", {}, "no residual.op4 beside it"),
+        ("residual.op2", {}, "needs residual.op4 in the same folder"),
     ],
 )
 def test_what_is_missing_is_said(craig_bampton_folder, name, changed, said):
@@ -100,7 +100,7 @@ def test_what_is_missing_is_said(craig_bampton_folder, name, changed, said):
 
 
 def test_another_axis_than_the_mechanisms_is_refused(craig_bampton_folder):
-    with pytest.raises(InputFileError, match="torque about rz where the mechanism turns about rx"):
+    with pytest.raises(InputFileError, match="torque about rz but the mechanism turns about rx"):
         read_structure(craig_bampton_folder / "nas2cam.op2", selected(), axis="rx")
 
 

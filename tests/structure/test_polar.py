@@ -38,7 +38,7 @@ def test_a_level_above_zero_without_a_unit_is_told_by_its_phase(tmp_path, refere
     """Truth: the same phase and magnitude in a unit are read; no reference makes the level a magnitude."""
     level, phase = 20.0 * np.log10(np.abs(H) / reference), np.degrees(np.angle(H))
     level = level - min(level.min(), 0.0)
-    with pytest.raises(InputFileError, match=r"x_mag.*the response of a structure if it is a level in dB"):
+    with pytest.raises(InputFileError, match=r"x_mag.*this is a causal response if it is a level in dB"):
         read(tmp_path, x_mag=level, x_phase_deg=phase)
     read(tmp_path, **{"x_mag [rad/(N m)]": level, "x_phase_deg": phase})  # a stated unit is believed
 
@@ -61,7 +61,7 @@ def test_a_phase_is_read_in_its_unit(tmp_path, name, phase):
 
 
 def test_a_phase_in_radians_under_degrees_is_asked_about(tmp_path):
-    with pytest.raises(InputFileError, match=r"no resonance turns so little; end the name in _phase \[rad\]"):
+    with pytest.raises(InputFileError, match=r"a resonance would turn them further; end the name with _phase \[rad\]"):
         read(tmp_path, x_mag=np.abs(H), x_phase_deg=np.angle(H))
 
 
@@ -74,7 +74,7 @@ def test_half_a_turn_in_radians_under_degrees_is_asked_about(tmp_path):
 
 
 def test_degrees_under_radians_are_asked_about(tmp_path):
-    with pytest.raises(InputFileError, match=r"many turns in radians; end the name in _phase \[deg\]"):
+    with pytest.raises(InputFileError, match=r"many turns if in radians; end the name with _phase \[deg\]"):
         read(tmp_path, x_mag=np.abs(H), x_phase_rad=np.degrees(np.angle(H)))
 
 
@@ -87,7 +87,7 @@ def test_a_structure_below_its_first_mode_has_a_small_phase_in_degrees(tmp_path)
 
 @pytest.mark.parametrize(("name", "found"), [("x_phase", "states no unit"), ("x_phase_deg [rad]", 'has unit "rad"')])
 def test_a_phase_without_a_clear_unit_is_asked_about(tmp_path, name, found):
-    with pytest.raises(InputFileError, match=rf"{found}; end the name in _phase \[deg\] or _phase \[rad\]"):
+    with pytest.raises(InputFileError, match=rf"{found}; end the name with _phase \[deg\] or _phase \[rad\]"):
         read(tmp_path, **{"x_mag": np.abs(H), name: np.degrees(np.angle(H))})
 
 

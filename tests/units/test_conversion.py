@@ -78,7 +78,7 @@ def test_the_si_unit_of_a_quantity_has_factor_one(quantity):
     assert to_si_factor(si_unit(quantity), quantity) == 1.0
 
 
-MEGA = '"M" is mega, which no record needs; if milli is meant, write '
+MEGA = '"M" means mega, which no record uses; if milli is meant, write '
 GRAD = 'it may be degrees or gon (0.9 deg); write unit = "deg" or unit = "gon"'
 
 REFUSED = [

@@ -97,7 +97,7 @@ def test_of_two_entries_of_a_list_the_second_moves_up_where_the_first_is_off(cam
     names = ("stepper.detent:7.2deg", "stepper.detent:0.9deg", "friction.directional")
     superset = superset_of(base, only=names)
     found = {name: 0.25 * width for name, width in superset.widths.items()}
-    proposed = superset.freeing(names).with_values(found)
+    proposed = superset.with_free_terms(names).with_values(found)
     effects = [
         missing(name, {n: proposed.value(n) for n, t in superset.term_of.items() if t == name}, name.partition(":")[0])
         for name in names

@@ -14,7 +14,7 @@ from layouts import mechanism_of
 from mechid.campaign import load_mechanism
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Progress
-from mechid.simulation.interruption import ask
+from mechid.simulation.interruption import check_interruption
 from mechid.web import Source
 from mechid.web.estimate import Estimate
 from mechid.web.fit_run import FitRun, RunState
@@ -161,7 +161,7 @@ def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session)
 def test_a_cancelled_run_ends_also_where_it_has_nothing_to_report():
     def endless(told):
         while True:
-            ask()
+            check_interruption()
 
     run = FitRun(endless)
     run.start()

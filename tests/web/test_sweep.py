@@ -24,7 +24,7 @@ def session(source):
 
 def chirp(scene, picture, order):
     """Return a sine at an order of the step rate, (n,)."""
-    t = scene.base.first(picture.measured.size).times
+    t = scene.base.truncate(picture.measured.size).times
     start, end = scene.rate[0], scene.rate[-1]
     slope = (end[1] - start[1]) / (end[0] - start[0])
     return AMPLITUDE * np.sin(2.0 * math.pi * order * (start[1] * t + 0.5 * slope * t**2))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mechid.analysis.order_tracking import travel_windows
 from mechid.analysis.settings import ORDER
-from mechid.signal.grid import Hummed, drifting_lines, evident_grid
+from mechid.signal.grid import HumSeries, drifting_lines, evident_grid
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series
 from mechid.signal.settings import HUM
@@ -40,7 +40,7 @@ def remove_hum(
     def nearest(hz: float) -> float:
         return min(abs(hz - order * rate) for order in orders) if steady else float("inf")
 
-    own = Hummed(residual, sample_rate_hz, lambda hz, reach: nearest(hz) > reach)
+    own = HumSeries(residual, sample_rate_hz, lambda hz, reach: nearest(hz) > reach)
     grid = evident_grid([own], mains_hz)
     hz = grid.own_hz[0] if grid else mains_hz
     top = min(HUM.highest_hz, 0.45 * sample_rate_hz)

@@ -18,7 +18,7 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.records import Channel, Record
-from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
+from mechid.records.step_rate import SuggestedRate, suggest_rate_without_hum
 from mechid.signal import Band, power_density, third_octaves
 from mechid.signal.clipping import clipped_runs
 from mechid.signal.density import rms_below
@@ -138,7 +138,7 @@ def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     lines = [spectral_lines(spectrum) for spectrum in spectra]
     each = list(zip(record.channels, spectra, lines, strict=True))
     torque_first = sorted(each, key=lambda one: one[0].quantity != "torque")
-    suggestions = (suggested_beside_hum(c.data, spectrum, found) for c, spectrum, found in torque_first)
+    suggestions = (suggest_rate_without_hum(c.data, spectrum, found) for c, spectrum, found in torque_first)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
     steps = _microsteps(declared, suggested)

@@ -19,7 +19,7 @@ from mechid.analysis.order_tracking import TravelWindow, travel_windows
 from mechid.analysis.settings import ORDER
 from mechid.arrays import FloatArray
 from mechid.signal.density import THIRD
-from mechid.signal.orders import orders_and_rest
+from mechid.signal.orders import fit_orders
 from mechid.signal.series import Series
 from mechid.signal.window import windowed_density
 
@@ -107,7 +107,7 @@ def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int
 
 
 def _track_window(window: TravelWindow, left: FloatArray, orders: list[float], hidden: Collection[float]) -> _Window:
-    amplitudes, rest = orders_and_rest(left[:, None], window.position, orders)
+    amplitudes, rest = fit_orders(left[:, None], window.position, orders)
     duration_s = left.size / window.sample_rate_hz
     fine = windowed_density(rest[:, 0], window.sample_rate_hz)
     frequency = np.arange(fine.size) / duration_s

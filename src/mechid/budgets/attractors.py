@@ -18,7 +18,7 @@ from mechid.budgets.period_map import PeriodMap
 from mechid.budgets.settings import MOTION
 from mechid.budgets.steady_state import SteadyState, cut_off, enough_substeps, periods_to_settle, steady_state
 from mechid.identification.computation.parallel import map_tasks
-from mechid.plant.flight import below
+from mechid.plant.flight import with_line_filter
 from mechid.plant.mechanism import Mechanism
 
 FROM_REST, RISING, FALLING = "from rest", "rising", "falling"
@@ -80,7 +80,7 @@ def steady_states(
         The mechanism diverged.
     """
     substeps = enough_substeps(mechanism, mode, names)
-    lined = below(mechanism, cut_off(mode))
+    lined = with_line_filter(mechanism, cut_off(mode))
     rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
     starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
     while starts:

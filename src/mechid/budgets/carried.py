@@ -16,7 +16,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.settings import RESIDUALS
 from mechid.plant.mechanism import Mechanism
-from mechid.simulation.linearisation import held_inputs, holdings, linearised
+from mechid.simulation.linearisation import held_inputs, holdings, linearise
 
 GRID_HZ = np.geomspace(0.5, 5000.0, 1200)
 
@@ -66,9 +66,9 @@ def carried(bench: Mechanism, flying: Mechanism) -> Carried:
 
 def _from_motor(mechanism: Mechanism) -> FloatArray:
     """Return the size of the torque's response to the inputs at `GRID_HZ`, where nothing rubs."""
-    plant = mechanism.plant.measuring(("torque",))
+    plant = mechanism.plant.with_outputs(("torque",))
     free = holdings(plant)[-1]
-    about = linearised(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, free)
+    about = linearise(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, free)
     return np.asarray(np.linalg.norm(about.response(GRID_HZ)[:, 0, :], axis=1))
 
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.command import Command
-from mechid.plant.flight import moving_base_objection, on_base
+from mechid.plant.flight import moving_base_objection, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.moving_base import ACCELERATION
-from mechid.simulation.linearisation import held_inputs, holdings, linearised
+from mechid.simulation.linearisation import held_inputs, holdings, linearise
 from mechid.structure import Modes, Structure
 
 
@@ -41,12 +41,12 @@ def dynamic_stiffness(mechanism: Mechanism, frequency_hz: FloatArray, command: C
     FitError
         There is no equilibrium near the commanded angle.
     """
-    driven = on_base(mechanism, Flying(base=Base.DRIVEN))
+    driven = with_base(mechanism, Flying(base=Base.DRIVEN))
     plant, p = driven.plant, driven.kernel_values()
     inputs, at = held_inputs(plant, command), plant.inputs.index(ACCELERATION)
     angle = command.start_angle_rad if command else 0.0
     square = (2.0 * np.pi * frequency_hz) ** 2
-    rows = [linearised(plant, p, inputs, angle, how).response(frequency_hz)[:, 0, at] for how in holdings(plant)]
+    rows = [linearise(plant, p, inputs, angle, how).response(frequency_hz)[:, 0, at] for how in holdings(plant)]
     return np.asarray(-square * np.array(rows), dtype=np.complex128)
 
 

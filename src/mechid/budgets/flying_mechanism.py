@@ -20,7 +20,7 @@ from mechid.identification.result.estimate_file import DIGEST
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.parameter import Role
-from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
+from mechid.plant.flight import FILTER, flying_plant, parts_left_on_bench, to_flight, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
@@ -86,7 +86,7 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
     values = dict(_named(flight, plant))
     _check_names(flight, plant, values)
     try:
-        flying = in_flight(bench, values, modes)
+        flying = to_flight(bench, values, modes)
     except InputFileError as error:
         raise InputFileError(f"{flight.place}: {error}") from error
     _refuse_tied(flight, flying)
@@ -106,7 +106,7 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
         names=(*known, *flight.uncertain),
         covariance=block_diag(covariance[np.ix_(kept, kept)], np.diag(np.square(list(flight.uncertain.values())))),
         discrepancy=discrepancy_of(residuals, of_profiles_alone=source is not None),
-        left=left_on_bench(bench, names),
+        left=parts_left_on_bench(bench, names),
         outcome=_doubt(fit),
         residual=source,
         side=residuals.components,
@@ -124,7 +124,7 @@ def on_modes(mechanism: Mechanism, modes: Modes) -> Mechanism:
         A block of the user's own does not say how it moves with its base.
     """
     rows = np.column_stack([modes.omega, modes.damping, modes.interface]).tolist()
-    return on_base(mechanism, Flying(base=Base.ON_MODES, modes=len(rows)), rows)
+    return with_base(mechanism, Flying(base=Base.ON_MODES, modes=len(rows)), rows)
 
 
 def _flies(name: str) -> bool:
@@ -133,7 +133,7 @@ def _flies(name: str) -> bool:
 
 def _named(flight: Flight, plant: Plant) -> Iterator[tuple[str, float]]:
     """Yield the flight's values by dotted names of the plant; a load's inertia is that of what the plant moves."""
-    whole = plant.having(Role.LOAD_INERTIA)
+    whole = plant.names_with_role(Role.LOAD_INERTIA)
     for name, value in flight.values.items():
         yield (whole[0] if name == LOAD_INERTIA and name not in plant.declarations and whole else name), value
 

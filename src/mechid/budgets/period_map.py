@@ -78,7 +78,7 @@ class PeriodMap:
     Parameters
     ----------
     mechanism : Mechanism
-        In flight; `plant.flight.below` makes it give its torque below a cut-off too.
+        In flight; `plant.flight.with_line_filter` makes it give its torque below a cut-off too.
     mode : OperatingMode
     rate : float
         Full steps/s.

@@ -16,7 +16,7 @@ from mechid.budgets.orbit import Orbit, find_orbit
 from mechid.budgets.period_map import PeriodMap, directions
 from mechid.budgets.settings import MOTION
 from mechid.errors import FitError
-from mechid.plant.flight import below
+from mechid.plant.flight import with_line_filter
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.block import State
@@ -162,7 +162,7 @@ def steady_state(
     FitError
         The mechanism diverged.
     """
-    period = PeriodMap(below(mechanism, cut_off(mode)), mode, rate, tuple(names), substeps)
+    period = PeriodMap(with_line_filter(mechanism, cut_off(mode)), mode, rate, tuple(names), substeps)
     settle = periods_to_settle(mode, period.duration_s)
     if not period.repeats:
         return _not_repeating(period, start, settle)
@@ -242,7 +242,7 @@ def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[s
 
     With the `names` of the derivatives that are wanted later the same kernel serves.
     """
-    period = PeriodMap(below(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
+    period = PeriodMap(with_line_filter(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
     simulator = period.simulator(round(0.2 * MOTION.sample_rate_hz), period.lanes)
     return simulate_accurately(simulator, period.mechanism.kernel_values()).substeps
 

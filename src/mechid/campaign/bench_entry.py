@@ -9,7 +9,7 @@ from typing import Any
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place, describe_entry, number, one_of, refuse_unknown_keys, required_entry
 from mechid.command.entry import is_table
-from mechid.records import Mounting, Record, Role, about_mounting_point
+from mechid.records import Mounting, Record, Role, move_to_mounting_point
 from mechid.records.components import AXES, TORQUE
 
 KEY = "bench"
@@ -36,7 +36,7 @@ def read_bench(table: Mapping[str, Any], place: Place, records: Sequence[Campaig
 
 def with_data(record: CampaignRecord, data: Record, mounting: Mounting | None) -> CampaignRecord:
     """Attach the samples to a record of the campaign, with moments taken about the mounting point."""
-    return replace(record, data=data if mounting is None else about_mounting_point(data, mounting))
+    return replace(record, data=data if mounting is None else move_to_mounting_point(data, mounting))
 
 
 def _mounting(entry: Any, place: Place) -> Mounting:

@@ -42,7 +42,7 @@ def assign_channels(
     # The torque comes first, as the leading channel.
     order = sorted((quantity for quantity in plant.offered if quantity in held), key=lambda q: q != TORQUE)
     if list(plant.outputs) != order:
-        mechanism = replace(mechanism, plant=plant.measuring(order))
+        mechanism = replace(mechanism, plant=plant.with_outputs(order))
     return mechanism, tuple(replace(record, matches=_in_order(record, order)) for record in records)
 
 

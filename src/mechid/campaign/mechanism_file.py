@@ -80,7 +80,7 @@ def _parameter(
     if name in entries:
         divides = name in divisors(structure.plant)
         return read_parameter(entries[name], name, declaration, place.key(name), divides=divides)
-    if declaration.default is None and name not in structure.plant.related("tied_to"):
+    if declaration.default is None and name not in structure.plant.related_parameters("tied_to"):
         table, _, key = name.rpartition(".")
         plain = table_of(name)
         header = f"[[{plain}]]" if plain in LISTS else f"[{table}]"
@@ -92,7 +92,7 @@ def _parameter(
 
 def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any], structure: Structure) -> None:
     """Tie parameters missing from the file to their masters."""
-    for name, master in structure.plant.related("tied_to").items():
+    for name, master in structure.plant.related_parameters("tied_to").items():
         if name not in entries:
             parameters[name] = Parameter(
                 name=name,

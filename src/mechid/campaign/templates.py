@@ -23,13 +23,13 @@ from mechid.command.entry import quote_words
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
 from mechid.errors import MechidError, UsageError, did_you_mean
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.parameter import Declaration
 from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
 from mechid.plant.mechanism import Mechanism
 from mechid.records import COMPONENTS, open_table
-from mechid.records.columns import torque_elsewhere
+from mechid.records.columns import other_torque_column
 from mechid.writing import creating_folder, write_atomically
 
 MECHANISM_NAME = "mechanism.toml"
@@ -125,7 +125,7 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     for path in texts:
         if path.exists():
             raise UsageError(f"{path}: is there already; give another folder, or move it away")
-    with held(folder), creating_folder(folder):
+    with hold_folder(folder), creating_folder(folder):
         for path, content in texts.items():
             write_atomically(path, content)
     return list(texts)
@@ -165,7 +165,7 @@ def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
 def _torque(file: Path) -> str:
     """Return the torque column of a file if it is not in the default position; empty if it is, or for no file."""
     try:
-        return torque_elsewhere(open_table(file, file.name)) or ""
+        return other_torque_column(open_table(file, file.name)) or ""
     except (MechidError, OSError):
         # The file may be recorded later; if it is unreadable, mechid check reports the reason.
         return ""

@@ -27,11 +27,11 @@ def bootstrap(
     from mechid.cli.ending import advise
     from mechid.cli.printed import print_result, show_progress
     from mechid.fits.load import load_fit
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
     found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")
-    with held(out):
+    with hold_folder(out):
         with on_scheduler(scheduler), show_progress() as listener:
             done = bootstrapped(
                 found,

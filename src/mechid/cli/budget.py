@@ -19,8 +19,8 @@ def budget(
     """Predict the line of sight's error against requirements."""
     from mechid.budgets.run import budget as budgeted
     from mechid.cli.printed import print_result, say
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
-    with held(out), on_scheduler(scheduler):
+    with hold_folder(out), on_scheduler(scheduler):
         made = budgeted(file, workers=workers, say=say)
         print_result(made, out)

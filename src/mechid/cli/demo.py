@@ -19,12 +19,12 @@ def demo(
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.demos.run import make_bench
-    from mechid.holding import held
+    from mechid.holding import hold_folder
     from mechid.identification.run import IdentifyRun
     from mechid.reports.files import PAGE_NAME
 
     refuse_measured_campaign(out)
-    with held(out):
+    with hold_folder(out):
         prepare_kernel(catalogue_mechanism().plant)
         typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
         identify_into(make_bench(out, seed), out, IdentifyRun(seed=seed, truth=TRUTH))

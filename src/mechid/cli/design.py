@@ -36,7 +36,7 @@ def design(
     from mechid.designs.proposal import refuse_own_folder
     from mechid.designs.run import design as designed
     from mechid.errors import UsageError
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)
@@ -44,7 +44,7 @@ def design(
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
     # Read before the fit is loaded, which takes longer.
     named = read_diagnosed(diagnosis) if diagnosis else None
-    with held(out):
+    with hold_folder(out):
         with on_scheduler(scheduler):
             made = designed(
                 loaded,

@@ -25,10 +25,10 @@ def diagnose(
     from mechid.cli.printed import print_result, show_progress
     from mechid.diagnoses.run import diagnose as diagnosed
     from mechid.fits.load import load_fit
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
     finished = load_fit(fit, campaign)
-    with held(out):
+    with hold_folder(out):
         with on_scheduler(scheduler), show_progress() as listener:
             found = diagnosed(finished, consider=consider or (), workers=workers, listener=listener)
         print_result(found, out)

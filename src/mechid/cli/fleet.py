@@ -27,9 +27,9 @@ def fleet(
     from mechid.cli.printed import print_result, say
     from mechid.errors import FitError
     from mechid.fleets.run import fleet as together
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
-    with held(out):
+    with hold_folder(out):
         with on_scheduler(scheduler):
             made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, say=say)
         print_result(made, out)

@@ -25,11 +25,11 @@ def identify(
     from mechid.campaign import load_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.holding import held
+    from mechid.holding import hold_folder
     from mechid.identification.run import IdentifyRun
 
     loaded = load_campaign(campaign)
-    with held(out):
+    with hold_folder(out):
         prepare_kernels(loaded)
         with on_scheduler(scheduler):
             identify_into(loaded, out, IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume))

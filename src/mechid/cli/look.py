@@ -27,10 +27,10 @@ def look(
     """Look at records before any model: health, noise, lines, resonances, and how they seem to be driven."""
     from mechid.cli.printed import print_result
     from mechid.errors import RecordError
-    from mechid.holding import held
+    from mechid.holding import hold_folder
     from mechid.looks.run import look as looked
 
-    with held(out):
+    with hold_folder(out):
         found = looked(*records, sample_rate_hz=sample_rate_hz, columns=column or (), quantity=quantity, unit=unit)
         print_result(found, out)
     if found.left_out:

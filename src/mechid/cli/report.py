@@ -17,13 +17,13 @@ def report(
     """Make the report of an identification anew."""
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.fits.load import load_fit
-    from mechid.holding import held
+    from mechid.holding import hold_folder
     from mechid.ink.console import console_on, print_lines
     from mechid.reports.results import read_truth
     from mechid.reports.run import report as reported
 
     read_truth(folder)
-    with held(folder):
+    with hold_folder(folder):
         fit = load_fit(folder, campaign)
         if fit.campaign:
             prepare_kernels(fit.campaign)

@@ -26,12 +26,12 @@ def simulate(
     from mechid.campaign.trajectory_file import refuse_measured
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.cli.printed import print_result
-    from mechid.holding import held
+    from mechid.holding import hold_folder
     from mechid.ink.console import console_on, print_lines
     from mechid.simulations.run import simulate_campaign
 
     loaded = load_campaign(campaign, need_files=False)
-    with held(out):
+    with hold_folder(out):
         measured = [record.file for record in loaded.records if record.file is not None]
         refuse_measured(measured, [record.name for record in loaded.records], out)
         warnings = (*loaded.warnings, *time_base_warnings(loaded, sample_rate_hz, duration_s))

@@ -159,6 +159,7 @@ def steps_travelled(profile: RateProfile, times_s: FloatArray) -> FloatArray:
     pieces = _pieces(profile, 1, end_s)
     before = np.concatenate([[0.0], running_sum(np.abs(pieces.end - pieces.start))])
     at = np.maximum(np.searchsorted(pieces.start_s, times_s, side="right") - 1, 0)
+    # Times before the first piece have travelled nothing.
     lapse = np.clip(times_s - pieces.start_s[at], 0.0, pieces.duration_s[at])
     start, end = np.abs(pieces.start_rate)[at], np.abs(pieces.end_rate)[at]
     done: FloatArray = before[at] + lapse * (start + (end - start) * lapse / (2.0 * pieces.duration_s[at]))
@@ -216,6 +217,7 @@ def _split_at_reversals(
         (turning_rate, end_rate),
     )
     starts, durations, first_rates, last_rates = (np.stack(pair, axis=1).ravel() for pair in halves)
+    # A segment without a reversal leaves an empty second half.
     kept = durations > 0.0
     return starts[kept], durations[kept], first_rates[kept], last_rates[kept]
 

@@ -75,6 +75,7 @@ class MeasuredCommand(Command):
         v = channel.samples
         if channel.held:
             return v, np.zeros_like(v)
+        # The last sample has no successor, so its slope is 0.
         return np.full_like(v, v[0]), np.append(np.diff(v) * self.sample_rate_hz, 0.0)
 
     def max_edges_per_sample(self, h: float, duration_s: float) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 from mechid.budgets.example import write_example
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener
 from mechid.reports.into_folder import Identified
 from mechid.reports.run import identify_into
@@ -55,7 +55,7 @@ def demo(
     >>> mechid.demo("mechid-demo").fit.grade  # doctest: +SKIP
     <Grade.A: 'A'>
     """
-    with held(out):
+    with hold_folder(out):
         campaign = make_bench(Path(out), seed)
         return identify_into(
             campaign,

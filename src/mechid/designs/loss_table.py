@@ -53,7 +53,7 @@ def _row(case: tuple[Command, str, float, Mechanism]) -> LossRow:
 
 def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
     yield "", 1.0, mechanism
-    has = mechanism.plant.having
+    has = mechanism.plant.names_with_role
     kinds: list[tuple[Role, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
         (Role.LOAD_INERTIA, RATE.inertia_factors, heavier),
         (Role.SUPPLY, RATE.voltage_factors, weaker),

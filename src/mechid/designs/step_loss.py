@@ -83,7 +83,7 @@ def driven(mechanism: Mechanism, command: Command, seconds: float, *, torque: bo
 
 @lru_cache(maxsize=16)
 def _watched(plant: Plant, measured: tuple[str, ...]) -> Plant:
-    return plant.measuring(measured)
+    return plant.with_outputs(measured)
 
 
 def stopped(command: Command, seconds: float) -> Command:
@@ -174,7 +174,7 @@ def margins(mechanism: Mechanism, command: Command, seconds: float) -> Margins:
 
     if not holds(mechanism):
         return Margins(True)
-    has = mechanism.plant.having
+    has = mechanism.plant.names_with_role
     supply = torque = inertia = None
     if has(Role.SUPPLY):
         supply = _largest(lambda x: holds(weaker(mechanism, 1.0 - x)), 0.99)
@@ -198,12 +198,14 @@ def heavier(mechanism: Mechanism, factor: float) -> Mechanism:
 
 
 def _scaled(mechanism: Mechanism, role: Role, factor: float) -> Mechanism:
-    return mechanism.with_values({name: factor * mechanism.value(name) for name in mechanism.plant.having(role)})
+    return mechanism.with_values(
+        {name: factor * mechanism.value(name) for name in mechanism.plant.names_with_role(role)}
+    )
 
 
 def rubbing(mechanism: Mechanism, torque: float) -> Mechanism:
     """Return the mechanism with further dry friction at the rotor, N m: a load torque that opposes motion."""
-    names = mechanism.plant.having(Role.DRY_FRICTION)
+    names = mechanism.plant.names_with_role(Role.DRY_FRICTION)
     return mechanism.with_values({name: mechanism.value(name) + torque for name in names})
 
 

@@ -17,7 +17,7 @@ from mechid.identification.diagnosis.proposal import HeldOut
 from mechid.identification.result.diagnosis_file import FORMAT
 from mechid.identification.result.estimate_file import provenance_of_fits
 from mechid.ink.digits import digits
-from mechid.signal.strongest import Strongest
+from mechid.signal.strongest import StrongestParts
 
 LINES, BANDS = "lines", "third octaves around"
 BETTER = 0.01
@@ -62,7 +62,7 @@ def _entry(data: dict[str, Any], pictures: Pictures) -> dict[str, Any]:
     }
 
 
-def _place(record: str, found: Strongest) -> dict[str, Any]:
+def _place(record: str, found: StrongestParts) -> dict[str, Any]:
     """Return the location of an effect in a record, with its description."""
     hz = [hertz(each) for each in found.frequencies_hz]
     text = " and ".join(filter(None, (", ".join(hz[:-1]), hz[-1]))) if hz else "-"

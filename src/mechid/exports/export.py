@@ -15,7 +15,7 @@ from mechid.errors import UsageError, did_you_mean
 from mechid.exports.document import PAGES, PRESENTER, export_numbers
 from mechid.exports.handover import Handover
 from mechid.exports.stand import describe_mechanism
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.identification.result.estimate_file import json_text
 from mechid.reading.whole import read_text
 from mechid.shown import Shown
@@ -106,7 +106,7 @@ def write_export(source: Handover, target: str, folder: Path, options: object = 
     chosen = _options(module, target, options)
     source = replace(source, stands=_which(source, chosen))
     write: Callable[..., Written] = module.write_target
-    with held(folder), creating_folder(folder), staging_folder(folder, "export") as beside:
+    with hold_folder(folder), creating_folder(folder), staging_folder(folder, "export") as beside:
         earlier = _earlier_files(folder)
         done = Exported(target, folder, write(source, beside, *chosen), source.provenance, earlier)
         write_atomically(beside / FILE_NAME, json_text(done.to_dict()))

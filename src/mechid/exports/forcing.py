@@ -23,7 +23,7 @@ from mechid.budgets.steady_state import SteadyState
 from mechid.exports.handover import Handover
 from mechid.exports.stepping import Stepping
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.plant.flight import in_flight, left_on_bench
+from mechid.plant.flight import parts_left_on_bench, to_flight
 
 SEED = 0
 """Seed of the draws from which bounds are computed."""
@@ -73,7 +73,7 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
         or belong to another fit.
     """
     bench, residuals = handover.mechanism, handover.residuals if handover.trials else None
-    held = in_flight(bench, values, stand=stand)
+    held = to_flight(bench, values, stand=stand)
     estimated = held.parameters.keys() - (values or {}).keys()
     kept = [k for k, name in enumerate(handover.names) if name in estimated]
     source = residual_source(residuals, bench, held) if residuals else None
@@ -82,7 +82,7 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
         names=tuple(handover.names[k] for k in kept),
         covariance=handover.covariance[np.ix_(kept, kept)],
         discrepancy=discrepancy_of(residuals, of_profiles_alone=source is not None) if residuals else Discrepancy(),
-        left=left_on_bench(bench, handover.names, stand=stand),
+        left=parts_left_on_bench(bench, handover.names, stand=stand),
         residual=source,
     )
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from mechid.errors import UsageError
 from mechid.exports.option_texts import NO, YES, refuse_unknown, refuse_values, yes_or_no
 from mechid.plant.drive import measured_quantities
-from mechid.plant.flight import DRIVE, FILTER, left_on_bench, off_the_stand
+from mechid.plant.flight import DRIVE, FILTER, parts_left_on_bench, without_stand
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
 from mechid.plant.tables import table_of
@@ -66,8 +66,8 @@ def select_mechanism(bench: Mechanism, values: Mapping[str, float], *, stand: bo
     if stand or bench.plant.layout is None:
         refuse_values(values, bench.plant)
         return bench.with_values(values)
-    refuse_values(values, off_the_stand(bench).plant)
-    flying = off_the_stand(bench, values)
+    refuse_values(values, without_stand(bench).plant)
+    flying = without_stand(bench, values)
     return with_outputs(flying, [quantity for quantity in bench.plant.outputs if quantity in flying.plant.offered])
 
 
@@ -77,7 +77,7 @@ def with_outputs(mechanism: Mechanism, quantities: Sequence[str]) -> Mechanism:
     In flight a mechanism has a filter for its lines only. If no output uses the filter, it is removed with its
     parameters, which would have no effect.
     """
-    plant, layout = mechanism.plant.measuring(quantities), mechanism.plant.layout
+    plant, layout = mechanism.plant.with_outputs(quantities), mechanism.plant.layout
     if layout is not None and layout.flying is not None and LINE_TORQUE not in quantities:
         # In flight the filter serves the lines only, and would appear as a parameter without effect.
         idle = {table_of(name) for name in FILTER}
@@ -117,4 +117,4 @@ def read_stand(given: Mapping[str, str], also: Sequence[str] = ()) -> tuple[bool
 def _bench_tables(bench: Mechanism) -> list[str]:
     """Return the tables that stay on the bench, without the drive of a measured channel."""
     driven = [f"[{DRIVE}]"] if measured_quantities(bench.plant.inputs) else []
-    return [name for name in left_on_bench(bench, ()) if name not in driven]
+    return [name for name in parts_left_on_bench(bench, ()) if name not in driven]

@@ -145,7 +145,7 @@ def _completed(campaign: Campaign, folder: Path) -> Campaign:
     if file is None or file.resolve() == campaign.mechanism_path.resolve():
         return campaign
     mechanism = load_mechanism(file)
-    mechanism = replace(mechanism, plant=mechanism.plant.measuring([*campaign.mechanism.plant.outputs]))
+    mechanism = replace(mechanism, plant=mechanism.plant.with_outputs([*campaign.mechanism.plant.outputs]))
     # A campaign in memory was identified without files, so that the digests of its fit do not name this one.
     path = file if campaign.path.is_file() else campaign.mechanism_path
     return replace(campaign, mechanism=mechanism, mechanism_path=path)

@@ -18,7 +18,7 @@ from mechid.fleets.significance import Tested, tested
 from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, trend, without
 from mechid.fleets.unit_run import How, UnitRun, run_unit, silent, task_of
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.identification.computation.parallel import Done, is_external, map_tasks
 from mechid.identification.computation.progress import Tell
 from mechid.identification.result.fit_file import read_numbers
@@ -111,7 +111,7 @@ def make_fleet(
     say: Tell = silent,
 ) -> Fleet:
     """Identify the campaigns of a fleet, and say what they say together; see `mechid.fleet`."""
-    with held(out) as hold:
+    with hold_folder(out) as hold:
         tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete, hold=hold) for m in asked.members]
 
         def ended(done: Sequence[Done[UnitRun]]) -> None:

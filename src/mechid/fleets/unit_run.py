@@ -14,7 +14,7 @@ from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import MechidError
 from mechid.fleets.finished import can_resume, changed_since
 from mechid.fleets.members import Member
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.run import IdentifyRun
@@ -142,7 +142,7 @@ def _done(task: UnitTask, say: Tell) -> tuple[How, str, str]:
         if since == ():
             return how, str(place), ""
         changed = since if place == folder else changed
-    with held(folder, within=task.hold):
+    with hold_folder(folder, within=task.hold):
         resumed = can_resume(campaign, folder, task.seed)
         _identify(campaign, task, say, resume=resumed)
     if changed is not None:

@@ -3,7 +3,7 @@
 Internal to mechid but for the names that docs/python.md lists.
 """
 
-from mechid.holding.folder import held
+from mechid.holding.folder import hold_folder
 from mechid.holding.leftovers import LOCK_NAME, sweep
 
-__all__ = ["LOCK_NAME", "held", "sweep"]
+__all__ = ["LOCK_NAME", "hold_folder", "sweep"]

@@ -35,7 +35,7 @@ MOST_NAMED = 8
 
 
 @contextmanager
-def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
+def hold_folder(folder: Path | str, *, within: str = "") -> Iterator[str]:
     """Hold a folder, made with its parents, against other runs; what a killed one left half-written is removed.
 
     The system's lock of a file goes with its process, so that a run that was killed is in nobody's way. A second file

@@ -22,7 +22,7 @@ from types import TracebackType
 from typing import IO, Any, TypeAlias
 
 from mechid.ink.sheet import Sheet
-from mechid.reading.child import ENDINGS
+from mechid.reading.child import TERMINATION_SIGNALS
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
 # With more pens, the last would start when the others have finished.
@@ -31,7 +31,7 @@ MOST = 4
 OBJECTS_UNSEEN = 50_000
 """Threshold of the garbage collector while a figure is drawn."""
 SCRIPT = (
-    f"import signal; own = [getattr(signal, name) for name in {ENDINGS} if hasattr(signal, name)];"
+    f"import signal; own = [getattr(signal, name) for name in {TERMINATION_SIGNALS} if hasattr(signal, name)];"
     "[signal.signal(number, signal.SIG_IGN) for number in own];"
     "import sys; sys.path[:] = PATH; from mechid.ink.pens import serve; serve()"
 )

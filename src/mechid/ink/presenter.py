@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.ink.document import Document
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_terminal import print_document
@@ -98,7 +98,7 @@ class Presenter:
         """
         from mechid.ink.on_page import document_page
 
-        with held(folder):
+        with hold_folder(folder):
             own = self.files(result, numbers, folder)
             figures = self._write_figures(result, numbers, folder / self.figure_folder)
             texts, document = dict(self.texts(result, numbers)), self.document(numbers)

@@ -1,4 +1,4 @@
-"""A plant becomes generated source, a compiled `Kernel`, and its slow twin.
+"""Generation and compilation of kernels: generated source, a compiled `Kernel`, and its slow reference twin.
 
 Internal to mechid but for the names that docs/python.md lists.
 """

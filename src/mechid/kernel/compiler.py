@@ -1,7 +1,7 @@
-"""How Numba compiles a kernel: the functions within it are joined to those that call them, and optimised there.
+"""Numba options and passes for kernels: inner functions are linked into their callers and optimised there.
 
-By itself Numba optimises each function with all that it calls, and makes machine code of it, before the function that
-calls it is begun: a rate that five functions call is optimised six times, and its own machine code nobody runs.
+By default Numba optimises each function together with its callees and generates its machine code before it compiles the
+callers. A rate function with five callers is then optimised six times, and its own machine code is never executed.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ UNNEEDED = {
 
 
 @contextmanager
-def signatures_remembered() -> Iterator[None]:
-    """Let Numba find the signature of an operator on numbers once within, and not for each place where it stands.
+def cache_signatures() -> Iterator[None]:
+    """Let Numba resolve the signature of an operator on numbers once, not at each place of use.
 
-    It goes through all that it knows of ``+`` several times for each of some two thousand operations of a kernel. A
-    signature depends on nothing but the types. Not for several threads at once.
+    Numba searches all its signatures of ``+`` several times for each of about two thousand operations of a kernel. A
+    signature depends on the types alone. Not thread-safe.
     """
     functions: Any = BaseFunction
     look_up, found = functions.get_call_type, {}
@@ -60,6 +60,7 @@ def signatures_remembered() -> Iterator[None]:
             found[key] = look_up(self, context, args, kws)
         return found[key]
 
+    # A method of Numba's own class is replaced here, and restored whatever happens inside.
     functions.get_call_type = get_call_type
     try:
         yield
@@ -68,61 +69,64 @@ def signatures_remembered() -> Iterator[None]:
 
 
 class InnerLibrary(JITCodeLibrary):
-    """Code that is there to be joined to that of its callers."""
+    """Code of an inner function, to be linked into its callers."""
 
     def _optimize_final_module(self) -> None:
-        """Leave that to the caller's library."""
+        """Leave the optimisation to the caller's library."""
 
     def _finalize_final_module(self) -> None:
-        """Make no machine code."""
+        """Generate no machine code."""
         self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
         self._finalized = True
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)  # type: ignore[no-untyped-call]
 class InnerLowering(NativeLowering):
-    """Lowering of a function that only compiled ones call."""
+    """Lowering of a function that is called from compiled code only."""
 
     _name = "inner_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        """Lower the function into an `InnerLibrary`, and make it known to its callers by a key of its own."""
+        """Lower the function into an `InnerLibrary` and register it with its callers under a unique key."""
         state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()
+        # The caller's library produces the machine code.
         state.flags.no_compile = True
         super().run_pass(state)  # type: ignore[no-untyped-call]
         own: list[object] = []
-        key = own.append  # of each list another: the table of callees wants a built-in function, which nobody calls
+        # A bound method of a new list is unique for each function; the table of callees requires a built-in function,
+        # which is never called.
+        key = own.append
         state.cr = state.cr._replace(cfunc=key)
         state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
         return True
 
 
 class KernelCompiler(CompilerBase):
-    """Numba's compiler without its passes for what no kernel has: closures, ``with``, inlined and rewritten Python."""
+    """Numba's compiler without the passes that no kernel needs: closures, ``with``, inlined and rewritten Python."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the passes that a kernel needs."""
+        """Return the compiler passes for a kernel."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)  # type: ignore[no-untyped-call]
-        passes.passes = [self.exchanged(one) for one in passes.passes if one[0] not in UNNEEDED]
+        passes.passes = [self.replace_pass(one) for one in passes.passes if one[0] not in UNNEEDED]
         passes.finalize()
         return [passes]
 
-    def exchanged(self, one: tuple[Any, str]) -> tuple[Any, str]:
-        """Return what stands in place of a pass."""
+    def replace_pass(self, one: tuple[Any, str]) -> tuple[Any, str]:
+        """Return the replacement of a pass."""
         return one
 
 
 class InnerCompiler(KernelCompiler):
-    """The same for functions that only compiled ones call."""
+    """Compiler for functions that are called from compiled code only."""
 
-    def exchanged(self, one: tuple[Any, str]) -> tuple[Any, str]:
-        """Return the lowering in place of Numba's."""
+    def replace_pass(self, one: tuple[Any, str]) -> tuple[Any, str]:
+        """Return `InnerLowering` in place of Numba's lowering."""
         return (InnerLowering, "inner lowering") if one[0] is NativeLowering else one
 
 
 PLAIN: Options = {"error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True}
 INNER: Options = {**PLAIN, "no_cpython_wrapper": True, "pipeline_class": InnerCompiler}
-"""Of a function that only compiled ones call."""
+"""Options of a function that is called from compiled code only."""
 ENTRY: Options = {**PLAIN, "cache": True, "nogil": True, "pipeline_class": KernelCompiler}
-"""Of a function that Python calls."""
+"""Options of a function that is called from Python."""

@@ -1,4 +1,4 @@
-"""Where a margin, known as a function over one step, first reaches zero; for the slow twin."""
+"""First zero of a margin within one step, for the slow twin."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mechid.arrays import FloatArray
 Margin = Callable[[FloatArray], FloatArray]
 
 CHECKS = 16
-"""So many times within a step the margin is looked at."""
+"""Number of intervals per step at whose ends the margin is evaluated."""
 
 
 def first_zero(margin: Margin, begin: float, end: float, armed: bool) -> tuple[float | None, bool]:
     """Return the first instant in [begin, end] at which a margin reaches zero, or None.
 
-    A margin that is not armed stands at zero since its mode began: it may fire only after it has
-    been above zero, or at once where it falls below without having been there.
+    A margin that is not armed has been at zero since its mode began. It may fire only after it has been above zero, or
+    at once if it falls below zero without having been above.
 
     Returns
     -------
@@ -36,6 +36,7 @@ def first_zero(margin: Margin, begin: float, end: float, armed: bool) -> tuple[f
     for k in range(first + 1, CHECKS + 1):
         if values[k] <= 0.0:
             return _root(margin, times[k - 1], times[k]), True
+        # A local minimum between two checks may dip below zero and rise again unnoticed.
         if k < CHECKS and values[k] < values[k - 1] and values[k] < values[k + 1]:
             lowest = _lowest(margin, times[k - 1], times[k + 1])
             if margin(np.array([lowest]))[0] <= 0.0:
@@ -49,6 +50,7 @@ def _root(margin: Margin, above: float, below: float) -> float:
 
     if value(above) <= 0.0:
         return float(above)
+    # The relative tolerance alone decides: instants near 0 need as many digits as others.
     return float(brentq(value, above, below, xtol=1e-18, rtol=4 * np.finfo(float).eps))
 
 
@@ -57,6 +59,7 @@ def _lowest(margin: Margin, begin: float, end: float) -> float:
         lambda t: float(margin(np.array([t]))[0]),
         bounds=(begin, end),
         method="bounded",
+        # Only the sign at the minimum counts, and a margin is flat there.
         options={"xatol": 1e-3 * (end - begin)},
     )
     return float(found.x)

@@ -1,4 +1,4 @@
-"""A plant's equations for a reader: as plain text, as LaTeX, or as MathML."""
+"""Equations of a plant for readers, as plain text, LaTeX, or MathML."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mechid.plant.plant import Plant
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and its lines, each a left-hand and a right-hand side with a sign between."""
+    """A heading and its lines, each a left-hand and a right-hand side separated by a sign."""
 
     title: str
     lines: tuple[tuple[str, str], ...]
@@ -25,7 +25,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Style:
-    """How expressions, time derivatives, initial values, words and relations are written."""
+    """Format of expressions, time derivatives, initial values, words and relations."""
 
     expression: Callable[[sp.Basic], str]
     rate: Callable[[sp.Symbol], str]
@@ -37,10 +37,11 @@ class Style:
 
 
 def _latex(expression: sp.Basic) -> str:
-    """Return LaTeX in which a word is set upright, not as a product of its letters."""
+    """Return LaTeX in which a multi-letter word is set upright rather than as a product of its letters."""
     words = {}
     for symbol in expression.free_symbols:
         base, _, index = str(symbol).partition("_")
+        # Greek letters are changed by sp.latex; a base that it leaves as it is, is a word.
         if len(base) > 1 and str(sp.latex(sp.Symbol(base))) == base:
             words[symbol] = rf"\mathrm{{{base}}}" + (f"_{{{index}}}" if index else "")
         elif _dots(symbol)[1]:
@@ -49,7 +50,7 @@ def _latex(expression: sp.Basic) -> str:
 
 
 def _latex_dotted(symbol: sp.Symbol, dots: int) -> str:
-    """Return a symbol with dots on its letter, its index behind them: over both they would sit on the index."""
+    """Return a symbol with dots on its letter and the index outside them; dots over both would sit on the index."""
     letter, index_sign, index = _latex(symbol).partition("_")
     return rf"\{'d' * dots}ot{{{letter}}}{index_sign}{index}"
 
@@ -60,14 +61,14 @@ def _latex_rate(symbol: sp.Symbol) -> str:
 
 
 class _Presentation(MathMLPresentationPrinter):
-    """SymPy's MathML, in which a state that is a rate itself, as ``q_dot_1``, is a letter with a dot."""
+    """SymPy's MathML printer, which prints a rate state such as ``q_dot_1`` as a letter with a dot."""
 
     def _print_Symbol(self, symbol: sp.Symbol, style: str = "plain") -> Any:
         plain, dots = _dots(symbol)
-        return self.dotted(plain, dots) if dots else super()._print_Symbol(symbol, style)
+        return self.add_dots(plain, dots) if dots else super()._print_Symbol(symbol, style)
 
-    def dotted(self, symbol: sp.Symbol, dots: int) -> Any:
-        """Return a symbol with dots on its letter, its index behind them; as accents they would touch the letter."""
+    def add_dots(self, symbol: sp.Symbol, dots: int) -> Any:
+        """Return a symbol with dots on its letter and the index outside them; accents would touch the letter."""
         whole = self._print_Symbol(symbol)
         index = whole.lastChild if whole.tagName == "msub" else None
         mark, over = self.dom.createElement("mo"), self.dom.createElement("mover")
@@ -86,11 +87,11 @@ def _mathml(expression: sp.Basic) -> str:
 
 def _mathml_rate(symbol: sp.Symbol) -> str:
     plain, dots = _dots(symbol)
-    return str(_Presentation().dotted(plain, dots + 1).toxml())
+    return str(_Presentation().add_dots(plain, dots + 1).toxml())
 
 
 def _dots(symbol: sp.Symbol) -> tuple[sp.Symbol, int]:
-    """Return a symbol without the dots that its name says, and their number.
+    """Return a symbol without the dots in its name, and the number of dots.
 
     Examples
     --------
@@ -103,7 +104,7 @@ def _dots(symbol: sp.Symbol) -> tuple[sp.Symbol, int]:
 
 
 DOTS = ("", "˙", "¨")
-"""Over the letter of a rate, and of a rate's rate."""
+"""Marks over the letter of a first and of a second time derivative."""
 TEXT = Style(sp.sstr, "d{}/dt".format, "{}(0)", "{}")
 LATEX = Style(_latex, _latex_rate, "{}(0)", r"\text{{{}}}", r",\ ")
 MATHML = Style(
@@ -118,28 +119,28 @@ MATHML = Style(
 
 
 def equations_text(plant: Plant) -> str:
-    """Return the equations as text, one a line."""
-    return "\n\n".join(map(_text_section, [*_sections(plant, TEXT), _declared(plant)])) + "\n"
+    """Return the equations as text, one per line."""
+    return "\n\n".join(map(_text_section, [*_sections(plant, TEXT), _parameter_section(plant)])) + "\n"
 
 
 def equations_latex(plant: Plant) -> str:
-    """Return the equations as LaTeX, an ``align*`` a section (package amsmath)."""
+    """Return the equations as LaTeX, one ``align*`` per section (package amsmath)."""
     return "\n\n".join(map(_latex_section, _sections(plant, LATEX))) + "\n"
 
 
 def equations_mathml(plant: Plant) -> tuple[Section, ...]:
-    """Return the equations in sections, their sides as presentation MathML without the ``math`` element."""
+    """Return the equations by section, both sides as presentation MathML without the ``math`` element."""
     return tuple(section for section in _sections(plant, MATHML) if section.lines)
 
 
 def equations_with(plant: Plant, name: str) -> tuple[tuple[str, str], ...]:
-    """Return the terms, rates and margins of switches in which a parameter of the file stands.
+    """Return the terms, rates and switch margins that contain a parameter of the file.
 
     Parameters
     ----------
     plant : Plant
     name : str
-        Dotted name of one of its declarations.
+        Dotted name of one of the plant's declarations.
 
     Returns
     -------
@@ -157,7 +158,7 @@ def equations_with(plant: Plant, name: str) -> tuple[tuple[str, str], ...]:
 
 
 def _filter_rates(plant: Plant) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return the rates of the linear part behind the plant."""
+    """Return the rates of the linear filter behind the plant."""
     filtered = plant.filter
     if not filtered.states:
         return []
@@ -187,7 +188,7 @@ def _rates(pairs: Iterable[tuple[sp.Symbol, sp.Expr]], style: Style) -> Iterator
 
 
 def _modes(switch: Switch, style: Style) -> Iterator[tuple[str, str]]:
-    """Yield for each mode the values it sets, and until when it holds."""
+    """Yield each mode with the values that it sets and the condition under which it persists."""
     for mode, values in switch.modes.items():
         held = [style.equals.format(style.expression(s), v) for s, v in values.items()]
         margins = [style.positive.format(style.expression(g.margin)) for g in switch.guards.get(mode, ())]
@@ -195,8 +196,8 @@ def _modes(switch: Switch, style: Style) -> Iterator[tuple[str, str]]:
         yield style.word.format(mode), style.separator.join(held) + until
 
 
-def _declared(plant: Plant) -> Section:
-    """List what the symbols of the file are."""
+def _parameter_section(plant: Plant) -> Section:
+    """Return the section with the meanings of the file's symbols."""
     return Section(
         "Parameters",
         tuple((d.symbol, f"{name} [{d.unit}], {d.meaning}") for name, d in plant.declarations.items()),

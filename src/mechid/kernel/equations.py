@@ -1,4 +1,4 @@
-"""The plant's equations as plain Python functions, by SymPy's lambdify; what the slow twin runs on."""
+"""Equations of a plant as plain Python functions, by SymPy's lambdify, for the slow twin."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Arguments = tuple[tuple[sp.Symbol, ...], ...]
 
 @dataclass(frozen=True)
 class Quantity:
-    """A vector of expressions of (states, inputs, modes, parameters), and its partial derivatives."""
+    """A vector of expressions in (states, inputs, modes, parameters), with its partial derivatives."""
 
     arguments: Arguments
     expressions: tuple[sp.Expr, ...]
@@ -30,24 +30,25 @@ class Quantity:
 
     def along(self, states: FloatArray, *rest: Sequence[float]) -> FloatArray:
         """Return the values, (k, n), at states (n_states, n)."""
+        # An expression without states evaluates to a scalar.
         return np.array([np.broadcast_to(v, states.shape[1:]) for v in self._arrays(states, *rest)])
 
     def by_state(self, *at: Sequence[float]) -> FloatArray:
-        """Return the derivatives to the states, (k, n_states)."""
+        """Return the derivatives with respect to the states, (k, n_states)."""
         return np.array(self._by_state(*at), dtype=np.float64).reshape(len(self.expressions), -1)
 
     def by_parameter(self, *at: Sequence[float]) -> FloatArray:
-        """Return the derivatives to the parameters, (k, n_p)."""
+        """Return the derivatives with respect to the parameters, (k, n_p)."""
         return np.array(self._by_parameter(*at), dtype=np.float64).reshape(len(self.expressions), -1)
 
     @cached_property
     def _scalars(self) -> Callable[..., list[float]]:
-        function: Callable[..., list[float]] = self._lambdified(self.expressions, "math")
+        function: Callable[..., list[float]] = self._lambdify(self.expressions, "math")
         return function
 
     @cached_property
     def _arrays(self) -> Callable[..., list[FloatArray]]:
-        function: Callable[..., list[FloatArray]] = self._lambdified(self.expressions, "numpy")
+        function: Callable[..., list[FloatArray]] = self._lambdify(self.expressions, "numpy")
         return function
 
     @cached_property
@@ -60,16 +61,16 @@ class Quantity:
 
     def _gradient(self, symbols: Sequence[sp.Symbol]) -> Callable[..., list[float]]:
         derivatives = [sp.diff(e, s) for e in self.expressions for s in symbols]
-        function: Callable[..., list[float]] = self._lambdified(derivatives, "math")
+        function: Callable[..., list[float]] = self._lambdify(derivatives, "math")
         return function
 
-    def _lambdified(self, expressions: Sequence[sp.Expr], modules: str) -> Any:
+    def _lambdify(self, expressions: Sequence[sp.Expr], modules: str) -> Any:
         return sp.lambdify(self.arguments, list(expressions), modules=modules, cse=True)
 
 
 @dataclass(frozen=True)
 class Equations:
-    """All functions of one plant; its states are followed by those of its filter."""
+    """Functions of one plant; its states are followed by those of its filter."""
 
     plant: Plant
 
@@ -126,5 +127,5 @@ class Equations:
 
 @lru_cache(maxsize=32)
 def equations_of(plant: Plant) -> Equations:
-    """Return the functions of a plant, made once."""
+    """Return the functions of a plant, from a cache."""
     return Equations(plant)

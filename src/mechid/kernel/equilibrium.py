@@ -1,4 +1,4 @@
-"""The mechanical equilibrium nearest to the commanded start, and how parameters move it."""
+"""Mechanical equilibrium nearest to the commanded start, and its derivatives with respect to the parameters."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mechid.plant.plant import START_ANGLE, Plant
 
 
 def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float) -> tuple[FloatArray, FloatArray]:
-    """Return states at rest without friction, (n,), and their derivative to the parameters, (n, n_p).
+    """Return the states at rest without friction, (n,), and their derivatives with respect to the parameters, (n, n_p).
 
-    Newton's method on the rates from the commanded start; by the implicit function theorem
-    dx/dp = -(df/dx)^-1 df/dp. What a friction or a cable remembers, and how far a measured channel has risen, is
-    undetermined at rest: it stays as it starts.
+    Newton's method on the rates starts from the commanded start; by the implicit function theorem
+    dx/dp = -(df/dx)^-1 df/dp. Internal states of friction or of a cable, and the integrated inputs of measured
+    channels, are undetermined at rest and keep their start values.
 
     Raises
     ------
     FitError
-        If there is no equilibrium within reach.
+        There is no equilibrium within reach.
     """
     found = find_equilibrium(plant, p, inputs, theta_0)
     if found is None:
@@ -36,28 +36,29 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
 def find_equilibrium(
     plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return what `equilibrium` does; None where there is none within reach."""
-    found = _solved(plant, p.astype(np.float64).tobytes(), inputs.astype(np.float64).tobytes(), theta_0)
+    """Return the result of `equilibrium`, or None if there is no equilibrium within reach."""
+    found = _solve(plant, p.astype(np.float64).tobytes(), inputs.astype(np.float64).tobytes(), theta_0)
     return found and (found[0].copy(), found[1].copy())
 
 
-@lru_cache(
-    maxsize=64
-)  # all records of a campaign start from the same few angles, and Newton costs more than their rest
-def _solved(plant: Plant, values: bytes, held: bytes, theta_0: float) -> tuple[FloatArray, FloatArray] | None:
-    """Return what `equilibrium` does at parameters and inputs given as their bytes; None where there is none."""
+# All records of a campaign start from the same few angles: Newton's method runs once for each.
+@lru_cache(maxsize=64)
+def _solve(plant: Plant, values: bytes, held: bytes, theta_0: float) -> tuple[FloatArray, FloatArray] | None:
+    """Return the result of `equilibrium` for parameters and inputs given as bytes, which are hashable; None if none."""
     p, inputs = np.frombuffer(values), np.frombuffer(held)
     start, rates, to_states, to_parameters = _functions(plant)
-    moved = _moved(plant)
+    moved = _determined_states(plant)
     x = np.asarray(start(*p, *inputs, theta_0), dtype=np.float64)
     for _ in range(50):
         f = np.asarray(rates(*x, *p, *inputs), dtype=np.float64)
         slopes = np.asarray(to_states(*x, *p, *inputs), dtype=np.float64)
         if not (np.isfinite(f).all() and np.isfinite(slopes).all()):
             break
+        # Least squares: every rate is to vanish but not every state moves, so the system need not be square.
         move = np.linalg.lstsq(slopes[:, moved], -f, rcond=None)[0]
         x[moved] += move
         if np.max(np.abs(move)) <= 1e-14 * max(1.0, float(np.max(np.abs(x)))):
+            # Rounding leftovers of a state that is exactly zero at rest.
             x[np.abs(x) < 1e-14 * np.max(np.abs(x))] = 0.0
             f_p = np.asarray(to_parameters(*x, *p, *inputs), dtype=np.float64)
             x_p = np.zeros((x.size, p.size))
@@ -67,8 +68,8 @@ def _solved(plant: Plant, values: bytes, held: bytes, theta_0: float) -> tuple[F
 
 
 @lru_cache(maxsize=16)
-def _moved(plant: Plant) -> list[int]:
-    """Return the places of the states that an equilibrium determines."""
+def _determined_states(plant: Plant) -> list[int]:
+    """Return the indices of the states that an equilibrium determines."""
     remembered = {s for block in plant.blocks if block.switch for s in block.rates}
     states = set(plant.states)
     return [
@@ -80,7 +81,7 @@ def _moved(plant: Plant) -> list[int]:
 
 @lru_cache(maxsize=16)
 def _functions(plant: Plant) -> tuple[Callable[..., object], ...]:
-    """Compile start, rates without friction, and their derivatives, on (states,) parameters, inputs."""
+    """Compile the start, the frictionless rates and their derivatives as functions of (states,) parameters, inputs."""
     ideal = {symbol: value for s in plant.switches for symbol, value in s.ideal.items()}
     rates = [plant.expand(e).subs(ideal) for e in plant.rates]
     common = (*plant.parameters, *plant.inputs)

@@ -1,4 +1,4 @@
-"""From SymPy expressions to straight-line Python: hoisted constants, one sine and cosine per angle."""
+"""Conversion of SymPy expressions to straight-line Python: hoisted constants, one sine and cosine per angle."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from sympy.printing.pycode import PythonCodePrinter
 
 
 class Printer(PythonCodePrinter):
-    """Prints small whole powers as products and rationals as floats."""
+    """Prints small integer powers as products, and rationals as floats."""
 
     def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()
         text = self.parenthesize(base, 100)
         if exponent == -1:
             return f"(1.0 / {text})"
+        # A call of pow costs far more than a few products.
         if exponent.is_Integer and 2 <= int(exponent) <= 4:
             return "(" + " * ".join([text] * int(exponent)) + ")"
         if exponent.is_Integer and -4 <= int(exponent) <= -2:
@@ -41,9 +42,9 @@ def python_text(expr: sp.Expr) -> str:
 
 @dataclass
 class Constants:
-    """Subexpressions of parameters alone, computed once per call and read by name from then on.
+    """Subexpressions that contain only parameters, computed once per call and then read by name.
 
-    `names` maps each expression to its name, in the order of the array that holds their values.
+    `names` maps each expression to its name, in the order of the array that holds the values.
     """
 
     parameters: frozenset[sp.Symbol]
@@ -54,7 +55,7 @@ class Constants:
         if expr.is_Number:
             return expr
         if expr.free_symbols <= self.parameters:
-            return self._named(expr)
+            return self._constant_for(expr)
         if isinstance(expr, sp.Mul | sp.Add):
             return self._hoist_part(expr)
         return expr.func(*map(self.hoist, expr.args)) if expr.args else expr
@@ -63,11 +64,12 @@ class Constants:
         alone = [a for a in expr.args if a.free_symbols <= self.parameters]
         rest = [self.hoist(a) for a in expr.args if a not in alone]
         part = expr.func(*alone)
-        return expr.func(part if part.is_Number else self._named(part), *rest)
+        return expr.func(part if part.is_Number else self._constant_for(part), *rest)
 
-    def _named(self, expr: sp.Expr) -> sp.Symbol | sp.Expr:
+    def _constant_for(self, expr: sp.Expr) -> sp.Symbol | sp.Expr:
+        # An expression and its negative share one constant.
         if expr.could_extract_minus_sign() and not expr.is_Symbol:
-            return -self._named(-expr)
+            return -self._constant_for(-expr)
         if expr not in self.names:
             self.names[expr] = sp.Symbol(self._name_of(expr))
         return self.names[expr]
@@ -76,6 +78,7 @@ class Constants:
         if expr.is_Symbol:
             return str(expr)
         text = str(expr).replace("**", "").replace("/", "_over_").replace("*", "_")
+        # Short expressions keep a readable name in the generated text, others are numbered.
         text = re.sub(r"\W", "", text)
         taken = {str(s) for s in self.names.values()}
         plain = re.fullmatch(r"[A-Za-z_]\w*", text) and len(text) <= 24 and text not in taken
@@ -91,10 +94,10 @@ class Constants:
 
 @dataclass
 class Angles:
-    """Sines and cosines of multiples of few base angles, each base evaluated once.
+    """Sines and cosines of multiples of a few base angles, each base evaluated once.
 
-    sin(n theta + shift) becomes sin(n theta) cos(shift) + cos(n theta) sin(shift), and those of
-    n theta follow from theta by doubling and addition.
+    sin(n theta + shift) becomes sin(n theta) cos(shift) + cos(n theta) sin(shift), and sines and cosines of
+    n theta follow from those of theta by doubling and addition.
     """
 
     parameters: frozenset[sp.Symbol]
@@ -104,12 +107,13 @@ class Angles:
         """Choose the base angles for all sines and cosines in `expressions`."""
         turning = {self._split(a.args[0])[0] for e in expressions for a in e.atoms(sp.sin, sp.cos)}
         turning.discard(sp.Integer(0))
+        # The smallest multiples come first, so that larger ones find their base among them.
         for angle in sorted(turning, key=lambda a: (abs(a.as_coeff_Mul()[0]), str(a))):
             if not any(_whole_ratio(angle, base) for base in self.bases):
                 self.bases.append(angle)
 
     def replace(self, expr: sp.Expr) -> sp.Expr:
-        """Write the sines and cosines in `expr` by the symbols of `lines`."""
+        """Replace the sines and cosines in `expr` by the symbols of `multiples`."""
         atoms = {a: self._by_symbols(a) for a in expr.atoms(sp.sin, sp.cos) if self._split(a.args[0])[0] != 0}
         return expr.xreplace(atoms)
 
@@ -134,7 +138,7 @@ class Angles:
         return result
 
     def _split(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Return the part of an angle that turns with the states, and the part that does not."""
+        """Split an angle into the part that depends on the states and the part that does not."""
         parts = sp.Add.make_args(sp.expand(angle))
         fixed = [a for a in parts if a.free_symbols <= self.parameters]
         return sp.Add(*(a for a in parts if a not in fixed)), sp.Add(*fixed)
@@ -159,7 +163,7 @@ def _pair(k: int, n: int) -> tuple[sp.Symbol, sp.Symbol]:
 
 
 def _chain(orders: Iterable[int]) -> set[int]:
-    """Return the orders that doubling and adding one must pass to reach all of `orders`."""
+    """Return all orders that doubling and adding one pass through to reach `orders`."""
     todo, done = set(orders) | {1}, set()
     while todo:
         n = todo.pop()
@@ -174,6 +178,7 @@ def _multiple(k: int, n: int) -> list[tuple[str, sp.Expr]]:
     (s, c), (s1, c1) = _pair(k, n), _pair(k, 1)
     if n % 2 == 0:
         sh, ch = _pair(k, n // 2)
+        # Doubling halves the order, so that a high order takes a logarithmic number of products.
         return [(str(s), 2 * sh * ch), (str(c), 1 - 2 * sh * sh)]
     sp_, cp = _pair(k, n - 1)
     return [(str(s), sp_ * c1 + cp * s1), (str(c), cp * c1 - sp_ * s1)]

@@ -14,10 +14,10 @@ def equations(mechanism: Mechanism, *, latex: bool = False) -> str:
     Parameters
     ----------
     mechanism : Mechanism
-        Its structure counts, not its numbers.
+        Only its structure matters, not its values.
     latex : bool
-        An ``align*`` for each section (package amsmath), for a report; else plain text, one equation a line, with
-        symbol, unit and meaning of each parameter below.
+        Return one ``align*`` per section (package amsmath), for a report; else plain text, one equation per line,
+        followed by symbol, unit and meaning of each parameter.
 
     Examples
     --------
@@ -36,19 +36,19 @@ def equations(mechanism: Mechanism, *, latex: bool = False) -> str:
 
 
 def kernel_source(mechanism: Mechanism, *, sensitivities: int = 0) -> str:
-    """Return the Python source that is generated from a mechanism's equations, and compiled by Numba where it runs.
+    """Return the Python source generated from a mechanism's equations, which Numba compiles for simulation.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Its structure counts, not its numbers: these are arguments of the code.
+        Only its structure matters; its values are arguments of the code.
     sensitivities : int
-        Number of parameters whose derivatives ride along.
+        Number of parameters whose derivatives are computed along.
 
     Returns
     -------
     str
-        A module with the functions ``begin`` and ``run``; its docstring has the order of states and parameters.
+        A module with the functions ``begin`` and ``run``; its docstring lists states and parameters in order.
 
     Raises
     ------

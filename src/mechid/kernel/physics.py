@@ -1,4 +1,4 @@
-"""The plant's part of a kernel as Python text: rates, guards, outputs, start.
+"""Plant-specific functions of a kernel as Python text: rates, guards, outputs, start.
 
 Every function reads its numbers from arrays: a point `x` (the states, then sine and cosine of each base
 angle), filter states `z`, inputs `u`, mode symbols `m`, constants `c` (functions of parameters `p` alone),
@@ -15,18 +15,18 @@ import sympy as sp
 from mechid.kernel.expressions import Angles, Constants, python_text
 from mechid.kernel.places import Places
 from mechid.kernel.program import Program
-from mechid.kernel.schedule import scheduled
+from mechid.kernel.schedule import schedule
 from mechid.plant.plant import START_ANGLE, Plant
 
 MANY = 1000
-"""Operations from which the start is written with shared parts: compilation takes time."""
+"""Number of operations from which the start is written with shared subexpressions, to save compilation time."""
 NJIT = "@njit(**INNER, fastmath=FAST{inline})"
 Assignments = Sequence[tuple[str, sp.Expr]]
 
 
 @dataclass(frozen=True)
 class Body:
-    """The lines of a computation: those that read what moves within a step, what holds, and those that compute."""
+    """Lines of a computation: loads of values that change within a step, loads of constant values, and computation."""
 
     moving: list[str]
     held: list[str]
@@ -34,13 +34,13 @@ class Body:
 
     @property
     def lines(self) -> list[str]:
-        """All of them."""
+        """All lines, in order."""
         return [*self.moving, *self.held, *self.computed]
 
 
 @dataclass
 class Writer:
-    """Collects functions of one plant; shares constants, angles and places between them."""
+    """Writes the functions of one plant, which share constants, angles and the workspace layout."""
 
     plant: Plant
     at: Places = field(default_factory=Places)
@@ -63,7 +63,7 @@ class Writer:
 
     @property
     def held_arguments(self) -> list[str]:
-        """Inputs and mode symbols as arguments: constant over a step."""
+        """Inputs and mode symbols as arguments; they are constant over a step."""
         inputs = [self.at.u[i] for i in range(len(self.plant.inputs))]
         return inputs + [self.at.m[i] for i in range(len(self.mode_symbols))]
 
@@ -73,12 +73,12 @@ class Writer:
         return (*self.plant.states, *self.angles.pairs)
 
     @property
-    def unpacked(self) -> str:
+    def unpacked_arguments(self) -> str:
         """All scalar arguments of the rates, read from the workspace."""
         return ", ".join(self._point_places + self.held_arguments)
 
     def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
-        """Return the lines that compute `wanted`, as `parts` has them, one after another."""
+        """Return the lines of `parts` as one list."""
         return self.parts(wanted, scalars=scalars, share=share).lines
 
     def parts(
@@ -91,8 +91,8 @@ class Writer:
     ) -> Body:
         """Return the lines that compute `wanted` ({target: expression}).
 
-        `scalars` are symbols that are local already; everything else that is needed is read from the arrays, the point
-        from `point` or where `x_at` says. With `share`, repeated subexpressions get a name (``r0``, ``r1``, ...).
+        `scalars` are symbols that are local already. All other symbols are read from the arrays, the point
+        from `point` or from `x_at` on. With `share`, repeated subexpressions get a name (``r0``, ``r1``, ...).
         """
         terms = self._needed_terms(wanted)
         assignments = [(str(s), e) for s, e in terms] + list(wanted)
@@ -100,17 +100,19 @@ class Writer:
         ready = [(name, self.constants.hoist(e)) for name, e in turned]
         multiples = self.angles.multiples([e for _, e in ready])
         if share:
+            # order="none" skips SymPy's canonical ordering, which is slow for large expressions.
             shared, reduced = sp.cse([e for _, e in ready], symbols=sp.numbered_symbols("r"), order="none")
             pairs = zip(ready, reduced, strict=True)
             ready = _in_order(shared, [(name, e) for (name, _), e in pairs])
         lines = [*multiples, *ready]
+        # These are known before the step's first stage, unlike all that depends on the states.
         early = {*self.constants.names.values(), *self.plant.inputs, *self.mode_symbols}
-        texts = [f"{name} = {text}" for name, text in scheduled(lines, early)]
+        texts = [f"{name} = {text}" for name, text in schedule(lines, early)]
         moving, held = self._loads([e for _, e in lines], set(scalars), point or self._point_places)
         return Body(moving, held, texts)
 
     def expression_loads(self, expressions: Sequence[sp.Expr]) -> list[str]:
-        """Return the lines that read all symbols of some expressions."""
+        """Return the lines that load all symbols of some expressions."""
         moving, held = self._loads(expressions, set(), self._point_places)
         return [*moving, *held]
 
@@ -131,7 +133,7 @@ class Writer:
     def _loads(
         self, expressions: Sequence[sp.Expr], scalars: set[sp.Symbol], point: Sequence[str]
     ) -> tuple[list[str], list[str]]:
-        """Return the lines that read what moves within a step, and those that read what holds."""
+        """Return the loads of values that change within a step, and those of constant values."""
         seen = set().union(*(sp.sympify(e).free_symbols for e in expressions)) - scalars
         moving = [f"{s} = {place}" for s, place in zip(self.point, point, strict=True) if s in seen]
         moving += [f"{s} = {self.at.z[k]}" for k, s in enumerate(self.plant.filter.states) if s in seen]
@@ -141,7 +143,7 @@ class Writer:
 
 
 def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) -> list[tuple[str, sp.Expr]]:
-    """Put repeated subexpressions first, but those of named quantities only before their first use."""
+    """Order repeated subexpressions first, except that those of named quantities come just before their first use."""
     waiting, ready = {}, []
     late = {sp.Symbol(name) for name, _ in wanted}
     for s, e in shared:
@@ -163,7 +165,7 @@ def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) 
 def function(
     name: str, arguments: str, doc: str, lines: Iterable[str], *, inline: bool = False, returns: str = "None"
 ) -> str:
-    """Return the text of one compiled function; the types of its arguments follow from their names."""
+    """Return the text of one compiled function; the argument types follow from the argument names."""
     body = "\n".join(f"    {line}" for line in lines)
     head = NJIT.format(inline=", forceinline=True" if inline else "")
     typed = ", ".join(f"{argument}: {_type_of(argument)}" for argument in arguments.split(", "))
@@ -171,14 +173,14 @@ def function(
 
 
 def _type_of(argument: str) -> str:
-    """Return the type of an argument: numbers, an integer (a place, a switch, its mode, a guard), or a number."""
+    """Return the type of an argument: an array, an integer (position, switch, mode or guard), or a float."""
     if argument.endswith("_") and len(argument) == len("w_"):
         return "Numbers"
     return "int" if argument.endswith("_at") or argument in ("at", "to", "s", "mode", "g") else "float"
 
 
 def rates(writer: Writer) -> list[str]:
-    """Rates and filter inputs, on scalars and on arrays."""
+    """Write rates and filter inputs, as a function of scalars and as one of arrays."""
     plant, fed, at = writer.plant, writer.program.filter_inputs, writer.at
     scalars = (*writer.point, *plant.inputs, *writer.mode_symbols)
     wanted = [(f"k_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
@@ -186,7 +188,7 @@ def rates(writer: Writer) -> list[str]:
     names = ", ".join(name for name, _ in wanted)
     lines = [*writer.body(wanted, scalars=scalars), f"return {names}"]
     arguments = ", ".join(map(str, scalars))
-    fill = [f"{names} = rates_of({writer.unpacked}, w_)"]
+    fill = [f"{names} = rates_of({writer.unpacked_arguments}, w_)"]
     fill += [f"{at.k[i]} = {name}" for i, (name, _) in enumerate(wanted)]
     return [
         function(
@@ -202,7 +204,7 @@ def rates(writer: Writer) -> list[str]:
 
 
 def start(writer: Writer) -> str:
-    """States and sensitivities at the start of a record, coils settled at the first voltages."""
+    """Write states and sensitivities at the start of a record, with the coil currents settled at the first voltages."""
     plant, at = writer.plant, writer.at
     reads = [f"{q} = {at.p[k]}" for k, q in enumerate(plant.parameters) if _has(plant.initial, q)]
     reads += [f"{u} = {at.u[k]}" for k, u in enumerate(plant.inputs) if _has(plant.initial, u)]
@@ -220,7 +222,8 @@ def start(writer: Writer) -> str:
 
 
 def _shared_if_long(wanted: Assignments) -> list[tuple[str, sp.Expr]]:
-    """Return assignments; long ones, as those of currents settled behind a source, with what they share by name."""
+    """Return the assignments; long ones, such as settled currents behind a source, with shared subexpressions."""
+    # Short starts compile fast as they are, and stay readable.
     if sum(int(e.count_ops()) for _, e in wanted) < MANY:
         return list(wanted)
     shared, reduced = sp.cse([e for _, e in wanted], symbols=sp.numbered_symbols("r"))
@@ -232,12 +235,12 @@ def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
 
 
 def outputs(writer: Writer) -> list[str]:
-    """Write outputs, and their gradients to states, filter states and parameters."""
+    """Write the outputs, and their gradients with respect to states, filter states and parameters."""
     plant, program, at = writer.plant, writer.program, writer.at
     wanted = [(at.y[f"at + {j}"], e) for j, e in enumerate(plant.outputs.values())]
     every = (*plant.states, *plant.filter.states)
     gradient: list[tuple[str, sp.Expr]] = []
-    for j, node in enumerate(program.measured):
+    for j, node in enumerate(program.output_nodes):
         gradient += [(at.y_x[j * len(every) + i], node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
         gradient += [
             (at.y_p[j * len(plant.parameters) + k], d)
@@ -258,7 +261,7 @@ def outputs(writer: Writer) -> list[str]:
 
 
 def _output_flow(writer: Writer) -> str:
-    """Time derivative of the outputs: their gradients along the rates and the filter's flow."""
+    """Write the time derivatives of the outputs: gradients along the rates and the filter's flow."""
     plant, width, at = writer.plant, len(writer.plant.filter.inputs), writer.at
     states, z = plant.states, plant.filter.states
     rates = {s: sp.Symbol(f"k_{s}") for s in (*states, *z)}
@@ -269,14 +272,14 @@ def _output_flow(writer: Writer) -> str:
         lines.append(f"k_{s} = " + (" + ".join(parts) or "0.0"))
     flows = [
         (at.y[f"at + {j}"], sp.Add(*(d * rates[s] for s, d in node.inner.items() if s in rates)))
-        for j, node in enumerate(writer.program.measured)
+        for j, node in enumerate(writer.program.output_nodes)
     ]
     lines += writer.body(flows, scalars=rates.values(), share=True)
     return function("output_flow", "w_, x_at, k_at, y_, at", "Their time derivatives.", [*lines, "return"], inline=True)
 
 
 def linear_filter(writer: Writer) -> str:
-    """Matrices of the filter and their derivatives to the parameters in them."""
+    """Write the matrices of the filter and their derivatives with respect to the parameters in them."""
     plant, at = writer.plant, writer.at
     system, lines = plant.filter, []
     own = filter_parameters(plant)
@@ -303,13 +306,13 @@ def _entries(matrix: sp.Matrix) -> Iterable[tuple[tuple[int, int], sp.Expr]]:
 
 
 def filter_parameters(plant: Plant) -> tuple[sp.Symbol, ...]:
-    """Estimable parameters that occur in the filter's matrices, in the kernel's order."""
+    """Return the estimable parameters in the filter's matrices, in the kernel's order."""
     used = set().union(*(e.free_symbols for e in [*plant.filter.A, *plant.filter.B]), set())
     return tuple(q for q in plant.estimable if q in used)
 
 
 def constants(writer: Writer) -> str:
-    """All hoisted constants; written last, when they are known."""
+    """Write all hoisted constants; must come last, when they are all known."""
     names, at = writer.constants.names, writer.at
     used = set().union(*(e.free_symbols for e in names), set())
     reads = [f"{q} = {at.p[k]}" for k, q in enumerate(writer.plant.parameters) if q in used]

@@ -1,4 +1,4 @@
-"""Where the numbers of a kernel stand, as the texts of its functions name them: nearly all in one flat workspace."""
+"""Texts for the positions of a kernel's numbers, most of them in one flat workspace."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Row:
-    """Numbers in a row that begins at an argument of the function, or an array; `row[i]` is the text of one."""
+    """A row of numbers that starts at a function argument, or an array; `row[i]` is the text of one number."""
 
     text: str
 
@@ -17,9 +17,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the workspace by its name; `part[i]` is the text of one of its numbers.
+    """A named part of the workspace; `part[i]` is the text of one number.
 
-    A single place has a name of its own, such as ``AT_C_5``: a constant of the module is cheaper to compile than a sum.
+    A fixed position has a name of its own, such as ``AT_C_5``: a module constant compiles faster than a sum.
     """
 
     name: str
@@ -34,27 +34,27 @@ class Part:
 
 @dataclass(frozen=True)
 class Places:
-    """All that the functions of one plant read and write.
+    """All numbers that the functions of one plant read and write.
 
     Attributes
     ----------
     x, k, new : Row
-        A point (the states, then sine and cosine of each base angle), rates, and the point that a step leads to, from
-        `x_at`, `k_at` and `new_at` on.
+        A point (the states, then sine and cosine of each base angle), rates, and the point at the end of a step, at
+        `x_at`, `k_at` and `new_at`.
     mid, g, prop : Row
-        Filter inputs half way, margins, a propagator, from `mid_at`, `g_at` and `prop_at` on.
+        Midpoint filter inputs, margins and a propagator, at `mid_at`, `g_at` and `prop_at`.
     p, y, w : Row
-        Parameters; outputs; a group of lanes at its place.
+        Parameters, outputs, and the workspace indexed directly, for a group of lanes.
     z, u, m, c : Part
         Filter states, inputs, mode symbols, constants.
     points, tangent : Part
-        The points of a step's stages and end; the tangent program's coefficients there.
+        Points of the stages and of the end of a step; coefficients of the tangent program there.
     x_p, g_x, g_p, y_x, y_p : Part
-        Derivatives of the start, of margins and outputs.
+        Derivatives of the start, of margins and of outputs.
     A, B, dA, dB, dz : Part
-        Matrices of the filter, their derivatives, and those of its states.
+        Matrices of the filter and their derivatives; derivatives of its states.
     pinned : Part
-        Which states take a fixed value where a guard fires.
+        Flags of the states that take a fixed value where a guard fires.
     """
 
     x: Row = Row("w_[x_at + {}]")
@@ -85,7 +85,7 @@ class Places:
     pinned: Part = field(default_factory=lambda: Part("PINNED"))
 
     @property
-    def named(self) -> dict[str, list[int]]:
-        """Single places that have a name, by part."""
+    def named_positions(self) -> dict[str, list[int]]:
+        """Indices of the fixed positions that have a name, by part."""
         parts = (part for part in vars(self).values() if isinstance(part, Part))
         return {part.name: sorted(part.used) for part in parts if part.used}

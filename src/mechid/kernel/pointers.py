@@ -1,4 +1,4 @@
-"""What a kernel's text needs of Numba beyond the language: arrays as bare pointers, calls by address."""
+"""Numba intrinsics for kernels: bare pointers, calls by address and function attributes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numba.extending import intrinsic
 
 @intrinsic
 def numbers(typing: Any, array: Any) -> Any:
-    """Return the numbers of a flat array by their places alone: no shape, nothing counts from the end.
+    """Return a flat array as a bare pointer, without shape and without negative indices.
 
-    What is compiled for them is a third shorter than for the array, and compiles so much sooner.
+    The code compiled for it is a third shorter than for an array, and compiles correspondingly faster.
     """
     del typing
 
@@ -39,10 +39,10 @@ def called(  # noqa: PLR0913, PLR0917 (the arguments of a kernel's run)
     J: Any,
     events: Any,
 ) -> Any:
-    """Return what a kernel's `run` gives for these arguments, called at its address.
+    """Call a kernel's `run` at its address with the given arguments and return its result.
 
-    Named in the text it would be compiled and optimised again together with its caller, which takes longer than all
-    else there.
+    A call by name would compile and optimise the kernel again together with its caller, which takes longer than
+    everything else there.
     """
     del typing
     arguments = (p, directions, sensitive, grid, times, values, discrete, w, y, y_dot, J, events)
@@ -60,13 +60,13 @@ def called(  # noqa: PLR0913, PLR0917 (the arguments of a kernel's run)
 
 
 def address_of(function: Any) -> int:
-    """Return the address of a compiled function that has been called with arguments of one kind alone."""
+    """Return the address of a compiled function, which must have exactly one signature."""
     (overload,) = function.overloads.values()
     return int(overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name))
 
 
-def _attributed(*names: str) -> Any:
-    """Return an intrinsic that gives the function in whose text it stands attributes of LLVM."""
+def _attribute(*names: str) -> Any:
+    """Return an intrinsic that adds LLVM attributes to the function that contains the call."""
 
     @intrinsic
     def attributed(typing: Any) -> Any:
@@ -83,10 +83,10 @@ def _attributed(*names: str) -> Any:
     return attributed
 
 
-in_vectors = _attributed("optsize")
-"""A function of short loops over sets: the compiler would write them out one set after the other before it sees that
-they could be vector instructions; where code is to be short it does not."""
-apart = _attributed("noinline")
-"""A function that is compiled once, however often it is called."""
-rarely = _attributed("noinline", "optsize", "cold")
-"""A function that is seldom called: no time is spent on making it fast."""
+in_vectors = _attribute("optsize")
+"""Marks a function of short loops over sets. The optimiser would unroll these loops completely before it recognises
+that they vectorise; optimised for size, it leaves them as loops."""
+apart = _attribute("noinline")
+"""Marks a function that is compiled once, however often it is called."""
+rarely = _attribute("noinline", "optsize", "cold")
+"""Marks a function that is rarely called and not worth optimising."""

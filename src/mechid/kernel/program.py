@@ -1,7 +1,7 @@
-"""Which quantities the kernel computes, and by which partial derivatives tangents flow between them.
+"""Tangent program of a plant: the quantities computed and the partial derivatives between them.
 
-Tangents go through the plant's named terms where several quantities share one; a term used once is
-folded into its user. So the Jacobian stays as sparse as the physics.
+Tangents pass through the plant's named terms where several quantities share one; a term used once is
+substituted into its user. The Jacobian thus stays as sparse as the physics.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from mechid.plant.plant import Plant
 class Node:
     """One quantity of the tangent program.
 
-    `inner` are the partial derivatives to states and earlier shared terms, `outer` those to
-    parameters; both hold only what is not zero.
+    `inner` holds the partial derivatives with respect to states and earlier shared terms, `outer` those with
+    respect to parameters; zeros are left out.
     """
 
     symbol: sp.Symbol
@@ -35,12 +35,12 @@ class Program:
 
     @cached_property
     def filter_inputs(self) -> tuple[sp.Expr, ...]:
-        """What feeds the linear filter, as expressions."""
+        """Inputs of the linear filter, as expressions."""
         return self.plant.filter.inputs
 
     @cached_property
-    def shared(self) -> tuple[sp.Symbol, ...]:
-        """Terms that at least two of the rates, filter inputs and other shared terms use."""
+    def shared_terms(self) -> tuple[sp.Symbol, ...]:
+        """Terms that are used by at least two rates, filter inputs or other shared terms."""
         names = [s for s, _ in self.plant.terms]
         users = [e for _, e in self.plant.terms] + list(self.plant.rates) + list(self.filter_inputs)
         return tuple(s for s in names if sum(e.has(s) for e in users) > 1)
@@ -49,20 +49,20 @@ class Program:
     def nodes(self) -> tuple[Node, ...]:
         """Shared terms, then the rates (named ``k_<state>``), in order of computation."""
         definitions = dict(self.plant.terms)
-        terms = [self._node(s, definitions[s], s) for s in self.shared]
+        terms = [self._node(s, definitions[s], s) for s in self.shared_terms]
         rates = [
             self._node(sp.Symbol(f"k_{s}"), e, None) for s, e in zip(self.plant.states, self.plant.rates, strict=True)
         ]
         return tuple(terms + rates)
 
     @cached_property
-    def fed(self) -> tuple[Node, ...]:
-        """Nodes of the filter inputs; a shared term feeds the filter as it is."""
+    def filter_nodes(self) -> tuple[Node, ...]:
+        """Nodes of the filter inputs; a shared term feeds the filter directly."""
         return tuple(self._node(sp.Symbol(f"v_{k}"), e, None) for k, e in enumerate(self.filter_inputs))
 
     @cached_property
-    def measured(self) -> tuple[Node, ...]:
-        """Nodes of the outputs, with everything but states and filter states folded in."""
+    def output_nodes(self) -> tuple[Node, ...]:
+        """Nodes of the outputs, as functions of states and filter states alone."""
         return tuple(
             self._partials(sp.Symbol(f"y_{k}"), self.plant.expand(e), (*self.states, *self.filter_states))
             for k, e in enumerate(self.plant.outputs.values())
@@ -79,25 +79,25 @@ class Program:
         return self.plant.filter.states
 
     def partial_x(self, expr: sp.Expr) -> list[sp.Expr]:
-        """Gradient to the states with all terms folded in."""
+        """Return the gradient with respect to the states, all terms substituted."""
         full = self.plant.expand(expr)
         return [sp.diff(full, s) for s in self.states]
 
     def partial_p(self, expr: sp.Expr) -> list[sp.Expr]:
-        """Gradient to the kernel's parameters with all terms folded in; zero to those not estimable."""
+        """Return the gradient with respect to the kernel's parameters, all terms substituted; zero if not estimable."""
         full, estimable = self.plant.expand(expr), self.plant.estimable
         return [sp.diff(full, s) if s in estimable else sp.Integer(0) for s in self.plant.parameters]
 
-    def folded(self, expr: sp.Expr) -> sp.Expr:
-        """Return an expression with the terms that are not shared written out."""
+    def substitute_terms(self, expr: sp.Expr) -> sp.Expr:
+        """Return an expression with the unshared terms substituted."""
         for term, definition in reversed(self.plant.terms):
-            if term not in self.shared:
+            if term not in self.shared_terms:
                 expr = expr.subs(term, definition)
         return expr
 
     def _node(self, symbol: sp.Symbol, expr: sp.Expr, itself: sp.Symbol | None) -> Node:
-        expr = self.folded(expr)
-        earlier = self.shared if itself is None else self.shared[: self.shared.index(itself)]
+        expr = self.substitute_terms(expr)
+        earlier = self.shared_terms if itself is None else self.shared_terms[: self.shared_terms.index(itself)]
         return self._partials(symbol, expr, (*self.states, *earlier))
 
     def _partials(self, symbol: sp.Symbol, expr: sp.Expr, variables: tuple[sp.Symbol, ...]) -> Node:

@@ -1,4 +1,4 @@
-"""A plant becomes the text of a module: header, sizes, physics, time loop."""
+"""Source text of a plant's kernel module: header, sizes, physics, time loop."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ GENERATOR = (
     "schedule.py",
 )
 LOOP = ("sines", "memory", "filter", "guards", "lanes", "switches", "advance")
-"""The modules that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
-the first."""
+"""Modules common to all plants, in the order in which a kernel needs them; the plant's functions follow the first."""
 TERMS = 48
-"""Most terms of the series of the filter's propagator: enough where no rate is above ten a step."""
+"""Largest number of terms in the series of the filter's propagator; enough for rates up to ten per step."""
 
 
 def lanes_for(parameters: int) -> int:
-    """Return the lane count for so many directions: whole groups, at least four of them."""
+    """Return the lane count for a number of directions: whole groups, at least four of them."""
     return max(-(-parameters // WIDTH), 4) * WIDTH
 
 
 def fingerprint(plant: Plant, lanes: int) -> str:
-    """Return the name of a plant's kernel: its structure, the lanes, and mechid's own generator."""
+    """Return the hash that names a plant's kernel, from its structure, the lanes, and mechid's generator."""
+    # The generator's own text is part of the hash: a changed generator must not find kernels of an older one.
     generator = "".join(
         resources.files("mechid.kernel").joinpath(name).read_text(encoding="utf-8")
         for name in (*GENERATOR, *(f"loop/{name}.py" for name in LOOP))
@@ -49,7 +49,7 @@ def fingerprint(plant: Plant, lanes: int) -> str:
 
 
 def generate(plant: Plant, lanes: int) -> str:
-    """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
+    """Return the source of a plant's module with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
     functions = [
         runge_kutta.turns(writer),
@@ -59,6 +59,7 @@ def generate(plant: Plant, lanes: int) -> str:
     functions += [*guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
+    # Constants come last: the other functions add to them while they are written.
     functions += [*lane_writer.functions(), physics.constants(writer)]
     numbers = _numbers(plant, lanes, writer)
     rows = lane_writer.layout.rows
@@ -71,8 +72,10 @@ def generate(plant: Plant, lanes: int) -> str:
     }
     parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, plant.most_guards)
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
+    # A group of lanes that moves nothing but the filter skips the drive train.
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
     tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
+    # The plant's functions call the sines, and the rest of the loop calls the plant's functions.
     first, *others = (text_of_loop("mechid.kernel", name) for name in LOOP)
     body = "\n\n".join([first, *functions, *others])
     names = _place_lines(writer.at)
@@ -80,7 +83,7 @@ def generate(plant: Plant, lanes: int) -> str:
 
 
 def text_of_loop(package: str, name: str) -> str:
-    """Return the text of a module of a package's loop without its imports, under its title."""
+    """Return the text of a module of a package's loop under its title, without its imports."""
     text = resources.files(package).joinpath(f"loop/{name}.py").read_text(encoding="utf-8")
     tree = ast.parse(text)
     body = next(node for node in tree.body[1:] if not isinstance(node, ast.Import | ast.ImportFrom))
@@ -128,7 +131,7 @@ def _numbers(plant: Plant, lanes: int, writer: physics.Writer) -> dict[str, int]
 
 
 def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
-    """Return the size of each part of the workspace behind the lanes, in order."""
+    """Return the size of each part of the workspace after the lanes, in order."""
     turns = n["NPOINT"] - n["NX"]
     both, width = n["NX"] + n["NV"], n["NF"] + 3 * n["NV"]
     square, prop = (1 + n["NPF"]) * n["NF"] ** 2, (1 + n["NPF"]) * n["NF"] * width
@@ -182,10 +185,10 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
 
 
 def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
-    """Return the assignments of all sizes, and of begin and end of each part of the workspace.
+    """Return the assignments of all sizes, and of start and end of each part of the workspace.
 
-    Places, and what stands for none, are NumPy integers: Numba would compile a function anew for each plain one it is
-    called with.
+    Positions, and the value for none, are NumPy integers: Numba would compile a function again for each plain
+    integer that it is called with.
     """
     first, lines = 0, [f"{name} = {value}" for name, value in numbers.items()] + ["NONE = np.int64(-1)"]
     for name, size in parts.items():
@@ -195,13 +198,13 @@ def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
 
 
 def _place_lines(places: Places) -> list[str]:
-    """Return the assignments of the single places that the text names, a line each part.
+    """Return the assignments of the named positions, one line per part.
 
-    They too are NumPy integers: Numba 0.68 miscounts references to arrays indexed by literal ones.
+    These too are NumPy integers: Numba 0.68 miscounts references to arrays that are indexed by literal integers.
     """
     return [
         ", ".join(f"AT_{part}_{i}" for i in single) + f", = (np.int64(AT_{part} + i) for i in {tuple(single)})"
-        for part, single in places.named.items()
+        for part, single in places.named_positions.items()
     ]
 
 

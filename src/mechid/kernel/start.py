@@ -1,4 +1,4 @@
-"""A start of a record's own: states off the rest at the commanded angle, and how parameters and start move them."""
+"""Initial states of a record off the commanded rest, with derivatives with respect to parameters and start."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from mechid.arrays import FloatArray
 from mechid.plant.plant import START_ANGLE, Plant
 
 NEWTON_STEPS = 4
-"""A kinematic error is small beside the angle that it belongs to: the first step is nearly all."""
+"""Number of Gauss-Newton steps; a kinematic error is small against its angle, so the first step does nearly all."""
 
 
 @dataclass(frozen=True, eq=False)
 class OwnStart:
-    """States at a start of a record's own.
+    """Initial states of a record that does not start at rest.
 
     Attributes
     ----------
     off : (n_x,)
-        Of the plant's states, off the start at rest.
+        Offsets of the plant's states from the start at rest.
     off_by_parameter : (n_x, n_p)
-        Its derivative to the parameters.
+        Derivatives of `off` with respect to the parameters.
     filter : (n_f,)
         States of the filter, which are zero at rest.
     by_start : (n_x + n_f, n_s)
-        Derivatives of the states, then of those of the filter, to what is the record's own, in the order of
+        Derivatives of the states of plant and filter with respect to the start values of the record, in the order of
         `Plant.starts`.
     """
 
@@ -40,7 +40,7 @@ class OwnStart:
 
 
 def own_start(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, values: Mapping[str, float]) -> OwnStart:
-    """Return the states at a start of a record's own.
+    """Return the initial states for a record's start values.
 
     Parameters
     ----------
@@ -49,12 +49,13 @@ def own_start(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, v
     inputs : (n_u,)
         Held at the start.
     theta_0 : float
-        Commanded electrical angle there, rad.
+        Commanded electrical angle at the start, rad.
     values : mapping of str to float
-        By the keys of `Plant.starts`; what is not among them is zero.
+        By the keys of `Plant.starts`; missing keys are zero.
     """
     states, to_parameters, to_start = _functions(plant)
     n = len(plant.states)
+    # Only the offset from rest is used: the run itself supplies the rest, commanded or at equilibrium.
     own, rest = [values.get(key, 0.0) for key in plant.starts], [0.0] * len(plant.starts)
     at, at_rest = (np.array(states(*p, *inputs, theta_0, *v), dtype=np.float64) for v in (own, rest))
     moved, unmoved = (
@@ -65,9 +66,9 @@ def own_start(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, v
 
 
 def off_rest(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, states: FloatArray) -> dict[str, float]:
-    """Return which start of a record's own has given states, (n_x + n_f,), by the keys of `Plant.starts`.
+    """Return the start values of a record that lead to given states, (n_x + n_f,), by the keys of `Plant.starts`.
 
-    The rest is the commanded one; by Gauss-Newton, since a kinematic error alone is not linear in it.
+    Offsets count from the commanded rest. Gauss-Newton, since a kinematic error is not linear in its angle.
     """
     at, _, by_start = _functions(plant)
     own = np.zeros(len(plant.starts))
@@ -80,7 +81,7 @@ def off_rest(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, st
 
 @lru_cache(maxsize=16)
 def _functions(plant: Plant) -> tuple[Callable[..., list[float]], ...]:
-    """Compile the states at the start and their derivatives to parameters (the plant's alone) and to the start."""
+    """Compile the initial states and their derivatives with respect to parameters (plant's states only) and start."""
     own = [sp.Symbol(d.symbol) for d in plant.starts.values()]
     at = [sp.sympify(plant.begun.get(s, 0)) for s in plant.begun_states]
     arguments = (*plant.parameters, *plant.inputs, START_ANGLE, *own)

@@ -1,4 +1,4 @@
-"""The switches of a plant as Python text: margins of guards, their slopes and gradients, entry rules, resets."""
+"""Switches of a plant as Python text: margins of guards, their slopes and gradients, entry rules, resets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mechid.kernel.physics import Writer, function
 
 
 def guards(writer: Writer) -> list[str]:
-    """Margins of all guards mode by mode, their rates and gradients; entry rules; mode symbols."""
+    """Write the margins of all guards by mode, their rates and gradients, entry rules and mode symbols."""
     margins, slopes, gradients, at = [], [], [], writer.at
     for switch in writer.plant.switches:
         for mode in switch.modes:
@@ -62,7 +62,7 @@ def _gradient_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:
 
 
 def _by_mode(name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]], modes: Sequence[int]) -> list[str]:
-    """Write one function that chooses by switch and mode; a long body becomes a function of its own."""
+    """Write one function that branches by switch and mode; a long body becomes a function of its own."""
     functions, lines = [], []
     places = [(s, mode) for s, count in enumerate(modes) for mode in range(count)]
     for (s, mode), body in zip(places, bodies, strict=True):

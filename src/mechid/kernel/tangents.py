@@ -1,11 +1,10 @@
-"""The lanes of a kernel as Python text: the variational equations of all parameters side by side.
+"""Sensitivity lanes of a kernel as Python text: the variational equations of all parameters in parallel.
 
-Lane l holds dx/dq for one direction q in the space of parameters. Lanes come in groups of `WIDTH`; all that
-belongs to a group lies together in the flat workspace, row by row, so that one pass over a group carries its
-lanes through a whole step in the processor's registers. What multiplies them, the tangent program's
-coefficients at the points of the step's stages, is written down before by `tangent`. A parameter's own partial
-derivative enters every lane by the share that the lane's direction has of it (rows DIR): so ties and search
-coordinates cost nothing.
+Lane l holds dx/dq for one direction q in the space of parameters. Lanes come in groups of `WIDTH`; the rows of a group
+are contiguous in the flat workspace, so that one pass over a group keeps its lanes in the processor's registers through
+a whole step. Their factors, the tangent program's coefficients at the points of the step's stages, are stored
+beforehand by `tangents`. The partial derivative of a parameter enters every lane in proportion to the lane's direction
+(rows DIR), so that ties and search coordinates cost nothing.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from mechid.kernel.physics import Writer, filter_parameters, function
 from mechid.kernel.program import Node
 
 WIDTH = 4
-"""Lanes of a group."""
+"""Lanes per group."""
 STAGES = ("1", "2", "3", "4")
-"""The points of a step at which tangents are taken behind its start: three stages, then its end."""
+"""Points of a step, after its start, at which tangents are computed: three stages and the end."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class LaneWriter:
     def __init__(self, writer: Writer) -> None:
         self.writer = writer
         program = writer.program
-        self.nodes: tuple[Node, ...] = (*program.nodes, *(n for n in program.fed if not self._is_shared(n)))
+        self.nodes: tuple[Node, ...] = (*program.nodes, *(n for n in program.filter_nodes if not self._is_shared(n)))
         self.seeded = [n for n in self.nodes if n.outer]
         self.layout = Layout(
             len(program.states),
@@ -77,7 +76,7 @@ class LaneWriter:
 
     @property
     def drive_parameters(self) -> list[int]:
-        """Places of the parameters that move anything but the filter and the outputs."""
+        """Indices of the parameters that affect anything but the filter and the outputs."""
         plant = self.writer.plant
         guards = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
         moved = {q for n in self.nodes for q in n.outer}
@@ -97,12 +96,13 @@ class LaneWriter:
 
     def _is_shared(self, node: Node) -> bool:
         index = int(node.symbol.name.removeprefix("v_"))
-        return self.writer.program.filter_inputs[index] in self.writer.program.shared
+        return self.writer.program.filter_inputs[index] in self.writer.program.shared_terms
 
     def _coefficient(self, node: Node, variable: sp.Symbol, derivative: sp.Expr) -> str:
-        """Return the text of a partial derivative; one that changes in time gets a name and a place."""
+        """Return the text of a partial derivative; one that varies in time gets a name and a position."""
         ready = self.writer.constants.hoist(self.writer.angles.replace(derivative))
         names = set(self.writer.constants.names.values())
+        # Constant coefficients are read directly, without a place for each stage.
         if ready.free_symbols <= names:
             return python_text(ready)
         name = f"d_{node.symbol}_{variable}"
@@ -110,7 +110,7 @@ class LaneWriter:
         return name
 
     def _tangent(self) -> str:
-        """Write the coefficients at all points of a step side by side, the points as lanes."""
+        """Write the coefficients at all points of a step, the points in parallel as lanes."""
         at = self.writer.at
         wanted = [(at.tangent[f"{4 * i} + l"], e) for i, e in enumerate(self._coefficients.values())]
         point = [at.points[f"{4 * i} + l"] for i in range(len(self.writer.point))]
@@ -134,12 +134,14 @@ class LaneWriter:
         return [f"dir_{q} = {self._row('DIR', order.index(q))}" for q in order if q in seeds]
 
     def _flow_lines(self, stage: str) -> list[str]:
-        """Tangents of all nodes from ``y_<state>_<stage>``, inside a loop over l."""
+        """Return the tangents of all nodes from ``y_<state>_<stage>``, inside a loop over l."""
         lines = []
         for node in self.nodes:
             parts = [self._product(t, f"dir_{q}", stage) for q, t in self._seeds.get(node.symbol, {}).items()]
             parts += [
-                self._product(text, f"t_{v}_{stage}" if v in self.writer.program.shared else f"y_{v}_{stage}", stage)
+                self._product(
+                    text, f"t_{v}_{stage}" if v in self.writer.program.shared_terms else f"y_{v}_{stage}", stage
+                )
                 for v, text in self._slopes[node.symbol].items()
             ]
             lines.append(f"t_{node.symbol}_{stage} = {' + '.join(parts) or '0.0'}")
@@ -154,13 +156,13 @@ class LaneWriter:
 
     def _fed_tangent(self, j: int, stage: str) -> str:
         source = self.writer.program.filter_inputs[j]
-        return f"t_{source}_{stage}" if source in self.writer.program.shared else f"t_v_{j}_{stage}"
+        return f"t_{source}_{stage}" if source in self.writer.program.shared_terms else f"t_v_{j}_{stage}"
 
     def _row(self, part: str, index: int) -> str:
         return self.writer.at.w[f"g + {(self.layout.rows[part] + index) * WIDTH} + l"]
 
     def _group_function(self, name: str, arguments: str, doc: str, before: list[str], body: list[str]) -> str:
-        """One pass over the lanes of the group at place g."""
+        """Write one pass over the lanes of the group at position g."""
         lines = [*before, f"for l in range({WIDTH}):", *(f"    {line}" for line in body)]
         return function(name, arguments, doc, lines)
 
@@ -175,9 +177,10 @@ class LaneWriter:
         return self._group_function("lane_rates", "w_, g", doc, before, body)
 
     def _carry_lanes(self) -> str:
-        """Write the step of a group: classical Runge-Kutta, then the filter, K and V left at the step's end."""
+        """Write the step of a group: classical Runge-Kutta, then the filter; K and V are left at the step's end."""
         states, n_fed = self.writer.plant.states, self.layout.fed
         before = self._constant_loads()
+        # All coefficients are loaded before the loop, so that it runs in registers.
         for stage in STAGES:
             before += self._coefficient_loads(stage)
         before += ["half = 0.5 * h", "sixth = h / 6.0", *self._filter_loads()]
@@ -207,7 +210,7 @@ class LaneWriter:
         return self._group_function("carry_lanes", "w_, g, h, prop_at", doc, before, body)
 
     def _carry_filter_lanes(self) -> str:
-        """Write the step of a group whose lanes move nothing but the filter's own parameters."""
+        """Write the step of a group whose lanes affect the filter's own parameters only."""
         body = self._filter_lines(["0.0"] * (3 * self.layout.fed))
         doc = "As carry_lanes, where only parameters of the filter move."
         return self._group_function("carry_filter_lanes", "w_, g, prop_at", doc, self._filter_loads(), body or ["pass"])
@@ -219,7 +222,7 @@ class LaneWriter:
         return lines + [f"d_{f}_{i} = {self.writer.at.dz[f * n + i]}" for f in range(len(own)) for i in range(n)]
 
     def _filter_lines(self, inputs: list[str]) -> list[str]:
-        """S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
+        """Return S_z' = Phi S_z + Gamma S_v, plus the effect of the filter's own parameters on Phi and Gamma."""
         own, n, order = filter_parameters(self.writer.plant), self.layout.filter_states, self.writer.plant.parameters
         body = [f"z_{i} = {self._row('SZ', i)}" for i in range(n)]
         body += [f"own_{f} = {self._row('DIR', order.index(q))}" for f, q in enumerate(own) if n]
@@ -235,7 +238,7 @@ class LaneWriter:
         plant, program, at = self.writer.plant, self.writer.program, self.writer.at
         every = (*plant.states, *plant.filter.states)
         before, body = [], []
-        for j, node in enumerate(program.measured):
+        for j, node in enumerate(program.output_nodes):
             before += [f"y_x_{j}_{i} = {at.y_x[j * len(every) + i]}" for i, s in enumerate(every) if s in node.inner]
             before += [
                 f"y_p_{j}_{k} = {at.y_p[j * len(plant.parameters) + k]}"

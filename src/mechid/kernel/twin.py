@@ -1,8 +1,8 @@
-"""The slow twin of the generated kernel: the same plant by SciPy's DOP853, written to be obvious.
+"""Slow reference twin of the generated kernel: the same plant integrated by SciPy's DOP853, written for clarity.
 
-The plant's terms are folded in, filter states are plain states, every function is lambdified. The
-twin goes from edge to edge; on the way it looks for the first guard that reaches zero, and for
-sensitivities it carries the variational equations S' = f_s S + f_p as one more part of the state.
+Terms are substituted, filter states are ordinary states, and every function is lambdified. The
+twin integrates from edge to edge and searches each step for the first guard that reaches zero. For
+sensitivities it integrates the variational equations S' = f_s S + f_p along with the state.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from mechid.kernel.equations import Equations, equations_of
 from mechid.plant.plant import Plant
 
 THROWN = 1e-9
-"""A margin this far below zero, of its change over a sample interval, did not come there by flowing."""
+"""A margin this far below zero, relative to its change over a sample interval, got there by a jump, not by the flow."""
 ABSOLUTE = 1e-2
-"""Absolute tolerance over relative: the gear's angle is some 1e-3 rad and feeds K_s = 1e3 N m/rad."""
+"""Absolute over relative tolerance: the gear's angle is about 1e-3 rad and is multiplied by K_s = 1e3 N m/rad."""
 
 Fired = tuple[int, int]
 """Switch and guard (in the order of its mode's guards) that reached zero."""
@@ -31,7 +31,7 @@ Fired = tuple[int, int]
 
 @dataclass(frozen=True, kw_only=True)
 class TwinState:
-    """Where a run stands.
+    """State of a run.
 
     Attributes
     ----------
@@ -40,13 +40,13 @@ class TwinState:
     s : (n,) array
         States of the plant, then of its filter, SI units.
     S : (n, m) array
-        Their derivatives to the sensitive parameters.
+        Derivatives of `s` with respect to the sensitive parameters.
     inputs : (i,) array
-        Excitation.
+        Inputs of the excitation.
     modes : tuple of int
         Mode of each switch.
     armed : tuple of tuple of bool
-        For each guard of those modes, whether it has stood above zero since the mode began.
+        For each guard of those modes, whether it has been above zero since the mode began.
     """
 
     time: float
@@ -70,9 +70,9 @@ class TwinSwitch:
 
 @dataclass(frozen=True, kw_only=True)
 class TwinRun:
-    """What a run returns: y (n, n_y), jacobian (n, n_y, m), the switches, and where it ended.
+    """Result of a run: y (n, n_y), jacobian (n, n_y, m), the switches, and the final state.
 
-    `rate` = dy/dt (n, n_y) is filled only where there are sensitive parameters.
+    `rate` = dy/dt (n, n_y) is filled only if there are sensitive parameters.
     """
 
     y: FloatArray
@@ -95,22 +95,22 @@ def simulate_twin(
 ) -> TwinRun:
     """Simulate a plant at uniform sample instants.
 
-    Where an output jumps within a sample interval, its sample is the jump's mean over it.
+    If an output jumps within a sample interval, the jump enters that sample with its mean over the interval.
 
     Parameters
     ----------
     plant : Plant
     excitation : Excitation
     times : (n,) array
-        Two sample instants or more, s of command time; before 0 the mechanism rests.
+        At least two sample instants, s of command time; before 0 the mechanism rests.
     p : (n_p,) array
         The kernel's parameters.
     start_angle_rad : float
         Electrical angle theta_0 at the start of the record.
     begin : TwinState, optional
-        Start from here instead, before or at the first sample.
+        Initial state instead of the start, at or before the first sample.
     sensitive : sequence of int
-        Indices of the parameters to which derivatives are wanted.
+        Indices of the parameters to differentiate with respect to.
     tolerance : float
         Relative tolerance of one step of the integrator.
     """
@@ -121,24 +121,25 @@ def simulate_twin(
     for inputs, end in _stretches(excitation, state, float(samples.times[-1])):
         state, fixed = replace(state, inputs=inputs), np.zeros(len(sensitive))
         while True:
-            thrown = fired = twin.thrown(state, samples.interval)
+            thrown = fired = twin.guard_below_zero(state, samples.interval)
             if fired is None:
                 state, fired = twin.arc(state, end, samples)
             if fired is None:
                 break
-            before, (state, switch) = state, twin.switched(state, *fired, fixed if thrown else None)
+            before, (state, switch) = state, twin.fire_guard(state, *fired, fixed if thrown else None)
             samples.jump(before, state, switch)
             switching.append(switch)
             fixed = switch.sensitivity
-    y, rate, J = samples.finished()
+    y, rate, J = samples.results()
     return TwinRun(y=y, rate=rate, jacobian=J, switching=tuple(switching), end=state)
 
 
 def _stretches(excitation: Excitation, state: TwinState, end: float) -> Iterator[tuple[FloatArray, float]]:
-    """Yield the inputs between edges, from where a run stands, and the instant up to which they hold.
+    """Yield the inputs between edges, from the current state on, with the instant until which they hold.
 
-    An edge at that very instant comes first; it does no harm if it has come before.
+    An edge at that very instant comes first; applying it twice does no harm.
     """
+    # Instants that differ by rounding count as one.
     ahead = (excitation.times >= state.time - 1e-12) & (excitation.times < end)
     stops = np.maximum(np.append(excitation.times[ahead], end), state.time)
     yield from zip([state.inputs, *excitation.values[ahead]], stops.tolist(), strict=True)
@@ -146,7 +147,7 @@ def _stretches(excitation: Excitation, state: TwinState, end: float) -> Iterator
 
 @dataclass(frozen=True)
 class Twin:
-    """A plant at given parameters: how it starts, flows, and switches."""
+    """A plant at given parameters: its start, flow and switching."""
 
     equations: Equations
     p: FloatArray
@@ -160,12 +161,13 @@ class Twin:
         s = self.equations.initial(*at)
         S = self.equations.initial.by_parameter(*at)[:, list(self.sensitive)]
         state = TwinState(time=0.0, s=s, S=S, inputs=inputs, modes=modes, armed=())
-        for k in (*range(len(modes)), *range(len(modes))):  # twice: an entry may ask for another switch's mode
-            state = self._with_mode(state, k, self._entered(state, k))
+        # Twice, since an entry rule may depend on the mode of another switch.
+        for k in (*range(len(modes)), *range(len(modes))):
+            state = self._with_mode(state, k, self._entry_mode(state, k))
         return state
 
     def arc(self, state: TwinState, end: float, samples: _Samples) -> tuple[TwinState, Fired | None]:
-        """Flow up to `end`, or to the first guard that reaches zero; samples are taken on the way."""
+        """Integrate to `end`, or to the first guard that reaches zero, and take samples on the way."""
         solver = self._solver(state, end)
         while True:
             solver.step()
@@ -175,28 +177,30 @@ class Twin:
             state, time, fired = self._first_guard(state, piece)
             samples.take(state, piece, time)
             if fired is not None or solver.status == "finished":
-                return self.on(piece, time, state), fired
+                return self.state_on(piece, time, state), fired
 
-    def thrown(self, state: TwinState, interval: float) -> Fired | None:
-        """Return the first guard that a jump has left below zero: it fires with that jump."""
+    def guard_below_zero(self, state: TwinState, interval: float) -> Fired | None:
+        """Return the first guard that a jump has left below zero; it fires together with that jump."""
         for k, mode in enumerate(state.modes):
             margins, at = self.equations.margins[k][mode], self.at(state)
+            # Measured by the margin's own change over a sample, since margins have different units.
             limits = -THROWN * interval * np.abs(margins.by_state(*at) @ self.flow(state))
             below = np.flatnonzero(margins(*at) < limits)
             if below.size:
                 return k, int(below[0])
         return None
 
-    def switched(
+    def fire_guard(
         self, state: TwinState, switch: int, guard: int, dtau: FloatArray | None = None
     ) -> tuple[TwinState, TwinSwitch]:
         """Return the state after a guard has fired: S+ = S- + (f- - f+) dtau/dp, resets included.
 
-        `dtau`, (m,), is given where the instant is that of a jump.
+        `dtau`, (m,), is given if the instant is that of a jump.
         """
         declared = self.equations.plant.switches[switch]
         names, before = list(declared.modes), state.modes[switch]
         rule = declared.guards[names[before]][guard]
+        # The instant of a jump does not depend on this guard's margin, but on the edge or switch that caused it.
         if dtau is None:
             dtau = self._instant_derivative(state, switch, guard)
         s, S = state.s.copy(), state.S + np.outer(self.flow(state), dtau)
@@ -204,7 +208,8 @@ class Twin:
             k = self.equations.states.index(symbol)
             s[k], S[k] = value, 0.0
         new = replace(state, s=s, S=S)
-        after = names.index(rule.target) if rule.target else self._entered(new, switch)
+        after = names.index(rule.target) if rule.target else self._entry_mode(new, switch)
+        # The flow jumps with the mode: f- is taken before this line, f+ after it.
         new = self._with_mode(new, switch, after)
         new = replace(new, S=new.S - np.outer(self.flow(new), dtau))
         return new, TwinSwitch(time=state.time, switch=switch, before=before, after=after, sensitivity=dtau)
@@ -217,8 +222,8 @@ class Twin:
         """Return the arguments of the equations."""
         return (state.s.tolist(), *self._others(state.inputs, state.modes))
 
-    def on(self, piece: DenseOutput, time: float, state: TwinState) -> TwinState:
-        """Return the state at an instant of a step, in the modes and inputs of `state`."""
+    def state_on(self, piece: DenseOutput, time: float, state: TwinState) -> TwinState:
+        """Return the state at an instant of a step, with the modes and inputs of `state`."""
         flat, n = piece(time), len(self.equations.states)
         return replace(state, time=time, s=flat[:n], S=flat[n:].reshape(n, -1) / self._scale)
 
@@ -230,7 +235,7 @@ class Twin:
         values: FloatArray = margins.along(states, *self._others(state.inputs, state.modes))[guard]
         return values
 
-    def measured(self, state: TwinState, piece: DenseOutput, times: FloatArray) -> FloatArray:
+    def outputs_on(self, state: TwinState, piece: DenseOutput, times: FloatArray) -> FloatArray:
         """Return the outputs, (n, n_y), at instants of a step."""
         states = piece(times)[: len(self.equations.states)]
         return self.equations.outputs.along(states, *self._others(state.inputs, state.modes)).T
@@ -246,7 +251,7 @@ class Twin:
 
     @property
     def _scale(self) -> FloatArray:
-        """S is integrated per relative change of a parameter, so that one tolerance suits all."""
+        """Scale of S, which is integrated per relative change of a parameter so that one tolerance suits all."""
         own = np.abs(self.p[list(self.sensitive)])
         return np.where(own > 0.0, own, 1.0)
 
@@ -269,7 +274,7 @@ class Twin:
         return flow
 
     def _first_guard(self, state: TwinState, piece: DenseOutput) -> tuple[TwinState, float, Fired | None]:
-        """Return the first guard to fire within a step, its instant, and which guards are armed now."""
+        """Return the first guard to fire within a step and its instant, with the state's armed flags updated."""
         first, fired = float(piece.t), None
         armed = [list(flags) for flags in state.armed]
         for k, flags in enumerate(armed):
@@ -290,15 +295,15 @@ class Twin:
         dtau: FloatArray = -(g_s @ state.S + g_p) / (g_s @ self.flow(state))
         return dtau
 
-    def _entered(self, state: TwinState, switch: int) -> int:
-        """Return the mode that a switch's entry rules choose."""
+    def _entry_mode(self, state: TwinState, switch: int) -> int:
+        """Return the mode that a switch's entry rules select."""
         declared = self.equations.plant.switches[switch]
         rules = self.equations.entry[switch](*self.at(state))
         chosen = (mode for (_, mode), value in zip(declared.entry, rules, strict=True) if value > 0.0)
         return list(declared.modes).index(next(chosen, declared.otherwise))
 
     def _with_mode(self, state: TwinState, switch: int, mode: int) -> TwinState:
-        """Return the state in another mode, armed by the guards that stand clear of zero there."""
+        """Return the state in another mode; guards whose margin is above zero there are armed."""
         modes = tuple(mode if k == switch else old for k, old in enumerate(state.modes))
         new = replace(state, modes=modes)
         margins = [self.equations.margins[k][m](*self.at(new)) for k, m in enumerate(modes)]
@@ -306,7 +311,7 @@ class Twin:
 
 
 class _Samples:
-    """The samples of a run, filled as it goes; `after` counts those that are taken."""
+    """Samples of a run, filled as it proceeds; `after` counts those taken."""
 
     def __init__(self, twin: Twin, times: FloatArray, begin: float) -> None:
         n, n_y, m = times.size, len(twin.equations.outputs.expressions), len(twin.sensitive)
@@ -319,14 +324,14 @@ class _Samples:
         first, self.after = self.after, int(np.searchsorted(self.times, end, side="right"))
         if first == self.after:
             return
-        self.y[first : self.after] += self.twin.measured(state, piece, self.times[first : self.after])
+        self.y[first : self.after] += self.twin.outputs_on(state, piece, self.times[first : self.after])
         for row in range(first, self.after) if self.twin.sensitive else ():
-            _, rate, J = self.twin.measured_with_derivatives(self.twin.on(piece, self.times[row], state))
+            _, rate, J = self.twin.measured_with_derivatives(self.twin.state_on(piece, self.times[row], state))
             self.rate[row] += rate
             self.J[row] += J
 
     def jump(self, before: TwinState, after: TwinState, switch: TwinSwitch) -> None:
-        """Take the part of a jump that the sample at the interval's end has too much of the mean."""
+        """Correct the sample at the interval's end for a jump, so that it is the mean over the interval."""
         passed = switch.time - (self.times[min(self.after, len(self.times) - 1)] - self.interval)
         if passed < 0.0 or self.after == len(self.times):
             return
@@ -337,6 +342,6 @@ class _Samples:
         self.rate[self.after] += rise
         self.J[self.after] -= rise_p * passed + np.outer(rise, dtau)
 
-    def finished(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def results(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return y, dy/dt and dy/dp."""
         return self.y, self.rate, self.J

@@ -26,7 +26,7 @@ from mechid.looks.words import (
     unit_text,
 )
 from mechid.records.channel_keys import channel_keys
-from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
+from mechid.records.step_rate import RateReading, SuggestedRate, read_declared_rate
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
@@ -82,7 +82,7 @@ def _reading(declared: Drive | None, suggested: SuggestedRate | None) -> RateRea
     if not declared or not suggested or not suggested.is_constant:
         return None
     rates = {abs(rate) for rate in declared.command.rate.rates}
-    return declared_rate(suggested, rates.pop()) if len(rates) == 1 else None
+    return read_declared_rate(suggested, rates.pop()) if len(rates) == 1 else None
 
 
 def _declared(drive: Drive) -> dict[str, Any]:

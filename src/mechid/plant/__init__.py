@@ -1,4 +1,4 @@
-"""What is believed: blocks, wiring as data, and the `Plant` and `Mechanism` made of them.
+"""Mechanism models: blocks, their wiring, and the `Plant` and `Mechanism` assembled from them.
 
 Internal to mechid but for the names that docs/python.md lists.
 """

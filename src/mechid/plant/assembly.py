@@ -1,4 +1,4 @@
-"""A layout becomes a plant: the assembly's blocks, those of the user's own among them, wired by name."""
+"""Assembly of a layout into a plant: library blocks and the user's own, wired by name."""
 
 from __future__ import annotations
 
@@ -32,17 +32,18 @@ def plant_of(layout: Layout) -> Plant:
     Raises
     ------
     InputFileError
-        Assembly or law are unknown, or a block of the user's own does not fit in.
+        The assembly or a law is unknown, or a block of the user's own does not fit.
     """
     check_assembly(layout.assembly)
     if layout.own:
-        return _assembled(layout)
+        return _assemble(layout)
+    # Own blocks are values of the user that need not be hashable: only layouts without them are cached.
     key = (tuple(sorted(layout.laws.items())), tuple(sorted(layout.orders.items())), tuple(sorted(layout.tables)))
-    return _cached(layout.assembly, *key, layout.flying, layout.ports)
+    return _cached_plant(layout.assembly, *key, layout.flying, layout.ports)
 
 
 @lru_cache(maxsize=64)
-def _cached(
+def _cached_plant(
     assembly: str,
     laws: tuple[tuple[str, str], ...],
     orders: tuple[tuple[str, tuple[int | None, ...]], ...],
@@ -50,7 +51,7 @@ def _cached(
     flying: Flying | None,
     ports: frozenset[Port],
 ) -> Plant:
-    return _assembled(
+    return _assemble(
         Layout(
             assembly=assembly,
             laws=dict(laws),
@@ -62,7 +63,7 @@ def _cached(
     )
 
 
-def _assembled(layout: Layout) -> Plant:
+def _assemble(layout: Layout) -> Plant:
     blocks, wiring, outputs = ASSEMBLIES[layout.assembly](layout)
     blocks = [_in_place(layout, block) for block in blocks]
     try:
@@ -70,6 +71,7 @@ def _assembled(layout: Layout) -> Plant:
     except ValueError as error:
         raise InputFileError(f"assembly: the blocks do not fit together: {error}") from error
     channels = measured_quantities(plant.inputs)
+    # Inputs that no block supplies: the command, the base's motion, ports and measured channels.
     known = {"e_A", "e_B", ACCELERATION.name, *NAMES, *channels, *(f"{quantity}{RAMP}" for quantity in channels)}
     if unwired := [s.name for s in plant.inputs if s.name not in known]:
         names = ", ".join(name.removesuffix("_in") for name in unwired)
@@ -78,10 +80,11 @@ def _assembled(layout: Layout) -> Plant:
 
 
 def _in_place(layout: Layout, block: Block) -> Block:
-    """Return the user's own block in place of the library's, where the file names one for its table."""
+    """Return the user's own block in place of the library's, if the file names one for the block's table."""
     if block.name not in layout.own:
         return block
     own = layout.own[block.name]
+    # A friction of the user's own that never holds the body need not declare `free`: it is 1 then.
     missing = {name: Integer(1) for name in block.outputs if name.startswith("free") and name not in own.outputs}
     return replace(own, name=block.name, table=own.table or block.table, outputs={**own.outputs, **missing})
 
@@ -92,7 +95,7 @@ def stepper_gear_mass(detent_orders: Sequence[int | None], housing_form: str | N
     Parameters
     ----------
     detent_orders : sequence of int or None
-        For each detent harmonic its periods per electrical period, None where not whole.
+        Periods per electrical period of each detent harmonic, None where not an integer.
     housing_form : str or None
         ``"paper"``, ``"unit_dc"``, or None for a rigid housing.
     """

@@ -1,4 +1,4 @@
-"""What a block is: equations beside their parameters, and the hybrid part beside the smooth one.
+"""Building blocks of a plant: equations with their parameters, and their switching behaviour.
 
 A block is a value. It names its inputs by symbols of its own; an assembly wires them to the
 outputs of other blocks (`assembly.py`).
@@ -16,14 +16,14 @@ from mechid.parameter import Declaration
 
 @dataclass(frozen=True, kw_only=True)
 class Guard:
-    """A margin that stays positive while its mode holds; where it reaches zero the mode ends.
+    """A margin that is positive while its mode holds; the mode ends when it reaches zero.
 
     Parameters
     ----------
     margin : Expr
         Function of states, parameters, inputs and terms of the plant.
     target : str or None
-        The mode that follows; None asks the switch's `entry` rules.
+        The next mode; None selects it by the switch's `entry` rules.
     resets : mapping of state to number
         States that take a fixed value there.
     """
@@ -35,7 +35,7 @@ class Guard:
 
 @dataclass(frozen=True, kw_only=True)
 class Switch:
-    """A set of modes, the symbols whose values tell them apart, and the guards that end them.
+    """A set of modes, the symbols whose values distinguish them, and the guards that end them.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ class Switch:
         Each mode gives each of the switch's symbols a number; the equations use the symbols.
     guards : mapping of mode name to tuple of Guard
     entry : tuple of (Expr, mode name)
-        Tried in order, the first positive expression wins: the mode at start, and after a
+        Tried in order; the first positive expression selects the mode, at the start and after a
         guard without a target.
     otherwise : str
-        The mode where no entry rule holds.
+        The mode if no entry rule applies.
     ideal : mapping of Symbol to float
-        Values of the symbols as if the switch were not there, e.g. without friction.
+        Values of the symbols with the switch removed, e.g. without friction.
     """
 
     name: str
@@ -62,11 +62,11 @@ class Switch:
 
 @dataclass(frozen=True, kw_only=True)
 class PolarPair:
-    """An amplitude and a phase of the file that the kernel knows as cosine and sine part.
+    """An amplitude and a phase in the file, which the kernel represents by a cosine and a sine part.
 
-    The kernel's parameters are K cos(phi) and K sin(phi): at K = 0 the phase is not dead. `cycles` is how many
-    periods it has in a turn of the rotor, in the file's symbols. `of_phase` says that it belongs to the motor's
-    phases, so that it stays where it is when the rotor's zero is put elsewhere.
+    The kernel's parameters are K cos(phi) and K sin(phi), which stay well-defined at K = 0. `cycles` is the number of
+    periods per turn of the rotor, in the file's symbols. `of_phase` marks a harmonic of the motor's phases, which stays
+    in place when the zero of the rotor angle is moved.
     """
 
     amplitude: str
@@ -79,30 +79,30 @@ class PolarPair:
 
 @dataclass(frozen=True, kw_only=True)
 class Extension:
-    """A term that a real block may have and a mechanism file may lack; at its null value it is not there.
+    """A term that a real block may have and the mechanism file may lack; at its null value it vanishes.
 
     Parameters
     ----------
     name : str
-        What it is called, e.g. ``"gear.kinematic_error:2"``; of a list told apart by periods ``"stepper.detent"``, to
-        which the period is added. Those of one name are there together.
+        Name of the term, e.g. ``"gear.kinematic_error:2"``; of a list whose entries differ by period
+        ``"stepper.detent"``, to which the period is appended. Extensions of the same name are added together.
     words : str
-        What the effect is, in a plain phrase for a report; ``{key}`` is the value of a key of `structure`.
+        Plain description of the effect for a report; ``{key}`` stands for the value of a key of `structure`.
     table : str
-        Table of the mechanism file that it would stand in.
+        Table of the mechanism file that would contain it.
     order : int or None
-        Of a list, what tells its entries apart; None of a table that is there once.
+        The order that distinguishes entries of a list; None for a single table.
     law : str
-        That the table names to have it; empty where it chooses none.
+        Law that the table has to name; empty if it chooses none.
     structure : mapping of key to Expr
         Values of the entry's keys that shape the equations, in the file's symbols.
     widths : mapping of key to Expr
-        What is free of it, each with how large it may well be: standard deviation about the null value, in the file's
-        unit and symbols. An amplitude stands for both parts of its pair; what is left out stays at its null.
+        Its free parameters with their typical magnitude: standard deviation about the null value, in the file's
+        unit and symbols. An amplitude covers both parts of its pair; keys left out stay at their null value.
     grown : bool
-        Whether it is among those that are freed from nothing where plain growth stalls; too many of them spoil it.
+        Whether it is among the terms that are freed from zero if plain growth stalls; too many of them spoil it.
     rarer : bool
-        Whether it is freed only where the usual ones do not suffice.
+        Whether it is freed only if the usual terms do not suffice.
     """
 
     name: str
@@ -118,18 +118,18 @@ class Extension:
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Extensions of one kind with any whole number of periods in a turn, beyond those that are listed.
+    """Extensions of one kind with any integer number of periods per turn, in addition to those listed.
 
     Parameters
     ----------
     per_step : Expr
-        Turns in a full step of the motor, in the file's symbols.
+        Turns per full step of the motor, in the file's symbols.
     entry : callable
-        From a number of periods in a turn, at least 1, to the extension.
+        Maps a number of periods per turn, at least 1, to the extension.
     most : int
-        Periods in a turn up to which growth looks for one; 0 where it does not.
+        Largest number of periods per turn that growth tries; 0 for none.
     is_line : bool
-        Whether a misfit has a spectral line at its periods; one that multiplies a switching torque has many lines.
+        Whether it leaves a spectral line at its periods in the misfit; a factor on a switching torque leaves many.
     """
 
     per_step: sp.Expr
@@ -140,34 +140,34 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True)
 class Rival:
-    """A law or a table that a real block may have in place of what is chosen, and that no null value leads to.
+    """An alternative law or table that a real block may have and that no null value leads to.
 
     Parameters
     ----------
     name : str
-        What it is called, e.g. ``"friction.stribeck"``.
+        Name of the alternative, e.g. ``"friction.stribeck"``.
     words : str
-        What the effect is, in a plain phrase for a report.
+        Plain description of the effect for a report.
     table : str
-        Table of the mechanism file that names the law, or that is there with it.
+        Table of the mechanism file that names the law, or that comes with it.
     law : str
-        Empty where the table itself is what may be there.
+        Empty if the table itself is the alternative.
     order : int or None
-        Of a table that an order shapes.
+        Order of a table that is shaped by one.
     free : mapping of key to (Expr, Expr, Expr)
-        What is free of it: a start, the least and the most, in the file's unit and symbols.
+        Its free parameters: start, minimum and maximum, in the file's unit and symbols.
     null : str
-        Of `free`, the key of an amplitude: at 0 there is nothing of it, whatever the others are, and its derivative
-        says whether there should be. Empty where it has none.
+        Key of an amplitude in `free`: at 0 the effect vanishes whatever the other values, and the derivative with
+        respect to it shows whether the effect is present. Empty if there is none.
     tried : mapping of key to tuple of float
-        Values of another key at which that derivative is to be looked at.
+        Values of another key at which that derivative is evaluated.
     grown : bool
-        Whether it is among those that are tried with starts of their own where growth stalls.
+        Whether it is among the alternatives that are tried with starts of their own if growth stalls.
     imitated_by : str
-        A disturbance of the records that takes its place where it is lacking, as ``"record.delay"`` a low-pass's.
+        A disturbance of the records that mimics its absence, as ``"record.delay"`` mimics a missing low-pass.
     hides : bool
-        Whether a fit without it may leave no more than noise and yet be wrong, so that it is looked for there too: from
-        `null`, or from a start so near to nothing that a linear fit says whether it is there.
+        Whether a fit without it may leave nothing but noise and yet be wrong, so that it is tested then too: from
+        `null`, or from a start so close to zero that a linear fit detects it.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Rival:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearSystem:
-    """A linear filter behind the plant, x' = A x + B u, in closed form in the time loop.
+    """A linear filter behind the plant, x' = A x + B u, solved in closed form in the time loop.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ class LinearSystem:
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """One piece of hardware: parameters, terms, rates, and what it hands to others.
+    """One piece of hardware: parameters, terms, rates, and outputs to other blocks.
 
     Parameters
     ----------
@@ -213,37 +213,37 @@ class Block:
     table : str
         Table of the mechanism file that holds its parameters, e.g. ``"gear"``.
     declarations : tuple of Declaration
-        Parameters as the file knows them; several blocks may read one table.
+        Parameters as named in the file; several blocks may read one table.
     coordinates : mapping of Symbol to Expr
-        Kernel parameters that are not simply a value of the file, as functions of the file's symbols.
+        Kernel parameters that differ from the values of the file, as functions of the file's symbols.
     polar : tuple of PolarPair
     inputs : tuple of Symbol
-        What the wiring must supply.
+        Symbols that the wiring supplies.
     terms : mapping of Symbol to Expr
         Named quantities; the kernel keeps their names.
     rates : mapping of state to Expr
         Time derivatives.
     initial : mapping of state to Expr
-        States at the start of a record, those of the filter too; states of the filter that are not there are 0.
+        States at the start of a record, including those of the filter; missing states of the filter start at 0.
     starts : tuple of Declaration
-        What a record may have of its own there: symbols of `initial` that are zero where it has not (`plant.start`).
+        Start values that a record may have of its own: symbols of `initial` that are zero otherwise (`plant.start`).
     outputs : mapping of str to Expr
-        What other blocks may be wired to.
+        Outputs to which other blocks may be wired.
     switch : Switch or None
     filter : LinearSystem or None
     swinging : mapping of state to str
-        What swings where a resonance moves that state most; other states have the block's name, an empty word says
-        that nothing does, as in a low-pass.
+        Name of the oscillating part for a resonance that moves that state most. The default is the block's name; an
+        empty name marks a state that does not oscillate, as in a low-pass.
     scales : mapping of str to Expr
-        What a data sheet names of it, as ``"holding torque"``: functions of the file's symbols.
+        Quantities of its data sheet, as ``"holding torque"``: functions of the file's symbols.
     extensions : tuple of Extension
-        What it may have beside, smooth at the null value.
+        Additional terms that it may have, smooth at their null values.
     series : tuple of Series
-        What it may have beside with other periods.
+        Additional terms with other periods.
     rivals : tuple of Rival
-        What may stand in place of something, without a null value; further starts of one are further entries.
+        Alternatives without a null value; further starts of one alternative are further entries.
     reference : str
-        Where the equations stand.
+        Source of the equations.
     """
 
     name: str

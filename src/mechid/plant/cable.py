@@ -1,4 +1,4 @@
-"""Cables from the base to the load of a drive train: a spring about a rest angle, with Dahl's hysteresis or without."""
+"""Cables from the base to the load of a drive train: a spring about a rest angle, optionally with Dahl hysteresis."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def spring() -> Block:
 def dahl() -> Block:
     """Cables whose strands rub: T_cable = K_c (alpha_gear - alpha_c) + T_h h, theta_h h' = omega_gear - |omega_gear| h.
 
-    Dahl (1976) with exponent 1, scaled: h within [-1, 1] is the share of the hysteresis torque T_h (N m) that the
-    strands have built up, theta_h (rad) the angle over which it builds up after a reversal, so that the stiffness
-    there is K_c + T_h/theta_h. Of the amplitude T_h the torque is a linear function. A record begins with h = 0. The
-    zeros of the speed, where |omega_gear| has its kink, are met exactly.
+    Dahl (1976) with exponent 1, scaled: h within [-1, 1] is the fraction of the hysteresis torque T_h (N m) that has
+    built up, theta_h (rad) the angle over which it builds up after a reversal, so that the stiffness
+    there is K_c + T_h/theta_h. The torque is linear in the amplitude T_h. A record begins with h = 0. The
+    zeros of the speed, where |omega_gear| has its kink, are located exactly.
     """
     T_h, theta_h, h, direction = symbols("T_h theta_h h_cable direction_cable")
     own = (
@@ -38,6 +38,7 @@ def dahl() -> Block:
             "hysteresis_angle", theta_h.name, "rad", "angle of the load over which the hysteresis builds up", lower=0.0
         ),
     )
+    # A switch locates the zeros of the speed, so that no integration step straddles the kink of its magnitude.
     switch = Switch(
         name=TABLE,
         modes={"forward": {direction: 1.0}, "backward": {direction: -1.0}},
@@ -74,10 +75,11 @@ def _cable(
         initial=dict.fromkeys(rates, Integer(0)),
         outputs={T_cable.name: T_cable},
         switch=switch,
+        # The hysteresis relaxes and does not oscillate.
         swinging=dict.fromkeys(rates, ""),
         reference=DAHL,
     )
 
 
 LAWS: Mapping[str, Callable[[], Block]] = {"spring": spring, "dahl": dahl}
-"""Cables by the name in mechanism.toml; the first is the default."""
+"""Cable models by their names in mechanism.toml; the first is the default."""

@@ -1,4 +1,4 @@
-"""A current drive that runs out of voltage: its loops follow the commanded currents as fast as the supply lets them."""
+"""Current drive with limited voltage: its loops follow the commanded currents as fast as the supply permits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TABLE = "stepper.current_limit"
 ACARNLEY = "Acarnley, Stepping Motors: a Guide to Theory and Practice, 4th ed. (2002), chapter 5: chopper drive"
 _parameter = partial(Declaration, source=ACARNLEY)
 BAND = 1e-6
-"""Of the peak current: within it a loop follows. Far below a microstep, far above rounding."""
+"""Tolerance within which a loop follows, relative to the peak current: far below a microstep, far above rounding."""
 k_v, R, L, U_s, I_peak = symbols("k_v R_loop L_loop U_loop I_peak")
 DECLARATIONS = (
     _parameter("voltage", U_s.name, "V", "supply voltage, the most that a phase is given", lower=0.0),
@@ -29,9 +29,9 @@ DECLARATIONS = (
 def loop(phase: str) -> Block:
     """Return a phase's loop: i = i_ref while the supply suffices, else L di/dt = +-U_s - R i - emf until it does.
 
-    Three modes; i_ref in A is what the ideal drive gives, held from step to step, emf in V the coil's. Within the
-    supply the chopper holds the current, so that di/dt = 0; a step of the command, or an emf that wants more than
-    U_s, ends that. A chopper's ripple is not there. Acarnley (2002).
+    Three modes. i_ref in A is the current of the ideal drive, held from step to step; emf in V is the coil's. Within
+    the supply the chopper holds the current, so that di/dt = 0; a step of the command, or an emf that would require
+    more than U_s, ends that. The chopper's ripple is not modelled. Acarnley (2002).
 
     Parameters
     ----------
@@ -50,6 +50,7 @@ def loop(phase: str) -> Block:
         },
         guards={
             "following": (
+                # A band instead of zero: rounding of a followed current must not end the mode.
                 Guard(margin=band - behind, target="rising"),
                 Guard(margin=band + behind, target="falling"),
                 Guard(margin=U_s - wanted, target="rising"),
@@ -67,6 +68,7 @@ def loop(phase: str) -> Block:
         table=TABLE,
         declarations=DECLARATIONS if phase == "A" else (),
         inputs=(i_ref, emf),
+        # `forced` is 0 while the chopper holds the current.
         rates={i: forced * (side * U_s - wanted) / L},
         initial={i: i_ref + own},
         starts=(

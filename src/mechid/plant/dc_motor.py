@@ -1,4 +1,4 @@
-"""Brushed DC motor: one winding behind a commutator; and a spring that holds its shaft to the base."""
+"""Brushed DC motor with one winding and a commutator, and a spring from its shaft to the base."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ INERTIA = _parameter("motor.inertia", "J_rot", "kg m2", "inertia of the rotor an
 def dc_winding() -> Block:
     """One winding: L di/dt = u - R i - k_e omega, T_mot = k_t i; i in A, u in V, omega in rad/s, T_mot in N m.
 
-    Hughes and Drury, chapter on DC motors; the commutator is ideal: no ripple, and no voltage across the brushes. A
-    record begins with the current settled at its first voltage. In SI units k_e = k_t unless the file says otherwise:
-    then energy balances.
+    Hughes and Drury, chapter on DC motors; the commutator is ideal: no ripple, and no voltage drop across the brushes.
+    A record begins with the current settled at its first voltage. In SI units k_e = k_t unless the file says otherwise;
+    energy balances only then.
     """
     i, u, R, L, k_t, k_e = symbols("i_mot u_mot_in R L k_t k_e")
     return Block(

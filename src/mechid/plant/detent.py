@@ -1,4 +1,4 @@
-"""Detent torque of a stepper, harmonic by harmonic, and those that may be there beside."""
+"""Detent torque of a stepper, one block per harmonic, and the harmonics that may be added."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from mechid.plant.drive_train import PER_STEP, alpha, p
 DETENT = "stepper.detent"
 WORDS = "detent torque with a period of {period_deg:.3g} deg of the rotor"
 WHOLE_ORDER = 1e-9
-"""How near a whole number, relative to it, the periods per electrical period are taken for it."""
+"""Relative tolerance within which the periods per electrical period count as an integer."""
 ORDERS = (1, 2, 4, 8, 12, 16)
-"""Periods of a detent per electrical period that are looked for where a file lacks one."""
+"""Detent periods per electrical period that are tried if the file lacks them."""
 RARER_ORDERS = (3, 5, 6, 7)
-"""Those that are looked for where the others do not suffice."""
+"""Detent periods that are tried if the others do not suffice."""
 FURTHER_ORDERS = (10,)
-"""Those that a finished fit is asked for too."""
+"""Detent periods that are tested against a finished fit in addition."""
 MOST_PERIODS = 400
-"""Periods in a turn up to which any other detent is looked for: two to a full step of 1.8 deg."""
+"""Largest number of periods per turn for any other detent: two per full step of 1.8 deg."""
 
 
 def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:
     """One harmonic of the detent torque: T = K sin(2 pi alpha / alpha_det + phi).
 
-    Equation (4) of [Kornienko2013]_ with a phase, which the paper had not; K in N m. The kernel's
+    Equation (4) of [Kornienko2013]_ with a phase, which the paper lacks; K in N m. The kernel's
     parameters are a = K cos(phi) and b = K sin(phi).
 
     Parameters
@@ -37,13 +37,14 @@ def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Bl
     index : int
         Position in the file's list, from 0.
     order : int or None
-        Periods per electrical period where that is a whole number: then the sine and cosine come
-        from those of the windings by multiple angles. None: the period is used as it is.
+        Periods per electrical period if that is an integer: the sine and cosine then follow
+        from those of the windings by multiple angles. None: the period is used as given.
     holding : str or None
-        The motor's holding torque in the file's symbols, where it is known.
+        The motor's holding torque in the file's symbols, if known.
     """
     k = index + 1
     a, b, K, phi, period = symbols(f"a_{k} b_{k} K_D{k} phi_{k} alpha_det{k}")
+    # By order the kernel needs no further sine: multiple angles follow from the windings'.
     angle: Expr = order * p / 2 * alpha if order else 2 * pi / (period * pi / 180) * alpha
     return Block(
         name=f"detent_{k}",
@@ -68,7 +69,7 @@ def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Bl
 
 
 def detent_order(poles: float, period_deg: float) -> int | None:
-    """Return a detent's periods per electrical period, None where that is no whole number.
+    """Return a detent's periods per electrical period, or None if not an integer.
 
     An electrical period is 720/poles degrees of the rotor.
 
@@ -78,15 +79,15 @@ def detent_order(poles: float, period_deg: float) -> int | None:
     (4, 2, None)
     """
     order = (720.0 / poles) / period_deg
+    # A period typed with few digits is meant as the exact fraction of a period.
     whole = round(order) if math.isfinite(order) else 0
     return whole if whole >= 1 and abs(order - whole) <= WHOLE_ORDER * whole else None
 
 
 def series(holding: Expr) -> Series:
-    """Return the detents of any other whole number of periods in a turn, of 2 % of the holding torque."""
-    return Series(
-        per_step=PER_STEP, entry=partial(_extension, holding), most=MOST_PERIODS
-    )  # a plant goes to other processes
+    """Return the detents of any other integer number of periods per turn, with 2 % of the holding torque."""
+    # A partial rather than a closure: a plant is pickled to reach other processes.
+    return Series(per_step=PER_STEP, entry=partial(_extension, holding), most=MOST_PERIODS)
 
 
 def _extension(holding: Expr, periods: int) -> Extension:
@@ -101,7 +102,7 @@ def _extension(holding: Expr, periods: int) -> Extension:
 
 
 def extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
-    """Return the detents that may be there beside, of 2 % of the holding torque."""
+    """Return the detents that may be added, with 2 % of the holding torque."""
     return tuple(
         Extension(
             name=DETENT,

@@ -1,4 +1,4 @@
-"""Drives: what the command, or a measured channel, makes of phase voltages, phase currents, or a torque."""
+"""Drives: phase voltages, phase currents or a torque from the command or from measured channels."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from mechid.plant.harmonic import coordinates_of
 from mechid.plant.microstep_table import WAVEFORMS
 
 RAMP = "_slope"
-"""A measured input comes as two: its value held from a sample on, and its slope from there to the next."""
+"""Suffix of the second input of a measured channel: the first is its value at a sample, this its slope to the next."""
 
 
 def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
     """Ideal voltage source without current control: u_A = U e_A, u_B = U e_B.
 
     The normalised waveforms e_A = -cos(theta_k), e_B = sin(theta_k) come from the command and are
-    held from step to step; u in V. Section 3.1 of [Kornienko2013]_. With an error of the microstep table
-    delta(theta_k) of them stands across, which turns them further (`microstep_table`).
+    held from step to step; u in V. Section 3.1 of [Kornienko2013]_. An error of the microstep table adds a
+    perpendicular component delta(theta_k), which rotates them (`microstep_table`).
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
         Harmonics of that error.
     """
     U, u_A, u_B = symbols("U u_A u_B")
-    errors, (given_A, given_B) = microstep_table.harmonics(table_orders), microstep_table.given(table_orders)
+    errors, (given_A, given_B) = microstep_table.harmonics(table_orders), microstep_table.driver_waveforms(table_orders)
     return Block(
         name="drive",
         table="stepper",
@@ -58,14 +58,14 @@ def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
 
 
 def current_drive(table_orders: Sequence[int] = ()) -> Block:
-    """Ideal current source, what a chopper drive is behind its ripple: i_A = I e_A, i_B = I e_B.
+    """Ideal current source, i.e. a chopper drive without its ripple: i_A = I e_A, i_B = I e_B.
 
-    The waveforms are those of `voltage_drive`; i in A. A chopper switches some 10^4 times a second about its
-    set point, far above what a mechanism follows, so neither the ripple nor the rise of the current is modelled.
+    The waveforms are those of `voltage_drive`; i in A. A chopper switches about 10^4 times a second around its
+    set point, far faster than a mechanism responds, so neither the ripple nor the rise of the current is modelled.
     `table_orders` is as for `voltage_drive`.
     """
     current, i_A, i_B = symbols("I_peak i_A i_B")
-    errors, (given_A, given_B) = microstep_table.harmonics(table_orders), microstep_table.given(table_orders)
+    errors, (given_A, given_B) = microstep_table.harmonics(table_orders), microstep_table.driver_waveforms(table_orders)
     return Block(
         name="drive",
         table="stepper",
@@ -93,10 +93,10 @@ def current_drive(table_orders: Sequence[int] = ()) -> Block:
 
 
 def measured_drive(channels: Sequence[tuple[str, str]], table: str, offset: Declaration | None = None) -> Block:
-    """Measured channels as they are, held from sample to sample or straight between samples: v = value + ramp.
+    """Measured channels as inputs, held or interpolated linearly between samples: v = value + ramp.
 
     Each channel is two inputs of the plant, its value v_k held from a sample on and its slope; `ramp` integrates
-    the slope. Straight lines between samples are the first value and the slopes; held samples have no slope.
+    the slope. A linear interpolation consists of the first value and the slopes; held samples have slope 0.
 
     Parameters
     ----------
@@ -125,13 +125,13 @@ def measured_drive(channels: Sequence[tuple[str, str]], table: str, offset: Decl
 
 
 def measured_quantities(inputs: Sequence[Symbol]) -> tuple[str, ...]:
-    """Return the quantities of the channels that drive a plant of such inputs; none where a command does."""
+    """Return the quantities of the measured channels among a plant's inputs; none if a command drives it."""
     names = [s.name for s in inputs]
     return tuple(name for name in names if f"{name}{RAMP}" in names)
 
 
-def _measured(quantity: str, letter: str) -> Drive:
-    """Return the drive of two measured phases, which knows no microstep table."""
+def _measured_phases(quantity: str, letter: str) -> Drive:
+    """Return the drive for two measured phases, which admits no microstep table."""
 
     def drive(table_orders: Sequence[int] = ()) -> Block:
         if table_orders:
@@ -144,8 +144,8 @@ def _measured(quantity: str, letter: str) -> Drive:
 
 
 Drive: TypeAlias = Callable[[Sequence[int]], Block]
-VOLTAGES: Mapping[str, Drive] = {"voltage": voltage_drive, "measured_voltage": _measured("voltage", "u")}
-CURRENTS: Mapping[str, Drive] = {"current": current_drive, "measured_current": _measured("current", "i")}
-"""Drives of a stepper by the name in mechanism.toml, of its voltages and of its currents."""
+VOLTAGES: Mapping[str, Drive] = {"voltage": voltage_drive, "measured_voltage": _measured_phases("voltage", "u")}
+CURRENTS: Mapping[str, Drive] = {"current": current_drive, "measured_current": _measured_phases("current", "i")}
+"""Drives of a stepper by their names in mechanism.toml: voltage drives and current drives."""
 COMMANDED: Mapping[str, str] = {"measured_voltage": "voltage", "measured_current": "current"}
-"""The drive that a step command acts through, in place of one that follows measured channels."""
+"""The commanded drive that corresponds to a drive with measured channels."""

@@ -1,7 +1,7 @@
-"""The rotor of a drive train (RAG): a body whose friction is a block of its own.
+"""Rotor of a drive train (RAG), with its friction in a separate block.
 
-On a base that turns by beta, angles are relative to it. A body's torque is then what turns it in inertial space, and
-while friction holds a body it carries its inertia along with the base. The load is in `load`.
+On a base that rotates by beta, angles are relative to the base. The torque on a body is then the one that accelerates
+it in inertial space, and a body held by friction adds its inertia to the base. The load is in `load`.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from mechid.plant.start import start as own_start
 alpha, omega, alpha_gear, omega_gear = symbols("alpha omega alpha_gear omega_gear")
 p, theta_0, G = symbols("p theta_0 G")
 COMMANDED = theta_0 / (p / 2)
-"""Angle in rad at which a stepper's rotor starts."""
+"""Start angle of a stepper's rotor, rad."""
 PER_STEP = 1 / (2 * p)
-"""Turns of a stepper's rotor in a full step."""
+"""Turns of a stepper's rotor per full step."""
 INERTIA = Declaration("stepper.rotor_inertia", "J_rot", "kg m2", "rotor inertia", lower=0.0)
 beta_acc = Symbol("beta_acc_in")
 """Acceleration of the base, rad/s2."""
 SWING = f"{FULL_STEP}*sqrt(T_hold*p/(2*J_rot))"
-"""Rate of a rotor that swings by a full step about where one phase holds it, rad/s."""
+"""Rate of a rotor that swings by a full step about the detent of one phase, rad/s."""
 
 
 def rotor(
@@ -37,28 +37,28 @@ def rotor(
     turns: bool = False,
     pushed: bool = False,
 ) -> Block:
-    """Rotor: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg, and - W sin(alpha) where it is unbalanced.
+    """Rotor: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg, with - W sin(alpha) if unbalanced.
 
-    Equation (6) of [Kornienko2013]_; N m, rad, rad/s. The friction block beside it gives T_fr, and `free`, which
-    is 0 while it holds the rotor. On a base that turns, J_rot (alpha_ddot + beta_ddot) = T_res, and at rest friction
+    Equation (6) of [Kornienko2013]_; N m, rad, rad/s. The friction block supplies T_fr and `free`, which is 0 while
+    friction holds the rotor. On a base that rotates, J_rot (alpha_ddot + beta_ddot) = T_res, and at rest friction
     has to hold T_mot - T_rg - J_rot beta_ddot.
 
     Parameters
     ----------
     geared : bool
-        False: nothing but the motor drives it.
+        False if the motor alone drives it.
     start : Expr
         Angle at the start of a record, rad.
     inertia : Declaration
-        Of J_rot; its key says where in the file it stands.
+        Declaration of J_rot; its key gives the place in the file.
     start_rate : Declaration or None
-        Of the speed at the start of a record; None: at rest.
+        Declaration of the speed at the start of a record; None: at rest.
     unbalance : Declaration or None
-        Of W = m c g, of an axis that hangs at alpha = 0; None: balanced, or across gravity.
+        Declaration of W = m c g for an axis whose mass hangs at alpha = 0; None: balanced, or along gravity.
     turns : bool
-        Whether its base turns.
+        Whether its base rotates.
     pushed : bool
-        Whether a torque from outside acts on it (`ports`): T_reaction = T_res less that is what the base feels.
+        Whether an external torque acts on it (`ports`): the base then feels T_reaction = T_res minus that torque.
     """
     T_mot, T_rg, T_fr, free = symbols("T_mot_in T_rg_in T_fr_in free_in")
     drive, T_res, T_reaction, J_rot = symbols(f"T_drive T_res T_reaction {inertia.symbol}")
@@ -71,6 +71,7 @@ def rotor(
     if turns:
         held = Symbol("beta_acc_rotor_in")
         inputs = (*inputs, beta_acc, held)
+        # A rotor held by friction moves with the base: the torque on it accelerates its inertia.
         moving = free * (driven + pushing - T_fr) + (1 - free) * J_rot * beta_acc
         terms = {drive: driven + pushing - J_rot * held, T_res: moving}
         rate: Expr = free * (T_res / J_rot - beta_acc)
@@ -79,6 +80,7 @@ def rotor(
         terms = {drive: driven + pushing, T_res: free * (drive - T_fr)}
         rate = T_res / J_rot
     if pushed:
+        # The external torque has no counterpart on the base.
         terms[T_reaction] = T_res - pushing
         outputs["T_res"] = T_reaction
     return Block(

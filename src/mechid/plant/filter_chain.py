@@ -1,4 +1,4 @@
-"""The linear filters of all blocks as one system behind the plant, side by side or in a chain."""
+"""Combination of the linear filters of all blocks into one system behind the plant, in parallel or in series."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from mechid.plant.wiring import Links
 NO_FILTER = LinearSystem(states=(), inputs=(), A=sp.zeros(0, 0), B=sp.zeros(0, 0))
 
 
-def joined_filter(links: Links, blocks: Sequence[Block], terms: Sequence[sp.Symbol]) -> LinearSystem:
-    """Put the blocks' filters into one system, side by side or one behind the other.
+def combine_filters(links: Links, blocks: Sequence[Block], terms: Sequence[sp.Symbol]) -> LinearSystem:
+    """Combine the blocks' filters into one system, in parallel or in series.
 
-    What feeds a filter may hold states of others, with coefficients of parameters alone: they go to A. The rest is
-    split into the plant's terms, their coefficients going to B, where it is linear in them.
+    The input of a filter may contain states of other filters, with coefficients in parameters alone; they enter A. The
+    remainder is split into the plant's terms, whose coefficients enter B, provided that it is linear in them.
     """
     systems = [(f, [links.resolve(b, u) for u in f.inputs]) for b in blocks if (f := b.filter) is not None]
     if not systems:
@@ -42,10 +42,11 @@ def joined_filter(links: Links, blocks: Sequence[Block], terms: Sequence[sp.Symb
 
 
 def _linear_parts(expr: sp.Expr, variables: Sequence[sp.Symbol]) -> tuple[dict[sp.Symbol, sp.Expr], sp.Expr]:
-    """Return the coefficients of some variables in an expression that is linear in them, and the rest."""
+    """Return the coefficients of some variables in an expression that is linear in them, and the remainder."""
     expr = sp.expand(expr) if expr.free_symbols & set(variables) else expr
     found = {v: d for v in variables if (d := sp.diff(expr, v)) != 0}
     rest = expr.subs(dict.fromkeys(found, 0))
+    # A coefficient that still contains a state is none of a linear filter.
     if any(d.free_symbols & set(variables) for d in found.values()):
         raise ValueError(f"a filter is fed by {expr}, which is not linear in {list(found)}")
     return found, rest
@@ -58,5 +59,6 @@ def _by_term(expr: sp.Expr, terms: Sequence[sp.Symbol], fixed: set[sp.Symbol]) -
     found = {t: sp.diff(expr, t) for t in terms if expr.has(t)}
     whole = sp.expand(expr - sum((t * d for t, d in found.items()), sp.Integer(0))) == 0
     if not found or not whole or any(d.free_symbols - fixed for d in found.values()):
+        # An input that is not linear in the terms enters the filter as one expression.
         return {expr: sp.Integer(1)}
     return found

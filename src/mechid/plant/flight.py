@@ -1,4 +1,4 @@
-"""A mechanism as it flies: its own assembly, laid out without the test stand, its base held, driven or on modes."""
+"""Flight configuration of a mechanism: its assembly without the test stand, its base held, driven or on modes."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from mechid.plant.test_stand import LINE_FILTER
 
 LOAD, MODE, DRIVE = "load", "load.mode", "drive"
 CUT_OFF, ORDER = FILTER = (f"{LINE_FILTER}.frequency", f"{LINE_FILTER}.order")
-"""Of the filter before which the lines of the torque are sampled."""
+"""Parameters of the filter in front of the sampling of torque lines."""
 RECORD = "it belongs to one record"
 
 ModeValues: TypeAlias = Sequence[tuple[float, float, float]]
-"""Three values of each mode: rad/s, damping, and effective inertia of a load, or shape at the interface of a base."""
+"""Three values per mode: rad/s, damping, and effective inertia of a load, or shape at the interface of a base."""
 
 
 def flight_layout(layout: Layout, load_modes: int | None = None, *, stand: bool = False) -> Layout:
@@ -33,12 +33,13 @@ def flight_layout(layout: Layout, load_modes: int | None = None, *, stand: bool 
     Parameters
     ----------
     layout : Layout
-        On the bench.
+        Layout on the bench.
     load_modes : int or None
-        Flexible modes of the flight's load; None keeps those of the bench.
+        Number of flexible modes of the load in flight; None keeps those of the bench.
     stand : bool
-        Whether it keeps its test stand: all but the measured channels that drove it.
+        Whether it keeps its test stand, except the measured channels that drove it.
     """
+    # The drive goes even with the stand: in flight a command replaces the measured channels.
     flies = {name for name, table in TABLES.items() if name != DRIVE and (stand or not table.bench)}
     laws = {name: law for name, law in layout.laws.items() if name in flies}
     if "stepper" in laws:
@@ -57,34 +58,34 @@ def flight_layout(layout: Layout, load_modes: int | None = None, *, stand: bool 
 
 
 def _has_stand(layout: Layout) -> bool:
-    """Return whether a layout has a table that stays on the bench, beside measured channels."""
+    """Return whether a layout has a table of the bench other than measured channels."""
     return any(TABLES[name].bench and name != DRIVE for name in layout.tables if name in TABLES)
 
 
-def in_flight(
+def to_flight(
     mechanism: Mechanism,
     values: Mapping[str, float] | None = None,
     load_modes: ModeValues | None = None,
     *,
     stand: bool = False,
 ) -> Mechanism:
-    """Return a mechanism of the bench as it flies, on a held base.
+    """Return the flight configuration of a mechanism on the bench, on a held base.
 
     Parameters
     ----------
     mechanism : Mechanism
         As identified; its plant comes from a layout.
     values : mapping of dotted name to value
-        What differs in flight, in the mechanism file's units. What is tied elsewhere follows.
+        Values that differ in flight, in the mechanism file's units. Tied parameters follow.
     load_modes : sequence of (rad/s, damping, kg m2) or None
-        Flexible modes of the flight's load; None keeps those of the bench.
+        Flexible modes of the load in flight; None keeps those of the bench.
     stand : bool
-        Whether it keeps its test stand, so that its torque is what the transducer shows.
+        Whether it keeps its test stand, so that its torque is that measured by the transducer.
 
     Raises
     ------
     InputFileError
-        It cannot fly, or a value is missing or cannot be: one sentence with block and remedy.
+        It cannot fly, or a value is missing or invalid: one sentence with block and remedy.
     """
     plant = flying_plant(mechanism, None if load_modes is None else len(load_modes), stand=stand)
     modes = {} if load_modes is None else mode_values(MODE, ("frequency", "damping", "inertia"), load_modes)
@@ -97,24 +98,24 @@ def in_flight(
     return flying
 
 
-def off_the_stand(mechanism: Mechanism, values: Mapping[str, float] | None = None) -> Mechanism:
-    """Return a mechanism as it flies, on a held base, driven as on the bench: by steps, or by measured channels.
+def without_stand(mechanism: Mechanism, values: Mapping[str, float] | None = None) -> Mechanism:
+    """Return a mechanism off its test stand, on a held base, driven as on the bench: by steps or by measured channels.
 
     Parameters
     ----------
     mechanism : Mechanism
         As identified; its plant comes from a layout.
     values : mapping of dotted name to value
-        What differs in flight, in the mechanism file's units.
+        Values that differ in flight, in the mechanism file's units.
 
     Raises
     ------
     InputFileError
-        It comes from no mechanism file, or a value is missing or cannot be.
+        It comes from no mechanism file, or a value is missing or invalid.
     """
     layout = mechanism.plant.layout
     if layout is None or not measured_quantities(mechanism.plant.inputs):
-        return in_flight(mechanism, values)
+        return to_flight(mechanism, values)
     own = flight_layout(layout)
     tables = own.tables | layout.tables & {DRIVE}
     driven = {name: law for name, law in layout.laws.items() if name in (DRIVE, "stepper")}
@@ -127,7 +128,7 @@ def off_the_stand(mechanism: Mechanism, values: Mapping[str, float] | None = Non
 
 
 def flying_plant(mechanism: Mechanism, load_modes: int | None = None, *, stand: bool = False) -> Plant:
-    """Return the plant of a mechanism in flight, on a held base, with so many flexible modes of its load.
+    """Return the plant of a mechanism in flight, on a held base, with a number of flexible modes of its load.
 
     It may keep its test stand.
 
@@ -142,13 +143,13 @@ def flying_plant(mechanism: Mechanism, load_modes: int | None = None, *, stand: 
     return plant_of(flight_layout(mechanism.plant.layout, load_modes, stand=stand))
 
 
-def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mechanism:
-    """Return a flying mechanism on another base; `modes` are (rad/s, damping, shape) of each of the structure's.
+def with_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mechanism:
+    """Return a flying mechanism on another base; `modes` are (rad/s, damping, shape) of each structural mode.
 
     Raises
     ------
     InputFileError
-        A block of the user's own does not say how it moves with its base.
+        A block of the user's own does not describe its motion with the base.
     """
     layout = mechanism.plant.layout
     assert layout is not None
@@ -161,20 +162,20 @@ def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mec
 
 
 def keeps_stand(mechanism: Mechanism) -> bool:
-    """Return whether a mechanism taken as in flight stays on its test stand."""
+    """Return whether a mechanism in flight configuration stays on its test stand."""
     layout = mechanism.plant.layout
     return layout is not None and layout.flying is not None and layout.flying.stand
 
 
 def with_ports(mechanism: Mechanism, ports: Iterable[Port]) -> Mechanism:
-    """Return a mechanism on which something from outside acts too; a block of the user's own may lack an input."""
+    """Return a mechanism with external inputs at its ports; a block of the user's own may lack one."""
     layout = mechanism.plant.layout
     assert layout is not None
     return replace(mechanism, plant=plant_of(replace(layout, ports=frozenset(ports))))
 
 
 def moving_base_objection(mechanism: Mechanism) -> str:
-    """Return why a mechanism cannot stand on a base that moves, in a sentence with the remedy; empty where it can."""
+    """Return reason and remedy, in one sentence, if a mechanism cannot stand on a moving base; else an empty string."""
     layout = mechanism.plant.layout
     if layout is None or LOAD not in layout.own:
         return ""
@@ -184,9 +185,9 @@ def moving_base_objection(mechanism: Mechanism) -> str:
     )
 
 
-def below(mechanism: Mechanism, cut_off: float) -> Mechanism:
-    """Return a flying mechanism that gives its torque, and the same below a cut-off in rad/s, without aliases."""
-    lined = replace(mechanism, plant=mechanism.plant.measuring(("torque", LINE_TORQUE)))
+def with_line_filter(mechanism: Mechanism, cut_off: float) -> Mechanism:
+    """Return a flying mechanism that outputs its torque, and the torque below a cut-off in rad/s, without aliases."""
+    lined = replace(mechanism, plant=mechanism.plant.with_outputs(("torque", LINE_TORQUE)))
     own = {CUT_OFF: cut_off, ORDER: float(LINE_ORDER)}
     declared = lined.plant.declarations
     return lined.with_parameters({n: Parameter(name=n, value=v, declaration=declared[n]) for n, v in own.items()})
@@ -197,10 +198,10 @@ def mode_values(table: str, keys: Sequence[str], modes: ModeValues) -> dict[str,
     return {f"{table}.{k}.{key}": v for k, mode in enumerate(modes) for key, v in zip(keys, mode, strict=True)}
 
 
-def left_on_bench(mechanism: Mechanism, names: Iterable[str], *, stand: bool = False) -> dict[str, str]:
-    """Return what does not fly, each with the reason: tables of the mechanism, estimated parameters of records.
+def parts_left_on_bench(mechanism: Mechanism, names: Iterable[str], *, stand: bool = False) -> dict[str, str]:
+    """Return the tables and estimated record parameters that do not fly, each with the reason.
 
-    With the test stand only the measured channels that drove it are left.
+    With the test stand, only the measured channels that drove the mechanism are left out.
     """
     tables = dict.fromkeys(map(table_of, mechanism.plant.declarations))
     tables = {table: None for table in tables if not stand or table == DRIVE}
@@ -209,7 +210,7 @@ def left_on_bench(mechanism: Mechanism, names: Iterable[str], *, stand: bool = F
 
 
 def _parameters(plant: Plant, kept: Mapping[str, Parameter], given: Mapping[str, float]) -> dict[str, Parameter]:
-    """Return the parameters of a flying plant: those kept, with values given in their place."""
+    """Return the parameters of a flying plant: those kept, except where values are given."""
     return {name: _parameter(plant, name, kept.get(name), given.get(name)) for name in plant.declarations}
 
 
@@ -219,6 +220,7 @@ def _parameter(plant: Plant, name: str, kept: Parameter | None, given: float | N
         return Parameter(name=name, value=given, declaration=declaration)
     if kept is not None:
         return kept
+    # Placeholders, which `with_line_filter` replaces.
     if name in (CUT_OFF, ORDER):
         return Parameter(name=name, value=1.0, declaration=declaration)
     if declaration.default is None and declaration.role is Role.SUPPLY:
@@ -232,7 +234,7 @@ def _parameter(plant: Plant, name: str, kept: Parameter | None, given: float | N
 
 
 def _refuse_other_drives(mechanism: Mechanism) -> None:
-    """Refuse a mechanism that no step command drives."""
+    """Refuse a mechanism that is not driven by a step command."""
     layout, measured = mechanism.plant.layout, measured_quantities(mechanism.plant.inputs)
     assert layout is not None
     if measured and layout.laws.get("stepper") not in COMMANDED:

@@ -1,6 +1,6 @@
-"""Friction laws: Coulomb, Stribeck, direction- and load-dependent as set-valued friction; LuGre with a state.
+"""Friction laws: Coulomb, Stribeck, directional and load-dependent as set-valued friction; LuGre with a state.
 
-A law acts at a `Site`, the rotor or the output. Within the body's equation of motion it gives `T_fr` and `free`:
+A law acts at a `Site`, the rotor or the output. It supplies `T_fr` and `free` to the body's equation of motion,
 J domega/dt = free (T_drive - T_fr), where `free` is 0 while friction holds the body.
 """
 
@@ -24,7 +24,7 @@ _size = partial(Declaration, lower=0.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Site:
-    """Where a friction acts: its table and symbols, the units there, and what is large there.
+    """Location of a friction: its table and symbols, its units, and its reference magnitudes.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Site:
     torque, viscous, rate : str
         Units of a friction torque (or force), of its viscous part, of a speed.
     holding, damping : str or None
-        Expressions in the file's symbols: the torque and the damping that friction is a share of.
+        Reference torque and damping, as expressions in the file's symbols, of which friction is a fraction.
     """
 
     table: str = "friction"
@@ -91,11 +91,10 @@ def set_valued(
     sliding : Expr
         Friction torque while sliding, a function of the site's `sigma` (direction, 1 or -1) and `omega`.
     holds : (Expr, Expr)
-        What friction holds at rest at most, against forward and against backward motion; neither below
-        what `sliding` is at zero speed, else the body would be caught in the instant of its release.
+        Largest torque held at rest, against forward and against backward motion. Neither may be below
+        `sliding` at zero speed, else the body would be caught at the instant of its release.
     inputs : tuple of Symbol
-        What the expressions use besides, wired by name (suffix ``_in``).
-    reference : str
+        Further symbols of the expressions, wired by name (suffix ``_in``).
     """
     free, sigma, omega, T_fr = site.symbol("free"), site.sigma, site.omega, site.symbol("T_fr")
     drive = Symbol(f"{site.drive}_in")
@@ -116,6 +115,7 @@ def set_valued(
             "backward": (Guard(margin=-omega, resets=at_rest),),
         },
         entry=(
+            # A moving body slides in its direction; one at rest slides only if the drive exceeds the hold.
             (omega, "forward"),
             (-omega, "backward"),
             (drive - holds[0], "forward"),
@@ -139,8 +139,8 @@ def set_valued(
 def coulomb(site: Site) -> Block:
     """Coulomb friction, viscous friction and stiction: T_fr = T_frd sign(omega) + T_visc omega, held up to T_frs.
 
-    Equation (8) of [Kornienko2013]_, read as set-valued: the rotor is stuck while |T_mot - T_rg| <= T_frs;
-    N m, rad/s. `free` is 0 in the stuck mode and 1 in the sliding ones, `sigma` the direction of sliding.
+    Equation (8) of [Kornienko2013]_, interpreted as set-valued: the rotor is stuck while |T_mot - T_rg| <= T_frs;
+    N m, rad/s. `free` is 0 in the stuck mode and 1 in the sliding ones, `sigma` is the direction of sliding.
     """
     T_frs, T_frd, T_visc = map(site.symbol, ("T_frs", "T_frd", "T_visc"))
     block = set_valued(site, _levels(site), sliding=T_frd * site.sigma + T_visc * site.omega, holds=(T_frs, T_frs))
@@ -164,7 +164,7 @@ def coulomb(site: Site) -> Block:
 def stribeck(site: Site) -> Block:
     """Stribeck friction: T_fr = sign(omega) (T_frd + (T_frs - T_frd) exp(-(omega/omega_s)^2)) + T_visc omega.
 
-    Armstrong et al. (1994), with exponent 2; held up to T_frs, from which the torque falls without a jump.
+    Armstrong et al. (1994), with exponent 2; held up to T_frs, from which the torque falls continuously.
     """
     T_frs, T_frd, T_visc, omega_s = map(site.symbol, ("T_frs", "T_frd", "T_visc", "omega_s"))
     level = T_frd + (T_frs - T_frd) * exp(-((site.omega / omega_s) ** 2))
@@ -178,9 +178,9 @@ def stribeck(site: Site) -> Block:
 
 
 def directional(site: Site) -> Block:
-    """Friction that differs by direction: T_fr = (sign(omega) + a) T_frd + (1 + a_v sign(omega)) T_visc omega.
+    """Directional friction: T_fr = (sign(omega) + a) T_frd + (1 + a_v sign(omega)) T_visc omega.
 
-    Both directions' Coulomb and static friction are (1 + a) and (1 - a) times the file's, their viscous friction
+    Coulomb and static friction are (1 + a) times the file's forward and (1 - a) times backward, viscous friction
     (1 + a_v) and (1 - a_v) times; forward is the direction of positive speed. Armstrong et al. (1994).
     """
     T_frs, T_frd, T_visc, a, a_v = map(site.symbol, ("T_frs", "T_frd", "T_visc", "a_fr", "a_visc"))
@@ -201,9 +201,9 @@ def directional(site: Site) -> Block:
 
 
 def load_dependent(site: Site) -> Block:
-    """Friction that grows with the transmitted torque: T_frd + mu |T_rg| while sliding, T_frs + mu |T_rg| at rest.
+    """Friction that increases with the transmitted torque: T_frd + mu |T_rg| sliding, T_frs + mu |T_rg| at rest.
 
-    Armstrong et al. (1994). The sign of T_rg is a second switch (`load_side`), so that its zeros are met exactly.
+    Armstrong et al. (1994). The sign of T_rg is a second switch (`load_side`), so that its zeros are located exactly.
     """
     T_frs, T_frd, T_visc, mu, side = map(site.symbol, ("T_frs", "T_frd", "T_visc", "mu_fr", "side"))
     load = Symbol(f"{site.load}_in")
@@ -246,9 +246,9 @@ def load_side(site: Site) -> Block:
 def lugre(site: Site) -> Block:
     """LuGre friction: z' = omega - s_0 |omega| z / g, T_fr = s_0 z + s_1 z' + T_visc omega.
 
-    g = T_frd + (T_frs - T_frd) exp(-(omega/omega_s)^2); the bristles' mean deflection z in rad, their stiffness s_0
-    in N m/rad and damping s_1 in N m s/rad. Canudas de Wit et al. (1995). The body is never stuck, it creeps within the
-    bristles; the zeros of the speed, where |omega| has its kink, are met exactly.
+    g = T_frd + (T_frs - T_frd) exp(-(omega/omega_s)^2); z is the mean deflection of the bristles in rad, s_0 their
+    stiffness in N m/rad and s_1 their damping in N m s/rad. Canudas de Wit et al. (1995). The body never sticks, it
+    creeps within the bristles; the zeros of the speed, where |omega| has its kink, are located exactly.
     """
     T_frs, T_frd, T_visc, omega_s = map(site.symbol, ("T_frs", "T_frd", "T_visc", "omega_s"))
     s_0, s_1, z, g = map(site.symbol, ("s_0", "s_1", "z_fr", "g_fr"))
@@ -292,7 +292,7 @@ def lugre(site: Site) -> Block:
 def dry_output(site: Site) -> Block:
     """Friction at the output: T_fr = T_c sign(omega) + T_v omega, held up to T_c + T_s.
 
-    As `coulomb`, but static friction is given by what it is above Coulomb friction, 0 where left out.
+    As `coulomb`, but with static friction given by its excess over Coulomb friction, 0 by default.
     """
     T_c, T_s, T_v = (Symbol(f"{name}{site.suffix}") for name in ("T_frd", "T_stick", "T_visc"))
     declarations = (
@@ -304,7 +304,7 @@ def dry_output(site: Site) -> Block:
 
 
 def _levels(site: Site) -> tuple[Declaration, ...]:
-    """Return static, Coulomb and viscous friction, which all laws at the rotor have."""
+    """Return the declarations of static, Coulomb and viscous friction, common to all laws at the rotor."""
     names = [site.symbol(name).name for name in ("T_frs", "T_frd", "T_visc")]
     dry, shares = partial(_size, unit=site.torque, role=Role.DRY_FRICTION), partial(_shares, site.holding)
     return (
@@ -322,7 +322,7 @@ def _levels(site: Site) -> tuple[Declaration, ...]:
 
 
 def _shares(scale: str | None, least: float, most: float) -> tuple[str, float, float] | None:
-    """Return how large a level mostly is, of its scale; None where a site has no such scale."""
+    """Return the typical range of a level relative to its scale; None if a site has no scale."""
     return (scale, least, most) if scale else None
 
 
@@ -345,6 +345,6 @@ LAWS: Mapping[str, Law] = {
     "load_dependent": lambda site: (load_dependent(site), load_side(site)),
     "lugre": _alone(lugre),
 }
-"""Friction of the rotor by the name in mechanism.toml; the first is the paper's."""
+"""Friction laws of the rotor by their names in mechanism.toml; the first is the paper's."""
 UNGEARED_LAWS: Mapping[str, Law] = {name: law for name, law in LAWS.items() if name != "load_dependent"}
-"""Those that need no transmitted torque."""
+"""Friction laws that need no transmitted torque."""

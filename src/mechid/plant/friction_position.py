@@ -1,4 +1,4 @@
-"""Dry friction that varies with the angle of the rotor or of the output, whatever the law."""
+"""Dry friction that varies with the angle of the rotor or of the output, for any friction law."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
 
 @dataclass(frozen=True, kw_only=True)
 class _Over:
-    """An angle over which friction varies: its list, what turns, the angle, its turns a turn of the rotor, orders.
+    """An angle over which friction varies: its table, the rotating part, the angle, its turns per rotor turn, orders.
 
-    `most` is the highest order that growth looks for: a rotor's bearings run out and its halves do not fit; a large
-    output bearing has that many balls.
+    `most` is the highest order that growth tries: bearings of the rotor run out and its halves do not align; a large
+    output bearing has about that many balls.
     """
 
     table: str
@@ -35,7 +35,7 @@ class _Over:
     name: str
 
     def harmonics(self, count: int) -> tuple[ListedHarmonic, ...]:
-        """Return so many harmonics of the level of friction over this angle; their orders are values of the kernel."""
+        """Return a number of harmonics of the friction level over this angle; their orders are values of the kernel."""
         return tuple(
             ListedHarmonic(
                 table=self.table,
@@ -56,7 +56,7 @@ class _Over:
         )
 
     def extension(self, order: int) -> Extension:
-        """Return a harmonic that may be there beside, of 20 % of dry friction."""
+        """Return a harmonic that may be added, with 20 % of dry friction."""
         return Extension(
             name=f"{self.name}:{order}",
             words=f"dry friction varies with the angle of the {self.what}, {{order:g}} per turn",
@@ -68,7 +68,7 @@ class _Over:
 
     @property
     def extensions(self) -> tuple[Extension, ...]:
-        """The harmonics that a finished fit is asked for too."""
+        """The harmonics that are tested against a finished fit in addition."""
         return tuple(map(self.extension, self.looked_for))
 
     @property
@@ -99,25 +99,25 @@ OUTPUT = _Over(
 )
 
 
-def varying(law: tuple[Block, ...], site: Site, layout: Layout, *, geared: bool) -> tuple[Block, ...]:
-    """Return a law of friction whose static and Coulomb friction vary: each times 1 + sum A_n sin(n x + phi_n).
+def vary_with_angle(law: tuple[Block, ...], site: Site, layout: Layout, *, geared: bool) -> tuple[Block, ...]:
+    """Return a friction law with varying static and Coulomb friction: each times 1 + sum A_n sin(n x + phi_n).
 
-    x is the angle of the rotor or of the output, n whole: friction returns with each turn. Armstrong et al. (1994),
-    section 2. Static friction keeps its ratio to Coulomb friction.
+    x is the angle of the rotor or of the output and n an integer, so that friction repeats with each turn. Armstrong et
+    al. (1994), section 2. Static friction keeps its ratio to Coulomb friction.
 
     Parameters
     ----------
     law : tuple of Block
-        That of the site first.
+        The blocks of the law; that of the site first.
     site : Site
     layout : Layout
     geared : bool
-        Whether there is an output beside the rotor.
+        Whether there is an output in addition to the rotor.
 
     Raises
     ------
     InputFileError
-        The layout has such a list where nothing turns, no output is, or friction is a block of the user's own.
+        The layout has such a list although the axis slides, there is no output, or friction is the user's own block.
     """
     turning = site.rate == "rad/s"
     _refuse(layout, turning=turning, geared=geared)
@@ -127,12 +127,13 @@ def varying(law: tuple[Block, ...], site: Site, layout: Layout, *, geared: bool)
     series = tuple(one.series for one in over if turning)
     first = replace(first, extensions=(*first.extensions, *beside), series=(*first.series, *series))
     found = [(one.angle, h) for one in over for h in one.harmonics(len(layout.orders.get(one.table, ())))]
-    return (_varied(first, site, found) if found else first, *rest)
+    return (_vary(first, site, found) if found else first, *rest)
 
 
-def _varied(law: Block, site: Site, found: Sequence[tuple[Symbol, ListedHarmonic]]) -> Block:
-    """Return a law with the levels of dry friction times a term of the angles."""
+def _vary(law: Block, site: Site, found: Sequence[tuple[Symbol, ListedHarmonic]]) -> Block:
+    """Return a law whose levels of dry friction are multiplied by a function of the angles."""
     level, harmonics = site.symbol("level_fr"), [h for _, h in found]
+    # One factor for both levels: static friction keeps its ratio to Coulomb friction.
     varied = {s: s * level for s in map(site.symbol, ("T_frs", "T_frd"))}
     terms = {symbol: sympify(e).xreplace(varied) for symbol, e in law.terms.items()}
     return replace(
@@ -141,11 +142,12 @@ def _varied(law: Block, site: Site, found: Sequence[tuple[Symbol, ListedHarmonic
         coordinates={**law.coordinates, **coordinates_of(harmonics)},
         polar=(*law.polar, *(h.polar for h in harmonics)),
         terms={level: 1 + sum((h.over(angle) for angle, h in found), Integer(0)), **terms},
-        switch=_switched(law.switch, varied) if law.switch else None,
+        # The guards compare with the same levels and vary with them.
+        switch=_vary_switch(law.switch, varied) if law.switch else None,
     )
 
 
-def _switched(switch: Switch, varied: Mapping[Symbol, Expr]) -> Switch:
+def _vary_switch(switch: Switch, varied: Mapping[Symbol, Expr]) -> Switch:
     guards = {
         mode: tuple(replace(guard, margin=sympify(guard.margin).xreplace(varied)) for guard in guards)
         for mode, guards in switch.guards.items()

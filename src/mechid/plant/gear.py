@@ -1,4 +1,4 @@
-"""Gears: linear, piecewise-linear as in harmonic-drive catalogues, backlash; with kinematic error or without."""
+"""Gears: linear, piecewise linear as in harmonic-drive catalogues, or with backlash; kinematic error is optional."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ HARMONIC = "Harmonic Drive SE, Engineering Data: torsional stiffness K1, K2, K3 
 NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
 ERROR = "gear.kinematic_error"
 ERROR_ORDERS = (1, 2, 4)
-"""Harmonics of the kinematic error, per turn of the input, that are looked for where a file lacks one."""
+"""Harmonics of the kinematic error, per turn of the input, that are tried if the file lacks them."""
 RARER_ERROR_ORDERS = (3, 5, 6, 7, 8)
-"""Those that a finished fit is asked for too."""
+"""Harmonics that are tested against a finished fit in addition."""
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
 
 
 @dataclass(frozen=True, kw_only=True)
 class GearLaw:
-    """Torque at the output, N m, as a function of `twist` (rad) and `twist_rate` (rad/s) seen there."""
+    """Torque at the output, N m, as a function of `twist` (rad) and `twist_rate` (rad/s) at the output."""
 
     torque: Expr
     declarations: tuple[Declaration, ...]
@@ -37,14 +37,14 @@ class GearLaw:
 def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
     """Gear between rotor and output.
 
-    Linear and without kinematic error it is the paper's, equations (7) and (9) of [Kornienko2013]_,
+    The linear gear without kinematic error is the paper's, equations (7) and (9) of [Kornienko2013]_,
     T_rg = K_s/G^2 (alpha - G alpha_g) + D/G^2 (omega - G omega_g), T_applied = G T_rg; K_s in N m/rad and D in
     N m s/rad at the output, T_rg in N m at the rotor. The ratio may be negative. In general
 
         twist = alpha/G + e(alpha) - alpha_g,   T_applied = law(twist, twist'),   T_rg = (1/G + e'(alpha)) T_applied
 
     with the kinematic error e(alpha) = sum E_k sin(k alpha + phi_k) at the output, k per turn of the input, after
-    Tuttle and Seering (1996); T_rg follows from T_applied by virtual work. A record starts where `unwound` says.
+    Tuttle and Seering (1996); T_rg follows from T_applied by virtual work. `unwound_angle` gives the start of a record.
 
     Parameters
     ----------
@@ -56,6 +56,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
     chosen, ratio = LAWS[law](), _ratio()
     if law == "linear" and not error_orders:
         K_s = Symbol("K_s")
+        # At the rotor, as in the paper: a single term instead of the twist and its rate.
         torque = K_s / G**2 * (alpha - G * alpha_gear) + D / G**2 * (omega - G * omega_gear)
         terms, out = {T_rg: torque}, G * T_rg
         errors: list[ListedHarmonic] = []
@@ -64,9 +65,10 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         lever = Symbol("lever")
         slope: Expr = 1 / G + sum((diff(e.over(alpha), alpha) for e in errors), Integer(0))
         terms = {lever: slope} if errors else {}
+        # Without errors the lever is the constant 1/G and needs no term.
         used = lever if errors else slope
         terms |= {
-            twist: _followed(alpha, errors) - alpha_gear,
+            twist: _rigid_output_angle(alpha, errors) - alpha_gear,
             twist_rate: used * omega - omega_gear,
             T_applied: chosen.torque,
             T_rg: used * T_applied,
@@ -90,13 +92,13 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
 
 
 def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
-    """Return the harmonics of the kinematic error that may be there beside."""
+    """Return the harmonics of the kinematic error that may be added."""
     listed = (*ERROR_ORDERS, *RARER_ERROR_ORDERS)
     return tuple(_error_extension(order) for order in listed if order not in orders)
 
 
 def _error_extension(order: int) -> Extension:
-    """Return a harmonic of the kinematic error of 0.1 mrad: some 20 seconds of arc."""
+    """Return a harmonic of the kinematic error of 0.1 mrad, about 20 arc seconds."""
     return Extension(
         name=f"{ERROR}:{order}",
         words="kinematic error of the gear, {order:g} per turn of its input",
@@ -110,9 +112,9 @@ def _error_extension(order: int) -> Extension:
 
 
 def _rivals() -> tuple[Rival, ...]:
-    """Return what may stand beside a linear gear: backlash, three sizes; friction that grows with its torque.
+    """Return the alternatives to a linear gear: three sizes of backlash, and load-dependent friction.
 
-    From the least play a fit finds one of its neighbourhood that larger starts step over: it has no derivative at 0.
+    A start from the smallest play finds small solutions that larger starts skip, since the play has no derivative at 0.
     """
     plays = tuple(
         Rival(
@@ -140,16 +142,16 @@ def _rivals() -> tuple[Rival, ...]:
     )
 
 
-def unwound(start: Expr, error_orders: Sequence[int] = ()) -> Expr:
-    """Return the angle of the output, rad, at which the twist is zero where the input stands at `start`, rad.
+def unwound_angle(start: Expr, error_orders: Sequence[int] = ()) -> Expr:
+    """Return the output angle, rad, at which the twist is zero for an input angle `start`, rad.
 
     A gear at rest without load is not wound up by its own error: alpha_g = alpha/G + e(alpha).
     """
-    return _followed(start, [_error(index, order) for index, order in enumerate(error_orders)])
+    return _rigid_output_angle(start, [_error(index, order) for index, order in enumerate(error_orders)])
 
 
-def _followed(turned: Expr, errors: Sequence[ListedHarmonic]) -> Expr:
-    """Return what a gear without elasticity makes of an angle of the input, rad."""
+def _rigid_output_angle(turned: Expr, errors: Sequence[ListedHarmonic]) -> Expr:
+    """Return the output angle, rad, of a rigid gear with the given input angle."""
     return turned / G + sum((e.over(turned) for e in errors), Integer(0))
 
 
@@ -159,10 +161,10 @@ def linear() -> GearLaw:
 
 
 def piecewise_linear() -> GearLaw:
-    """Torque over twist of slope K1 up to torque T1, K2 up to T2, K3 above, and D twist'.
+    """Torque over twist of slope K1 up to torque T1, K2 up to T2, K3 above, plus D twist'.
 
     With delta_1 = T1/K1 and delta_2 = delta_1 + (T2 - T1)/K2. Five modes; `mid` and `high` are 1 where the second
-    and third slope hold, `side` is the sign of the twist.
+    and third slope apply, `side` is the sign of the twist.
     """
     K_1, K_2, K_3, T_1, T_2, mid, high, side = symbols("K_s1 K_s2 K_s3 T_s1 T_s2 mid high side_gear")
     bend_1 = T_1 / K_1
@@ -182,6 +184,7 @@ def piecewise_linear() -> GearLaw:
         guards[f"high_{name}"] = (Guard(margin=sign * twist - bend_2, target=f"mid_{name}"),)
     entry = tuple(
         (sign * twist - bend, f"{zone}_{name}")
+        # The outer zone first: beyond its bend the margin of the inner zone is positive too.
         for zone, bend in (("high", bend_2), ("mid", bend_1))
         for name, sign in (("up", 1), ("down", -1))
     )
@@ -224,9 +227,9 @@ def piecewise_linear() -> GearLaw:
 
 
 def backlash() -> GearLaw:
-    """K_s (twist - side b/2) + D twist' in contact, nothing in the gap |twist| < b/2; Nordin and Gutman (2002).
+    """K_s (twist - side b/2) + D twist' in contact, zero in the gap |twist| < b/2; Nordin and Gutman (2002).
 
-    The damper acts in contact only: at a contact with speed the torque jumps by D twist'.
+    The damper acts in contact only: at a contact with nonzero speed the torque jumps by D twist'.
     """
     K_s, gap, contact, side = symbols("K_s b_gap contact side_gear")
     half = gap / 2
@@ -244,6 +247,7 @@ def backlash() -> GearLaw:
         },
         entry=((twist - half, "up"), (-twist - half, "down")),
         otherwise="gap",
+        # Without play the flanks are always in contact.
         ideal={contact: 1.0, side: 0.0},
     )
     play = Declaration(
@@ -262,7 +266,7 @@ LAWS: Mapping[str, Callable[[], GearLaw]] = {
     "piecewise_linear": piecewise_linear,
     "backlash": backlash,
 }
-"""By the name in mechanism.toml; the first is the paper's."""
+"""Gear laws by their names in mechanism.toml; the first is the paper's."""
 
 
 def _error(index: int, order: int) -> ListedHarmonic:

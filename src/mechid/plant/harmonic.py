@@ -1,4 +1,4 @@
-"""One entry of a list of harmonics in the mechanism file: order, amplitude and phase of a wave over some angle."""
+"""Entries of harmonic lists in the mechanism file: order, amplitude and phase of a wave over an angle."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from mechid.plant.block import PolarPair
 
 @dataclass(frozen=True, kw_only=True)
 class ListedHarmonic:
-    """A sin(k x + phi) over an angle x, which the kernel knows as c sin(k x) + s cos(k x).
+    """A sin(k x + phi) over an angle x, which the kernel represents as c sin(k x) + s cos(k x).
 
     Parameters
     ----------
     table : str
         List of the mechanism file, e.g. ``"gear.kinematic_error"``.
     index : int
-        Place in the list, from 0.
+        Position in the list, from 0.
     order : int or None
-        k where it shapes the equations; None: the kernel takes it as a value, so that one kernel serves any k.
+        k if it shapes the equations; None: the kernel takes it as a value, so that one kernel serves any k.
     letters : (str, str, str, str, str)
-        Of the symbols of order, amplitude, phase, c and s; the place, from 1, is put behind each.
+        Symbols of order, amplitude, phase, c and s; the position, from 1, is appended to each.
     unit : str
-        Of the amplitude.
+        Unit of the amplitude.
     most : float
-        That the amplitude can be.
+        Largest amplitude.
     least, highest : float
-        Order that there can be.
+        Smallest and largest order.
     meanings : (str, str, str)
-        Of order, amplitude and phase.
+        Meanings of order, amplitude and phase.
     source : str
     turns : Expr
-        Periods of x in a turn of the rotor, in the file's symbols.
+        Periods of x per turn of the rotor, in the file's symbols.
     of_phase : bool
-        As of `PolarPair`.
+        As in `PolarPair`.
     """
 
     table: str
@@ -72,7 +72,7 @@ class ListedHarmonic:
 
     @property
     def declarations(self) -> tuple[Declaration, ...]:
-        """Order, amplitude and phase as the file knows them."""
+        """Order, amplitude and phase as declared for the file."""
         place, (order, amplitude, phase, *_) = f"{self.table}.{self.index}", self._symbols
         meanings = self.meanings
         return (
@@ -121,5 +121,5 @@ class ListedHarmonic:
 
 
 def coordinates_of(harmonics: Iterable[ListedHarmonic]) -> dict[Symbol, Expr]:
-    """Return the kernel's parameters of some harmonics as functions of the file's symbols."""
+    """Return the kernel's parameters of harmonics as functions of the file's symbols."""
     return {symbol: value for harmonic in harmonics for symbol, value in harmonic.coordinates.items()}

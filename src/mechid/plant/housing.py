@@ -15,21 +15,21 @@ from mechid.plant.start import start as own_start
 FORMS = ("paper", "unit_dc")
 EWINS = "Ewins, Modal Testing, 2nd ed. (2000)"
 TRIED = tuple(round(700.0 * 2.0 ** (k / 4), 1) for k in range(21))
-"""Frequencies in rad/s at which a second mode is looked for, a quarter of an octave apart: 110 Hz to 3.6 kHz."""
+"""Frequencies in rad/s at which a second mode is tried, a quarter of an octave apart: 110 Hz to 3.6 kHz."""
 FAST = 1500.0
-"""A resonance of housing or test stand this low in rad/s is 240 Hz: the number may well be meant in hertz."""
+"""A resonance of housing or test stand below this, in rad/s, is below 240 Hz: it may have been meant in hertz."""
 OVERDAMPED = 1.0
-"""Damping ratio from which on nothing resonates: the number may well be meant in percent."""
+"""Damping ratio from which nothing resonates: the number may have been meant in percent."""
 
 
 def housing(form: str, *, second: bool = False) -> Block:
     """One resonance on the residual torque: z_ddot + 2 zeta w0 z_dot + w0^2 z = K_res w0^2 T_res.
 
     Section 5.3 of [Kornienko2013]_, whose numerator is lost; z in N m. The second state is z_dot/w0,
-    so that both are of one size. Form ``"paper"``: the transducer sees z (its static gain K_res
-    breaks the momentum balance at low frequency). Form ``"unit_dc"``: it sees
-    T_res (1 + K s^2/(s^2 + 2 zeta w0 s + w0^2)), of static gain 1. With a second mode what it sees is the sum of both,
-    as that of a structure by its modes (Ewins): z + z_2, or T_res (1 + K s^2/(...) + K_2 s^2/(...)).
+    so that both have the same magnitude. Form ``"paper"``: the transducer measures z (its static gain K_res
+    violates the momentum balance at low frequency). Form ``"unit_dc"``: it measures
+    T_res (1 + K s^2/(s^2 + 2 zeta w0 s + w0^2)), of static gain 1. With a second mode it measures the sum of both,
+    as for a structure described by its modes (Ewins): z + z_2, or T_res (1 + K s^2/(...) + K_2 s^2/(...)).
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def housing(form: str, *, second: bool = False) -> Block:
     Raises
     ------
     InputFileError
-        If `form` is neither.
+        `form` is unknown.
     """
     if form not in FORMS:
         hint = did_you_mean(form, FORMS) or f"; known: {', '.join(FORMS)}"
@@ -49,6 +49,7 @@ def housing(form: str, *, second: bool = False) -> Block:
     T_res = Symbol("T_res_in")
     modes = (FIRST, SECOND) if second else (FIRST,)
     seen: Expr = sum((m.z for m in modes), Integer(0))
+    # K s^2/(s^2 + 2 zeta w0 s + w0^2) is K less a low-pass, so the states need no derivative of the torque.
     if form != "paper":
         below = sum((m.gain * (m.z + 2 * m.damping * m.v) for m in modes), Integer(0))
         seen = (1 + sum((m.gain for m in modes), Integer(0))) * T_res - below
@@ -64,6 +65,7 @@ def housing(form: str, *, second: bool = False) -> Block:
             states=tuple(state for m in modes for state in (m.z, m.v)),
             inputs=(T_res,),
             A=diag(*(m.frequency * Matrix([[0, 1], [-1, -2 * m.damping]]) for m in modes)),
+            # In the paper's form the gain scales the filter's input, in the other its output.
             B=Matrix.vstack(*(m.frequency * Matrix([[0], [m.gain if form == "paper" else 1]]) for m in modes)),
         ),
         swinging=dict.fromkeys((SECOND.z, SECOND.v), "housing, second mode") if second else {},
@@ -73,7 +75,7 @@ def housing(form: str, *, second: bool = False) -> Block:
 
 @dataclass(frozen=True, kw_only=True)
 class _Mode:
-    """One mode: its symbols, its table, and what its states at the start are called."""
+    """One mode: its symbols, its table, and the names of its states at the start."""
 
     table: str
     z: Symbol
@@ -120,7 +122,7 @@ class _Mode:
 
     @property
     def begun(self) -> dict[Symbol, Symbol]:
-        """What a record may have of its own of each state at its start."""
+        """Symbols of the start values of its states."""
         return {state: Symbol(f"{state.name}_start") for state in (self.z, self.v)}
 
     @property
@@ -161,7 +163,7 @@ SECOND = _Mode(
 
 
 def _second_mode() -> Rival:
-    """Return a second mode that may be there; without gain there is none."""
+    """Return a second mode that may be added; it vanishes at zero gain."""
     return Rival(
         name=SECOND.table,
         words="second resonance of the housing",
@@ -178,7 +180,7 @@ def _second_mode() -> Rival:
 
 
 def rigid_housing() -> Block:
-    """No resonance: the transducer sees the residual torque itself; N m."""
+    """No resonance: the transducer measures the residual torque itself; N m."""
     (T_res,) = symbols("T_res_in,")
     resonance = Rival(
         name="housing",

@@ -1,4 +1,4 @@
-"""One law or table that may stand in place of what a mechanism has."""
+"""Alternative laws and tables of a mechanism."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from mechid.plant.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class Law:
-    """A law or a table that may stand in place of what a mechanism has.
+    """An alternative law or table of a mechanism.
 
     Attributes
     ----------
     name : str
-        As diagnosis calls it, e.g. ``"friction.stribeck"``.
+        Name of the alternative in a diagnosis, e.g. ``"friction.stribeck"``.
     mechanism : Mechanism
-        With it.
+        The mechanism with the alternative.
     imitated_by : str
-        The disturbance that takes its place where it is lacking; empty where none does.
+        The disturbance that mimics its absence; empty if none does.
     own : tuple of str
-        Dotted names of what is free of it.
+        Dotted names of its free parameters.
     null : str
-        Dotted name of an amplitude: where that is 0 there is nothing of it, whatever its other parameters are, and the
-        derivative to it says whether there should be. Empty where it has none.
+        Dotted name of an amplitude at whose zero the effect vanishes, whatever its other parameters are; the derivative
+        with respect to it shows whether the effect is present. Empty if there is none.
     tries : tuple of mapping of str to float
-        Values of its other parameters at which that derivative is to be looked at: a fit of it begins at the best of
-        them. Empty where its start will do.
+        Values of its other parameters at which that derivative is evaluated; a fit of the alternative starts at the
+        best of them. Empty if its own start suffices.
     hides : bool
-        Whether a fit without it may leave no more than noise and yet be wrong.
+        Whether a fit without it may leave nothing but noise and yet be wrong.
     """
 
     name: str
@@ -41,14 +41,14 @@ class Law:
     hides: bool = False
 
     def at_null(self, values: Mapping[str, float]) -> Mechanism:
-        """Return the mechanism where there is nothing of it, its amplitude free and its other parameters held."""
+        """Return the mechanism without the effect, its amplitude free and its other parameters held."""
         amplitude = self.mechanism.parameters[self.null]
         none = replace(amplitude, value=0.0, min=min(amplitude.min, 0.0))
         held = self.mechanism.with_values(values).with_parameters({self.null: none})
         return held.with_free((*(p.name for p in held.free if p.name not in self.own), self.null))
 
     def at(self, mechanism: Mechanism, amplitude: float) -> Mechanism:
-        """Return its mechanism with the other values of a point and an amplitude, as far as its bounds let it."""
+        """Return the alternative's mechanism with another point's values and an amplitude, clipped to its bounds."""
         if not self.null:
             return mechanism
         known = self.mechanism.parameters

@@ -1,4 +1,4 @@
-"""Layout of a mechanism: assembly, laws, lists, optional tables and own blocks, as its file chose them."""
+"""Layout of a mechanism as chosen in its file: assembly, laws, lists, optional tables and own blocks."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ STEPPER_GEAR_MASS = "stepper_gear_mass"
 
 
 class Base(StrEnum):
-    """What the mechanism's base does."""
+    """Motion of the mechanism's base."""
 
     HELD = "held"
-    """It does not move, as on the bench; the torque on it is the blocked one."""
+    """At rest, as on the bench; the torque on it is the blocked torque."""
     DRIVEN = "driven"
     """Its acceleration is an input of the plant."""
     ON_MODES = "on modes"
-    """It moves with the modes of a structure, which the torque on it drives."""
+    """It moves with the modes of a structure, which are driven by the torque on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flying:
-    """How a mechanism flies.
+    """Flight configuration of a mechanism.
 
     Attributes
     ----------
     base : Base
     modes : int
-        Of the structure at the base.
+        Number of structural modes at the base.
     stand : bool
-        Whether it stays on its test stand, driven by steps as in flight; the base is held then.
+        Whether it stays on its test stand, driven by steps as in flight; the base is then held.
     """
 
     base: Base = Base.HELD
@@ -44,24 +44,24 @@ class Flying:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """What a mechanism file chose.
+    """Choices of a mechanism file.
 
     Attributes
     ----------
     assembly : str
     laws : mapping of str to str
-        Table to the law named in it, e.g. ``{"friction": "stribeck"}``; a table that is absent has its default.
+        Law named in each table, e.g. ``{"friction": "stribeck"}``; missing tables have their default.
     orders : mapping of str to tuple of (int or None)
-        List of tables to what tells its entries apart: periods per electrical period of the detents, orders of
-        harmonics, one entry for each flexible mode.
+        Distinguishing number of each entry of a list of tables: periods per electrical period of the detents, orders of
+        harmonics; one entry per flexible mode.
     tables : frozenset of str
-        Optional tables that are there, e.g. ``"charge_amplifier"``.
+        Optional tables that are present, e.g. ``"charge_amplifier"``.
     own : mapping of str to Block
-        Table to the user's own block in place of those of the library.
+        The user's own blocks, by the table whose library block they replace.
     flying : Flying or None
-        How it flies; None on the bench.
+        Flight configuration; None on the bench.
     ports : frozenset of Port
-        Where something from outside acts on it.
+        Ports at which external inputs act.
     """
 
     assembly: str = STEPPER_GEAR_MASS
@@ -78,12 +78,12 @@ class Layout:
         return self.flying is not None and self.flying.base is not Base.HELD
 
     def law(self, table: str, known: Sequence[str], key: str = "law") -> str:
-        """Return the law of a table, named by `key` there, the first of `known` where none is named.
+        """Return the law of a table, named by `key` in it, by default the first of `known`.
 
         Raises
         ------
         InputFileError
-            It is none of `known`.
+            The name is not in `known`.
         """
         name = self.laws.get(table, known[0])
         if name not in known:
@@ -92,5 +92,5 @@ class Layout:
         return name
 
     def whole_orders(self, table: str) -> tuple[int, ...]:
-        """Return the orders of a list of tables whose entries all have one."""
+        """Return the orders of a list of tables in which every entry has one."""
         return tuple(order for order in self.orders.get(table, ()) if order)

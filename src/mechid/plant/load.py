@@ -1,4 +1,4 @@
-"""The load of a drive train (test mass): rigid or with flexible modes, free or with friction of its own."""
+"""Load of a drive train (test mass): rigid or with flexible modes, with or without friction of its own."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ beta_acc_held = Symbol("beta_acc_load_in")
 INERTIA = Declaration("inertia", "J_m", "kg m2", "test mass inertia", lower=0.0, role=Role.LOAD_INERTIA)
 MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
 WIND_UP = f"{OUTPUT_TORQUE}/K_s"
-"""Of the gear under the motor held by one phase, rad at the output."""
+"""Wind-up of the gear under the motor held by one phase, rad at the output."""
 MOSTLY_BELOW = 0.2
-"""Damping ratio that flexible modes of a load stay below: a larger number may well be meant in percent."""
+"""Typical upper limit of the damping ratio of a load's flexible modes: a larger number may be meant in percent."""
 STARTS = (
     own_start("twist", TWIST, "rad", "wind-up of the gear at the start, at the output", WIND_UP),
     own_start("twist_rate", TWIST_RATE, "rad/s", "rate at which the gear winds up at the start", f"({SWING})/Abs(G)"),
@@ -45,17 +45,17 @@ def load(
     turns: bool = False,
     pushed: bool = False,
 ) -> Block:
-    """Load on the output, rigid or with flexible modes, free or with friction of its own.
+    """Load on the output, rigid or with flexible modes, with or without friction of its own.
 
-    Rigid and free it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
-    kg m2, rad, N m. Each mode k, seen from the output, is an inertia J_k on a spring, q_k its deflection:
+    Rigid and frictionless it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
+    kg m2, rad, N m. Each mode k, seen from the output, is an inertia J_k on a spring with deflection q_k:
 
         q_k'' + 2 zeta_k omega_k q_k' + omega_k^2 q_k = -A
         (J_m - sum J_k) A = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr - T_cable - T_outside
 
-    (cantilever modes with effective inertias J_k; J_m is the inertia of the whole; A = alpha_g'' is the hub's
-    acceleration, on a base that turns alpha_g'' + beta''). The base feels T_load = T_applied - T_fr - T_cable: friction
-    and cables act between it and the load, T_outside = T_unbalance - T_port, weight less what pushes it, from outside.
+    (cantilever modes with effective inertias J_k; J_m is the total inertia; A = alpha_g'' is the hub's acceleration, on
+    a rotating base alpha_g'' + beta''). The base feels T_load = T_applied - T_fr - T_cable, since friction and cables
+    act between it and the load. T_outside = T_unbalance - T_port, weight minus external torque, acts from outside.
 
     Parameters
     ----------
@@ -63,18 +63,19 @@ def load(
     rubbed : bool
         Whether a friction block acts on it.
     cabled, unbalanced : bool
-        Whether cables pull at it, and its weight.
+        Whether cables, or its weight, act on it.
     start : Expr
-        Its angle at the start of a record, rad; where the rotor begins off the commanded angle a function of that.
+        Its angle at the start of a record, rad; a function of the rotor's angle if that differs from the commanded one.
     turns : bool
-        Whether its base turns.
+        Whether its base rotates.
     pushed : bool
-        Whether a torque from outside acts on it (`ports`).
+        Whether an external torque acts on it (`ports`).
     """
     if not (modes or rubbed or cabled or unbalanced or turns or pushed):
         return _test_mass(start)
     flexible = [_Mode(k) for k in range(1, modes + 1)]
     springs = sum((mode.spring for mode in flexible), Integer(0))
+    # The file gives the inertia of the whole load; the modes' effective inertias are part of it.
     hub = J_m - sum((mode.J for mode in flexible), Integer(0))
     held = hub * beta_acc_held if turns and rubbed else Integer(0)
     cable = T_cable if cabled else Integer(0)
@@ -113,12 +114,13 @@ def load(
         initial={**_initial(start), **{state: own for mode in flexible for state, own in mode.starts.items()}},
         starts=(*STARTS, *(d for mode in flexible for d in mode.own_starts)),
         outputs={**MEASURED, "T_drive_out": drive, "T_load": T_load, **(on_base if turns else {})},
+        # Hub and gear resonate as the load on the gear, each flexible mode under its own number.
         swinging={**SWINGING, **{state: f"load mode {mode.k}" for mode in flexible for state in mode.rates}},
     )
 
 
 def _test_mass(start: Expr) -> Block:
-    """Return the paper's: rigid and free, on a base at rest."""
+    """Return the paper's test mass: rigid and frictionless, on a base at rest."""
     return Block(
         name="load",
         table="load",
@@ -129,12 +131,12 @@ def _test_mass(start: Expr) -> Block:
         starts=STARTS,
         outputs={**MEASURED, "T_load": T_applied},
         swinging=SWINGING,
-        rivals=(_rubbed(),),
+        rivals=(_dry_friction(),),
     )
 
 
-def _rubbed() -> Rival:
-    """Return dry friction of the load that may be there: such as winds the gear by microradians."""
+def _dry_friction() -> Rival:
+    """Return dry friction of the load as an alternative, of a size that winds the gear by microradians."""
     K_s, wound = Symbol("K_s"), Float(4e-6)
     return Rival(
         name="output_friction",
@@ -148,7 +150,7 @@ def _rubbed() -> Rival:
 
 
 def _initial(start: Expr) -> dict[Symbol, Expr]:
-    """Return where it starts behind the rotor, less what the gear is wound up by, and at which rate."""
+    """Return initial angle and rate: those of the rotor through the gear, less the gear's wind-up."""
     return {alpha_gear: start - TWIST, omega_gear: diff(start, ANGLE) * RATE - TWIST_RATE}
 
 
@@ -159,7 +161,7 @@ def _base_inputs(*, rubbed: bool, turns: bool) -> tuple[Symbol, ...]:
 
 
 def _relative(*, rubbed: bool) -> Expr:
-    """Return the hub's acceleration against its base; none while friction holds it."""
+    """Return the hub's acceleration relative to its base; zero while friction holds it."""
     return free * (a_gear - beta_acc) if rubbed else a_gear - beta_acc
 
 
@@ -193,7 +195,7 @@ class _Mode:
 
     @property
     def starts(self) -> dict[Symbol, Symbol]:
-        """What a record may have of its own of each state at its start."""
+        """Symbols of the start values of its states."""
         return {state: Symbol(f"{state.name}_start") for state in self.rates}
 
     @property

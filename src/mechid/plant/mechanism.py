@@ -1,4 +1,4 @@
-"""A mechanism: a plant with what is known and believed of each of its parameters."""
+"""Mechanisms: a plant with values, bounds, priors and status of its parameters."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from mechid.plant.stepper import HOLDING
 
 @dataclass(frozen=True)
 class Harmonic:
-    """A harmonic of the rotor's angle: a detent, one of the torque constant, of the gear's kinematic error.
+    """A harmonic over the rotor's angle: of the detent, of the torque constant, or of the gear's kinematic error.
 
     Attributes
     ----------
     name : str
-        Of its table, e.g. ``"stepper.detent.0"``.
+        Name of its table, e.g. ``"stepper.detent.0"``.
     orders : float
-        Its periods in an electrical period.
+        Periods per electrical period.
     period_deg : float
-        Angle of the rotor in which it has one period.
+        Rotor angle of one period.
     of_phase : bool
-        Whether it belongs to the motor's phases, and stays when the rotor's zero is put elsewhere.
+        Whether it belongs to the motor's phases, and stays in place if the zero of the rotor angle is moved.
     of_rotor : bool
-        Whether it has a period in each turn of the rotor; the weight of a load on a gear has not.
+        Whether it has at least one period per turn of the rotor; the weight of a load on a gear has not.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Harmonic:
 
     @property
     def words(self) -> str:
-        """What it is called, e.g. ``"detent"``."""
+        """Plain name, e.g. ``"detent"``."""
         return [part for part in self.name.split(".") if not part.isdigit()][-1].replace("_", " ")
 
 
@@ -56,7 +56,7 @@ class Mechanism:
     parameters : mapping of str to Parameter
         By dotted name, one for each of the plant's declarations.
     options : mapping of str to str
-        What is not a number: assembly, housing form.
+        Choices that are not numbers: assembly, housing form.
     """
 
     plant: Plant
@@ -76,41 +76,43 @@ class Mechanism:
 
     @cached_property
     def free(self) -> tuple[Parameter, ...]:
-        """Parameters the fit may move."""
+        """Parameters that the fit may change."""
         return tuple(q for q in self.parameters.values() if q.is_free)
 
     def value(self, name: str) -> float:
-        """Return the value of a parameter, that of its master where it is tied."""
+        """Return the value of a parameter; for a tied one, that of its master."""
         parameter = self.parameters[name]
         return self.value(parameter.tied_to) if parameter.tied_to else parameter.value
 
     @cached_property
     def electrical_periods(self) -> float | None:
-        """Electrical periods in a turn of the rotor; None where no start angle turns anything, as without a stepper."""
+        """Electrical periods per turn of the rotor; None if no start angle turns it, as without a stepper."""
         rotor = self.plant.offered.get("rotor_angle")
-        if rotor not in self.plant.turned:
+        if rotor not in self.plant.start_angle_slopes:
             return None
         by_value = dict(zip(self.plant.parameters, self.kernel_values().tolist(), strict=True))
-        return abs(1.0 / float(self.plant.turned[rotor].subs(by_value)))
+        # An electrical radian of the start angle turns the rotor by its slope; a turn takes the reciprocal.
+        return abs(1.0 / float(self.plant.start_angle_slopes[rotor].subs(by_value)))
 
     def scale(self, words: str) -> float | None:
-        """Return what a data sheet names, as ``"holding torque"`` in N m; None where no block has it."""
+        """Return a quantity of the data sheet, as ``"holding torque"`` in N m; None if no block has it."""
         for block in self.plant.blocks:
             if words in block.scales:
                 return float(block.scales[words].subs(self.by_symbol))
         return None
 
     def size(self, declaration: Declaration) -> float | None:
-        """Return how large mostly is what is declared of a record's start; None where this mechanism does not tell."""
+        """Return the typical magnitude of a start value of a record; None if this mechanism does not determine it."""
         if declaration.typical is None:
             return None
         holding = next((b.scales[HOLDING] for b in self.plant.blocks if HOLDING in b.scales), HOLDING_TORQUE)
+        # A data sheet's holding torque takes the place of the placeholder in the typical magnitude.
         size = sp.sympify(declaration.typical[0], locals=self._locals).subs(HOLDING_TORQUE, holding)
         return float(size.subs(self.by_symbol)) if size.free_symbols <= self.by_symbol.keys() else None
 
     @cached_property
     def _locals(self) -> dict[str, sp.Symbol]:
-        """Return the file's symbols by name: without them SymPy takes some names for its own."""
+        """The file's symbols by name; without them SymPy would parse some names as its own."""
         return {s.name: s for s in (*self.by_symbol, HOLDING_TORQUE)}
 
     @cached_property
@@ -120,7 +122,7 @@ class Mechanism:
 
     @cached_property
     def harmonics(self) -> tuple[Harmonic, ...]:
-        """The plant's harmonics of the rotor's angle; none where no start angle turns anything."""
+        """Harmonics over the rotor's angle; none without a start angle that turns the rotor."""
         if self.electrical_periods is None:
             return ()
         cycles = [(pair, float(pair.cycles.subs(self.by_symbol))) for pair in self.plant.polar_pairs]
@@ -138,7 +140,7 @@ class Mechanism:
     def kernel_values(self, changed: Mapping[str, float] | None = None) -> FloatArray:
         """Return the kernel's parameters, (n,), in the plant's order and SI units.
 
-        `changed` are values of the file that differ from the mechanism's own; ties follow them.
+        `changed` holds values of the file that replace the mechanism's own; tied parameters follow.
         """
         masters, values = self._masters
         if changed:
@@ -147,32 +149,33 @@ class Mechanism:
 
     @cached_property
     def _masters(self) -> tuple[tuple[str, ...], dict[str, float]]:
-        """Return, in the order of the declarations, whose value each parameter takes; and all values."""
+        """Names of the parameters that supply the values, in the order of the declarations, and all values."""
         names = tuple(self.parameters[name].tied_to or name for name in self.plant.declarations)
         return names, {name: q.value for name, q in self.parameters.items()}
 
     def kernel_jacobian(self) -> dict[str, FloatArray]:
-        """Return the derivative of the kernel's parameters to each untied value of the file, {name: (n,)}."""
+        """Return the derivatives of the kernel's parameters with respect to each untied value, {name: (n,)}."""
         names = tuple(self.plant.declarations)
         matrix = np.asarray(_coordinate_slopes(self.plant)(*map(self.value, names)), dtype=np.float64)
         columns = {name: matrix[:, j].copy() for j, name in enumerate(names)}
         for q in self.parameters.values():
+            # A tied parameter adds its derivative to that of its master.
             if q.tied_to:
                 columns[q.tied_to] += columns.pop(q.name)
         return columns
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield each parameter whose value cannot be beside those of others, with what is wrong and the remedy."""
+        """Yield each parameter whose value contradicts another's, with the contradiction and the remedy."""
         declared, value = self.plant.declarations, self.value
-        for name, other in self.plant.related("above").items():
+        for name, other in self.plant.related_parameters("above").items():
             if value(name) < value(other):
                 never = f"{declared[name].meaning} is never below {declared[other].meaning}"
                 least = f"{value(other):.9g}"
                 yield name, f"{value(name):.9g} is below {other} = {least}; {never}: start at {least} or above"
-        for name, other in self.plant.related("beyond").items():
+        for name, other in self.plant.related_parameters("beyond").items():
             if value(name) <= value(other):
                 yield name, f"{value(name):.9g} is not above {other} = {value(other):.9g}; exchange them"
-        parts = self.plant.related("part_of")
+        parts = self.plant.related_parameters("part_of")
         for whole in dict.fromkeys(parts.values()):
             together = sum(value(name) for name, other in parts.items() if other == whole)
             if value(whole) <= together:
@@ -183,16 +186,16 @@ class Mechanism:
                 yield name, f"found {value(name):.9g}; {d.key} come in pairs, write an even whole number"
 
     def with_values(self, values: Mapping[str, float]) -> Mechanism:
-        """Return the same mechanism with some parameters at other values."""
+        """Return the mechanism with some values replaced."""
         moved = {name: self.parameters[name].at_value(v) for name, v in values.items()}
         return replace(self, parameters={**self.parameters, **moved})
 
     def with_parameters(self, changed: Mapping[str, Parameter]) -> Mechanism:
-        """Return the same mechanism with some parameters replaced."""
+        """Return the mechanism with some parameters replaced."""
         return replace(self, parameters={**self.parameters, **changed})
 
     def with_free(self, names: tuple[str, ...]) -> Mechanism:
-        """Return the same mechanism in which of its free parameters only `names` stay free."""
+        """Return the mechanism with `names` as its only free parameters; other free ones become known."""
         held = {q.name: replace(q, status=Status.KNOWN) for q in self.free if q.name not in names}
         return self.with_parameters(held)
 
@@ -201,23 +204,23 @@ Expressions = tuple[sp.Expr, ...]
 
 
 def _coordinates(plant: Plant) -> Callable[..., list[float]]:
-    """Return the map from the file's values, in the order of the declarations, to the kernel's."""
-    return _mapped(*plant.file_map)
+    """Return the map from the file's values, in the order of the declarations, to the kernel's parameters."""
+    return _compile_map(*plant.file_map)
 
 
 def _coordinate_slopes(plant: Plant) -> Callable[..., list[list[float]]]:
     """Return the derivative of that map, (kernel parameters, declarations)."""
-    return _slopes(*plant.file_map)
+    return _compile_map_slopes(*plant.file_map)
 
 
 @lru_cache(maxsize=64)
-def _mapped(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[float]]:
+def _compile_map(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[float]]:
     compiled: Callable[..., list[float]] = sp.lambdify(symbols, list(expressions), modules="math")
     return compiled
 
 
 @lru_cache(maxsize=64)
-def _slopes(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[list[float]]]:
+def _compile_map_slopes(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[list[float]]]:
     rows = [[sp.diff(e, f) for f in symbols] for e in expressions]
     compiled: Callable[..., list[list[float]]] = sp.lambdify(symbols, rows, modules="math")
     return compiled

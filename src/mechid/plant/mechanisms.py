@@ -1,4 +1,4 @@
-"""The assemblies of the library: for each the blocks, and what can be measured of them."""
+"""Assemblies of the library: the blocks of each, and the quantities that it can measure."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from mechid.plant.detent import detent
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
-from mechid.plant.friction_position import varying
+from mechid.plant.friction_position import vary_with_angle
 from mechid.plant.gear import LAWS as GEAR_LAWS
-from mechid.plant.gear import gear, unwound
+from mechid.plant.gear import gear, unwound_angle
 from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
-from mechid.plant.ports import Port, fed_from_outside
+from mechid.plant.ports import Port, add_phase_ports
 from mechid.plant.start import ANGLE
 from mechid.plant.stepper import PHASES, SCALES, current_fed, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
-"""Blocks, wiring that names do not settle, and quantities that can be measured."""
+"""Blocks, explicit wiring where names do not decide it, and quantities that can be measured."""
 MOTOR_QUANTITIES = {"rotor_angle": "rotor.alpha", "rotor_rate": "rotor.omega"}
 BASE_TORQUE, LINE_TORQUE = "transducer.T_base", "torque_below_cut_off"
 LINE_ORDER = 8
-"""Of the filter before which lines are sampled: the steepest."""
+"""Order of the filter in front of the sampling of torque lines: the steepest available."""
 OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.omega_gear"}
 
 
@@ -56,7 +56,7 @@ def _geared_stepper(layout: Layout) -> Parts:
         rotor(turns=layout.turns),
         *_friction(layout, _site(drive), geared=True),
         gear(law, layout.whole_orders("gear.kinematic_error")),
-        *_loaded(layout),
+        *_load_blocks(layout),
         *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
         *stand,
     ]
@@ -72,6 +72,7 @@ def _ungeared_stepper(layout: Layout) -> Parts:
         *motor,
         rotor(
             geared=False,
+            # Without a gear the rotor is the output: its inertia is that of the load.
             inertia=replace(INERTIA, role=Role.LOAD_INERTIA),
             turns=layout.turns,
             pushed=Port.OUTPUT in layout.ports,
@@ -84,7 +85,7 @@ def _ungeared_stepper(layout: Layout) -> Parts:
 
 
 def _two_mass(layout: Layout) -> Parts:
-    """Return two masses and a gear under a measured torque at the first."""
+    """Return two masses and a gear, with a measured torque at the first mass."""
     site = replace(ROTOR, holding=None, damping=None)
     inertia = Declaration(
         "motor.inertia", "J_rot", "kg m2", "inertia of the motor's side", lower=0.0, source="the drive"
@@ -96,14 +97,14 @@ def _two_mass(layout: Layout) -> Parts:
         rotor(start=Integer(0), inertia=inertia),
         *_friction(layout, site, geared=True),
         gear(law, layout.whole_orders("gear.kinematic_error")),
-        *_loaded(layout, Integer(0)),
+        *_load_blocks(layout, Integer(0)),
         *stand,
     ]
     return blocks, wiring, {**MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **torques}
 
 
 def _brushed_dc(layout: Layout) -> Parts:
-    """Return a brushed DC motor under a measured voltage, its load on its own shaft, held by a spring or not."""
+    """Return a brushed DC motor with measured voltage and the load on its shaft, optionally held by a spring."""
     site = replace(ROTOR, holding=None, damping=dc_motor.DAMPING)
     sprung = dc_motor.SPRING in layout.tables
     stand, wiring, torques = _stand(layout, loaded=False)
@@ -120,7 +121,7 @@ def _brushed_dc(layout: Layout) -> Parts:
 
 
 def _direct(quantity: str) -> Callable[[Layout], Parts]:
-    """Return a mass on friction under a measured torque, or a measured force: a turning or a sliding axis."""
+    """Return a mass on friction with a measured torque, or a measured force: a rotating or a sliding axis."""
     turning = quantity == "torque"
     unit, rate = ("N m", "rad/s") if turning else ("N", "m/s")
     inertia = Declaration(
@@ -172,11 +173,11 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
     "two_mass_drive": _two_mass,
     "brushed_dc_drive": _brushed_dc,
 }
-"""By the name in mechanism.toml; the first is the default."""
+"""Assemblies by their names in mechanism.toml; the first is the default."""
 
 
 def _stepper(layout: Layout, drive: str) -> Parts:
-    """Return drive, windings, detents and their sum; their wiring; and the quantities of the phases."""
+    """Return drive, windings, detents and their sum, their wiring, and the quantities of the phases."""
     orders, holding = layout.orders.get("stepper.detent", ()), SCALES.get(drive, (None, None))[0]
     phases, wiring, where = _phases(layout, drive)
     detents = [detent(k, order, holding) for k, order in enumerate(orders)]
@@ -185,7 +186,7 @@ def _stepper(layout: Layout, drive: str) -> Parts:
 
 
 def _phases(layout: Layout, drive: str) -> Parts:
-    """Return drive and windings, their wiring, and which block has the current of each phase."""
+    """Return drive and windings, their wiring, and the block that carries the current of each phase."""
     harmonics, apart = layout.whole_orders("stepper.torque_harmonic"), "stepper.imbalance" in layout.tables
     table_orders, sagging = layout.whole_orders(microstep_table.TABLE), supply.TABLE in layout.tables
     limited, salient = current_limit.TABLE in layout.tables, saliency.TABLE in layout.tables
@@ -199,9 +200,9 @@ def _phases(layout: Layout, drive: str) -> Parts:
         coils = windings(
             harmonics=harmonics, apart=apart, salient=salient, sagging=sagging, commanded=drive == "voltage"
         )
-        return [_fed(VOLTAGES[drive](table_orders), layout), coils], {}, dict.fromkeys(PHASES, "windings")
+        return [_with_ports(VOLTAGES[drive](table_orders), layout), coils], {}, dict.fromkeys(PHASES, "windings")
     coils = current_fed(harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current")
-    blocks = [_fed(CURRENTS[drive](table_orders), layout), coils]
+    blocks = [_with_ports(CURRENTS[drive](table_orders), layout), coils]
     if not limited:
         return blocks, {}, dict.fromkeys(PHASES, "drive")
     wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
@@ -209,14 +210,14 @@ def _phases(layout: Layout, drive: str) -> Parts:
     return [*blocks, *map(current_limit.loop, PHASES)], wiring, {x: f"loop_{x}" for x in PHASES}
 
 
-def _fed(drive: Block, layout: Layout) -> Block:
-    return fed_from_outside(drive) if Port.PHASES in layout.ports else drive
+def _with_ports(drive: Block, layout: Layout) -> Block:
+    return add_phase_ports(drive) if Port.PHASES in layout.ports else drive
 
 
 def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Block, ...]:
-    """Return the law of friction, and how it varies with the angle."""
+    """Return the friction law with its variation over the angle."""
     laws = friction.LAWS if geared else friction.UNGEARED_LAWS
-    return varying(laws[layout.law("friction", tuple(laws))](site), site, layout, geared=geared)
+    return vary_with_angle(laws[layout.law("friction", tuple(laws))](site), site, layout, geared=geared)
 
 
 def _site(drive: str) -> Site:
@@ -224,11 +225,12 @@ def _site(drive: str) -> Site:
     return replace(ROTOR, holding=holding, damping=damping)
 
 
-def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
-    """Return the load behind a rotor that starts at an angle, and what acts on it beside the gear."""
+def _load_blocks(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
+    """Return the load behind a rotor with a given start angle, and the blocks that act on it besides the gear."""
     rubbed, cabled, unbalanced = (name in layout.tables for name in (OUTPUT.table, cable.TABLE, unbalance.TABLE))
     _refuse_own_load(layout)
-    at = unwound(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
+    # The load starts where the gear is not wound up, whatever its kinematic error is there.
+    at = unwound_angle(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
     body = load(
         modes=len(layout.orders.get("load.mode", ())),
         rubbed=rubbed,
@@ -248,7 +250,7 @@ def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
 
 
 def _refuse_own_load(layout: Layout) -> None:
-    """Refuse what acts on the library's load beside a load of the user's own."""
+    """Refuse tables that act on the library's load together with a load of the user's own."""
     beside = sorted({cable.TABLE, unbalance.TABLE} & layout.tables)
     if beside and "load" in layout.own:
         raise InputFileError(
@@ -258,19 +260,19 @@ def _refuse_own_load(layout: Layout) -> None:
 
 
 def _base(layout: Layout, bodies: Bodies) -> list[Block]:
-    """Return the base where it moves."""
+    """Return the base, if it moves."""
     if layout.flying is None or layout.flying.base is Base.HELD:
         return []
     return [driven_base(bodies) if layout.flying.base is Base.DRIVEN else base_on_modes(layout.flying.modes, bodies)]
 
 
 def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[str, str], dict[str, str]]:
-    """Return housing, transducer and what is behind it; their wiring; and where which torque comes out.
+    """Return housing, transducer and the stages behind it, their wiring, and the outputs of the torques.
 
-    In flight there is none of these: the torque is that on the base. Beside it stands the same below a cut-off, of
-    which lines can be read without aliases; also of a mechanism that is taken like a flying one and keeps its stand.
+    In flight there is none of these; the torque is that on the base. A second output is that torque below a cut-off,
+    whose lines can be read without aliases; so too for a mechanism in flight configuration that keeps its stand.
     """
-    blocks, wiring, last = _measured(layout, loaded=loaded)
+    blocks, wiring, last = _measuring_chain(layout, loaded=loaded)
     if layout.flying is None:
         return blocks, wiring, {"torque": last}
     below = f"{test_stand.LINE_FILTER}.T"
@@ -281,8 +283,8 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
     )
 
 
-def _measured(layout: Layout, *, loaded: bool) -> tuple[list[Block], dict[str, str], str]:
-    """Return what is between mechanism and recorder, its wiring, and where the torque comes out."""
+def _measuring_chain(layout: Layout, *, loaded: bool) -> tuple[list[Block], dict[str, str], str]:
+    """Return the stages between mechanism and recorder, their wiring, and the output of the torque."""
     form = layout.law("housing", FORMS, "form") if "housing" in layout.tables else None
     second = _second_mode(layout)
     blocks = [housing(form, second=second) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
@@ -295,6 +297,7 @@ def _measured(layout: Layout, *, loaded: bool) -> tuple[list[Block], dict[str, s
     if "anti_alias" in layout.tables:
         (order,) = layout.whole_orders("anti_alias")
         stages.append(test_stand.anti_alias(order))
+    # Each stage reads the one before it, in the order of the signal path.
     for stage in stages:
         wiring[f"{stage.name}.T"] = last
         last = f"{stage.name}.T"
@@ -302,7 +305,7 @@ def _measured(layout: Layout, *, loaded: bool) -> tuple[list[Block], dict[str, s
 
 
 def _second_mode(layout: Layout) -> bool:
-    """Return whether the housing has a second mode; refuse one beside a housing of the user's own."""
+    """Return whether the housing has a second mode; refuse one on a housing of the user's own."""
     there = SECOND.table in layout.tables
     if there and "housing" in layout.own:
         raise InputFileError(

@@ -1,8 +1,8 @@
-"""The base that a mechanism stands on in flight: driven, or on the modes of a structure.
+"""Base of a mechanism in flight: driven, or on the modes of a structure.
 
-Angles of rotor and load are relative to the base, which turns by beta. Each body b on it exerts on it the torque by
-which it is turned in inertial space: T_free where it is free; T_held + I beta_ddot while friction holds it, since it is
-carried along. With the modes of the structure in mass-normalised form, beta = sum phi_k eta_k,
+Angles of rotor and load are relative to the base, which rotates by beta. Each body on it exerts the torque by which it
+is accelerated in inertial space: T_free while free, T_held + I beta_ddot while friction holds it, since it then moves
+with the base. With the modes of the structure in mass-normalised form, beta = sum phi_k eta_k,
 
     eta_k_ddot = phi_k T_base - 2 zeta_k w_k eta_k_dot - w_k^2 eta_k,
     T_base = -sum (T_free, or T_held + I beta_ddot),
@@ -20,14 +20,14 @@ from mechid.parameter import Declaration
 from mechid.plant.block import Block
 
 Bodies = Mapping[str, str]
-"""The bodies on the base, and the output of their friction that is 0 while it holds them; empty where none does."""
+"""Bodies on the base, each with the friction output that is 0 while it is held; empty if no friction holds it."""
 EWINS = "Ewins, Modal Testing, 2nd ed. (2000)"
 ACCELERATION = Symbol("base_acceleration")
-"""Of a driven base, rad/s2: an input of the plant."""
+"""Acceleration of a driven base, rad/s2: an input of the plant."""
 
 
 def driven_base(bodies: Bodies) -> Block:
-    """Return a base whose acceleration is given: beta_ddot is an input of the plant, rad/s2."""
+    """Return a base with a prescribed acceleration: beta_ddot is an input of the plant, rad/s2."""
     return Block(
         name="base",
         table="base",
@@ -38,9 +38,9 @@ def driven_base(bodies: Bodies) -> Block:
 
 
 def base_on_modes(modes: int, bodies: Bodies) -> Block:
-    """Modes of the structure at the interface, driven by the torque on the base; as above.
+    """Modes of the structure at the interface, driven by the torque on the base; see the module.
 
-    `beta_acc_<body>` is what the base's acceleration would be if friction held that body.
+    `beta_acc_<body>` is the acceleration that the base would have if friction held that body.
     """
     s, beta_acc, T_base = symbols("s_base beta_acc T_base_in")
     etas = [symbols(f"eta_{k} eta_dot_{k}") for k in range(modes)]
@@ -60,6 +60,7 @@ def base_on_modes(modes: int, bodies: Bodies) -> Block:
         terms={
             s: -sum((phi * spring for (_, _, phi), spring in zip(values, held, strict=True)), Integer(0)),
             beta_acc: _acceleration(s, S, bodies),
+            # `free` is 0 while friction holds a body.
             **{carried[body]: _acceleration(s, S, bodies).subs(free, 0) for body, free in may_hold.items()},
         },
         rates=rates,
@@ -79,6 +80,7 @@ def _acceleration(s: Symbol, S: Expr, bodies: Bodies) -> Expr:
         T_free, T_held, moment = _inputs(body)
         free = Symbol(f"{name}_in") if name else Integer(1)
         torque += free * T_free + (1 - free) * T_held
+        # A held body adds its inertia to the base; a free one only reacts with its torque.
         inertia += (1 - free) * moment
     return (s - S * torque) / (1 + S * inertia)
 

@@ -1,4 +1,4 @@
-"""Blocks and wiring become one plant: states, ordered terms, rates, switches, filter, outputs."""
+"""Assembly of blocks and wiring into a plant: states, ordered terms, rates, switches, filter, outputs."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import sympy as sp
 
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
-from mechid.plant.filter_chain import NO_FILTER, joined_filter
+from mechid.plant.filter_chain import NO_FILTER, combine_filters
 from mechid.plant.layout import Layout
 from mechid.plant.tables import MOTOR_OF_RECORD, OF_RECORD
-from mechid.plant.terms import at_start, in_order
+from mechid.plant.terms import sort_terms, start_states
 from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
@@ -22,7 +22,7 @@ START_ANGLE = sp.Symbol("theta_0")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plant:
-    """A wired plant as symbols; what the kernel generator, the twin and the docs are made from.
+    """A wired plant in symbols; the source of the kernel generator, the slow twin and the documentation.
 
     Attributes
     ----------
@@ -31,12 +31,13 @@ class Plant:
     states : tuple of Symbol, (n,)
         States of the nonlinear part.
     terms : tuple of (Symbol, Expr)
-        In an order in which each needs only states, parameters, inputs, mode symbols and earlier terms.
+        Ordered so that each contains only states, parameters, inputs, mode symbols and earlier terms.
     rates : tuple of Expr, (n,)
     initial : tuple of Expr, (n,)
         At rest where the command begins: functions of parameters, inputs and `START_ANGLE`.
     begun : mapping of Symbol to Expr
-        States and states of the filter where a record has its own start: functions of the symbols of `starts` too.
+        Initial states of plant and filter for a record with start values of its own: functions of the symbols of
+        `starts` too.
     inputs : tuple of Symbol
         Excitation, e.g. the normalised phase voltages.
     switches : tuple of Switch
@@ -47,11 +48,11 @@ class Plant:
     parameters : tuple of Symbol
         The kernel's parameters, in order.
     offered : mapping of quantity to Expr
-        All quantities that `measuring` can make outputs of.
+        All quantities that `with_outputs` accepts.
     behind : LinearSystem
-        The filters of all blocks, whether an output sees them or not.
+        The filters of all blocks, whether or not an output depends on them.
     layout : Layout or None
-        What it was assembled from; None of a plant that no assembly of the library is.
+        The layout that it was assembled from; None for a plant that is no assembly of the library.
     """
 
     name: str
@@ -70,10 +71,11 @@ class Plant:
     behind: LinearSystem = NO_FILTER
     layout: Layout | None = None
 
-    def measuring(self, quantities: Sequence[str]) -> Plant:
-        """Return the same plant with other outputs, of those `offered`; a filter that none of them sees is left out."""
+    def with_outputs(self, quantities: Sequence[str]) -> Plant:
+        """Return the plant with other outputs, taken from `offered`; a filter that none of them needs is dropped."""
         outputs = {quantity: self.offered[quantity] for quantity in quantities}
         seen = set().union(*(sp.sympify(self.expand(e)).free_symbols for e in outputs.values()))
+        # A filter without an observer would cost time and add parameters that nothing identifies.
         system = self.behind if seen & set(self.behind.states) else NO_FILTER
         found = _parameters(
             self.blocks, self.inputs, self.terms, (*self.rates, *self.initial), self.switches, system, outputs
@@ -83,23 +85,23 @@ class Plant:
 
     @cached_property
     def declarations(self) -> dict[str, Declaration]:
-        """Parameters as the mechanism file names them: {dotted name: declaration}."""
+        """Parameters as named in the mechanism file: {dotted name: declaration}."""
         return {dotted_name(block, d.key): d for block in self.blocks for d in block.declarations}
 
     @cached_property
     def starts(self) -> dict[str, Declaration]:
-        """What a record may have of its own at its start, by key, e.g. ``"start.angle"``."""
+        """Start values that a record may have of its own, by key, e.g. ``"start.angle"``."""
         moved = set().union(*(self.begun.get(s, sp.Integer(0)).free_symbols for s in self.begun_states))
         return {d.key: d for block in self.blocks for d in block.starts if sp.Symbol(d.symbol) in moved}
 
     @property
     def begun_states(self) -> tuple[sp.Symbol, ...]:
-        """States, and behind them those of the filter."""
+        """States of the plant, then of the filter."""
         return (*self.states, *self.filter.states)
 
     @cached_property
     def estimable(self) -> tuple[sp.Symbol, ...]:
-        """Kernel parameters that may have sensitivities: all but counts such as poles and gear ratio."""
+        """Kernel parameters that may have sensitivities: all except counts such as poles and gear ratio."""
         fixed = {sp.Symbol(d.symbol) for d in self.declarations.values() if d.structural}
         return tuple(s for s in self.parameters if s not in fixed)
 
@@ -113,7 +115,7 @@ class Plant:
     def file_map(self) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Expr, ...]]:
         """The file's symbols in the order of the declarations, and the kernel's parameters as functions of them.
 
-        Two plants of the same equations may declare different parameters.
+        Two plants with the same equations may declare different parameters.
         """
         symbols = tuple(sp.Symbol(d.symbol) for d in self.declarations.values())
         return symbols, tuple(self.coordinates[s] for s in self.parameters)
@@ -134,8 +136,8 @@ class Plant:
             for pair in block.polar
         )
 
-    def related(self, relation: str) -> dict[str, str]:
-        """Return who is so related to whom, {dotted name: the other's}, where the plant has both.
+    def related_parameters(self, relation: str) -> dict[str, str]:
+        """Return the pairs of parameters in a relation, {dotted name: the other's}, if the plant has both.
 
         `relation` is a field of `Declaration` that names another parameter: above, beyond, part_of or tied_to.
         """
@@ -147,24 +149,25 @@ class Plant:
         }
         return {name: other for name, other in pairs.items() if other in self.declarations}
 
-    def having(self, role: Role) -> tuple[str, ...]:
-        """Return the dotted names of the parameters of a role."""
+    def names_with_role(self, role: Role) -> tuple[str, ...]:
+        """Return the dotted names of the parameters with a role."""
         return tuple(name for name, d in self.declarations.items() if d.role is role)
 
     @cached_property
     def of_record(self) -> dict[str, str]:
-        """What a record may have values of its own of: {name behind ``record.<name>.``: dotted name}."""
+        """Parameters for which a record may have its own value: {name after ``record.<name>.``: dotted name}."""
         allowed = {name: d for name, d in self.declarations.items() if not d.structural}
         stand = {name: name for name in allowed if name.partition(".")[0] in OF_RECORD}
         motor = {d.key: name for name, d in allowed.items() if d.role and MOTOR_OF_RECORD.get(d.key) is d.role}
         return stand | motor
 
     @cached_property
-    def turned(self) -> dict[sp.Symbol, sp.Expr]:
-        """How far each state that the start angle moves is moved by it on average over a turn: d(initial)/d(theta_0).
+    def start_angle_slopes(self) -> dict[sp.Symbol, sp.Expr]:
+        """Mean rate d(initial)/d(theta_0) of each state that the start angle turns, averaged over a turn.
 
-        What moves it back and forth, as a kinematic error does, is no turning.
+        Oscillating parts, such as a kinematic error, do not count.
         """
+        # Without the amplitudes of harmonics only the mean rotation remains.
         harmonics = {part: 0 for pair in self.polar_pairs for part in (pair.cosine, pair.sine)}
         even = (sp.sympify(e).subs(harmonics) for e in self.initial)
         slopes = {s: sp.diff(e, START_ANGLE) for s, e in zip(self.states, even, strict=True)}
@@ -172,12 +175,12 @@ class Plant:
 
     @cached_property
     def most_guards(self) -> int:
-        """Most guards that a mode of any switch has."""
+        """Largest number of guards of a mode."""
         return max((len(guards) for s in self.switches for guards in s.guards.values()), default=0)
 
     @cached_property
     def digest(self) -> str:
-        """Fingerprint of the structure: equations and order, no number of any mechanism."""
+        """Hash of the structure: equations and their order, independent of parameter values."""
         switches = [(s.name, _text(s.modes), _text(s.guards), _text(s.entry), s.otherwise) for s in self.switches]
         motion = (self.states, self.terms, self.rates, self.initial, self.inputs, switches)
         after = (self.filter.states, self.filter.inputs, self.filter.A, self.filter.B)
@@ -191,10 +194,11 @@ class Plant:
         return isinstance(other, Plant) and other.digest == self.digest
 
     @cached_property
-    def jumping(self) -> tuple[int, ...]:
-        """Switches at which an output may jump, by their number: it depends on the symbols of their modes."""
+    def jump_switches(self) -> tuple[int, ...]:
+        """Indices of the switches at which an output may jump, i.e. whose mode symbols enter an output."""
         seen = set().union(*(expr.free_symbols for expr in self.outputs.values()))
         for symbol, definition in reversed(self.terms):
+            # Backwards, so that nested terms are found in one pass.
             if symbol in seen:
                 seen |= definition.free_symbols
         modes = [set().union(*switch.modes.values()) for switch in self.switches]
@@ -202,6 +206,7 @@ class Plant:
 
     def expand(self, expr: sp.Expr) -> sp.Expr:
         """Return `expr` with every named term replaced by its definition."""
+        # Backwards: a definition contains earlier terms only.
         for symbol, definition in reversed(self.terms):
             expr = expr.subs(symbol, definition)
         return expr
@@ -215,6 +220,7 @@ def _text(value: object) -> str:
         return "{" + ",".join(f"{_text(k)}:{_text(v)}" for k, v in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "(" + ",".join(map(_text, value)) + ")"
+    # srepr spells out a symbol's assumptions and an expression's structure, which str does not.
     return sp.srepr(value) if isinstance(value, sp.Basic | sp.MatrixBase) else repr(value)
 
 
@@ -237,28 +243,29 @@ def assemble(
     name : str
     blocks : sequence of Block
     wiring : mapping
-        ``"block.input"`` to ``"block.output"``. An input that is not here is wired to the one output of its
-        name; where there is none it is excitation of the plant.
+        ``"block.input"`` to ``"block.output"``. A missing input is wired to the only output with its
+        name; if there is none, it is excitation of the plant.
     outputs : mapping
-        Quantity to ``"block.output"``: what can be measured.
+        Quantities that can be measured, to ``"block.output"``.
     measured : sequence of str or None
-        Those of `outputs` that are; None is the first.
+        Those of `outputs` that are measured; None for the first.
 
     Raises
     ------
     ValueError
-        If the wiring names what is not there, or closes an algebraic loop that is not linear; or two blocks
-        have one name, one state or term, or give one output that is wanted by its name.
+        The wiring names unknown inputs or outputs, or closes a nonlinear algebraic loop; or two blocks
+        share a name, a state or a term, or provide the same output where it is wired by name.
     """
     links = Links(blocks, wiring)
     terms = [(symbol, links.resolve(b, e)) for b in blocks for symbol, e in b.terms.items()]
     rates = {state: links.resolve(b, e) for b in blocks for state, e in b.rates.items()}
     begun = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    # At rest the start values of records are zero.
     unmoved = {sp.Symbol(d.symbol): 0 for b in blocks for d in b.starts}
     _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
     switches = tuple(links.switch(b) for b in blocks if b.switch)
-    ordered = in_order(terms)
-    system = joined_filter(links, blocks, [s for s, _ in ordered])
+    ordered = sort_terms(terms)
+    system = combine_filters(links, blocks, [s for s, _ in ordered])
     offered = {quantity: links.output(target) for quantity, target in outputs.items()}
     out = {quantity: offered[quantity] for quantity in measured or [*outputs][:1]}
     plant = Plant(
@@ -267,8 +274,8 @@ def assemble(
         states=tuple(rates),
         terms=ordered,
         rates=tuple(rates.values()),
-        initial=at_start([begun[s].subs(unmoved) for s in rates], tuple(rates), ordered),
-        begun=dict(zip(begun, at_start(list(begun.values()), tuple(begun), ordered), strict=True)),
+        initial=start_states([begun[s].subs(unmoved) for s in rates], tuple(rates), ordered),
+        begun=dict(zip(begun, start_states(list(begun.values()), tuple(begun), ordered), strict=True)),
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
@@ -277,12 +284,13 @@ def assemble(
         parameters=(),
         offered=offered,
     )
+    # All outputs on offer are checked, not only those measured now.
     _refuse_unknown_symbols(plant, offered.values())
-    return plant.measuring(tuple(out))
+    return plant.with_outputs(tuple(out))
 
 
 def _refuse_unknown_symbols(plant: Plant, offered: Iterable[sp.Expr]) -> None:
-    """Refuse a symbol that is no state, term, input, mode symbol or declared parameter."""
+    """Refuse symbols that are not a state, term, input, mode symbol or declared parameter."""
     modes = {m for s in plant.switches for values in s.modes.values() for m in values}
     known = {*plant.states, *plant.filter.states, *plant.inputs, *modes, START_ANGLE, *(s for s, _ in plant.terms)}
     known |= {sp.Symbol(d.symbol) for d in plant.declarations.values()}
@@ -313,7 +321,7 @@ def _parameters(
     system: LinearSystem,
     outputs: Mapping[str, sp.Expr],
 ) -> tuple[sp.Symbol, ...]:
-    """Collect the kernel's parameters in the order of the blocks' declarations."""
+    """Return the kernel's parameters in the order of the blocks' declarations."""
     expressions = [e for _, e in terms] + list(rates) + list(outputs.values())
     expressions += [g.margin for s in switches for gs in s.guards.values() for g in gs]
     expressions += [*system.A, *system.B]
@@ -322,6 +330,7 @@ def _parameters(
     own = modes | set(inputs)
     order: dict[sp.Symbol, None] = {}
     for block in blocks:
+        # A value of the file gives its place to the first kernel parameter that depends on it.
         special = {e: s for s, expr in reversed(list(block.coordinates.items())) for e in expr.free_symbols}
         for d in block.declarations:
             order[special.get(sp.Symbol(d.symbol), sp.Symbol(d.symbol))] = None

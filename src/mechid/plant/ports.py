@@ -1,7 +1,7 @@
-"""Ports: where something from outside acts on a mechanism, as inputs of its plant beside those that drive it.
+"""Ports: external actions on a mechanism, as inputs of its plant in addition to those that drive it.
 
-A voltage that is added in each phase, at its terminals, or a current where currents are commanded; and a torque on the
-output. The output's torque acts in inertial space: the base feels it only through gear and friction.
+A voltage added in each phase, at its terminals, or a current if currents are commanded; and a torque on the
+output. The torque on the output acts in inertial space: the base feels it only through gear and friction.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mechid.plant.block import Block
 
 
 class Port(StrEnum):
-    """What may act from outside."""
+    """External actions on a mechanism."""
 
     PHASES = "phases"
     """A voltage, or a current, added in each phase."""
@@ -30,13 +30,13 @@ ADDED: Mapping[str, Symbol] = {
     for letter, word in (("u", "voltage"), ("i", "current"))
     for x in "AB"
 }
-"""What is added to each term that a drive may have: V to a voltage, A to a current."""
+"""Input added to each term that a drive may have: V to a voltage, A to a current."""
 NAMES = frozenset({PUSH.name, *(symbol.name for symbol in ADDED.values())})
-"""Of the plant's inputs that are ports."""
+"""Names of the plant's inputs that are ports."""
 
 
-def fed_from_outside(drive: Block) -> Block:
-    """Return a drive of voltages or currents with more of it added in each phase, an input of the plant."""
+def add_phase_ports(drive: Block) -> Block:
+    """Return a drive of voltages or currents with an external input added in each phase."""
     added = {symbol: ADDED[symbol.name] for symbol in drive.terms if symbol.name in ADDED}
     terms = {symbol: e + added.get(symbol, 0) for symbol, e in drive.terms.items()}
     return replace(drive, inputs=(*drive.inputs, *added.values()), terms=terms)

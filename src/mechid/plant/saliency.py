@@ -1,7 +1,7 @@
-"""Saliency: the coils' inductance varies with the rotor's angle, since its teeth come nearer to a pole and go away.
+"""Saliency: variation of the coils' inductance with the rotor's angle, as its teeth approach and leave a pole.
 
-L(x) = L (1 + s cos 2x) over the electrical angle x = p/2 alpha of a phase. Its flux linkage L(x) i gives a voltage
-omega i dL/dalpha beside the back-EMF, and a torque i^2/2 dL/dalpha beside that of the magnet (Acarnley); H, A, N m.
+L(x) = L (1 + s cos 2x) over the electrical angle x = p/2 alpha of a phase. The flux linkage L(x) i adds a voltage
+omega i dL/dalpha to the back-EMF, and a torque i^2/2 dL/dalpha to that of the magnet (Acarnley); H, A, N m.
 """
 
 from __future__ import annotations
@@ -36,16 +36,17 @@ EXTENSION = Extension(
 
 @dataclass(frozen=True)
 class Inductance:
-    """Inductance of a coil, and its derivative to the rotor's angle, H and H/rad."""
+    """Inductance of a coil and its derivative with respect to the rotor's angle, H and H/rad."""
 
     value: Expr
     slope: Expr
 
     @classmethod
     def over(cls, angle: Expr, mean: Expr, *, salient: bool) -> Inductance:
-        """Return that of a coil at its electrical angle, in rad."""
+        """Return the inductance of a coil at its electrical angle, in rad."""
         if not salient:
             return cls(mean, Integer(0))
+        # The slope is per radian of the rotor; the electrical angle is p/2 times that.
         return cls(mean * (1 + s * cos(2 * angle)), -p * mean * s * sin(2 * angle))
 
     def torque(self, current: Expr) -> Expr:

@@ -1,7 +1,7 @@
-"""A flying mechanism opened for its small signals: what may act on it as inputs, and how far the supply lets it go.
+"""Small-signal model of a flying mechanism: external actions as inputs, and the limits set by the supply.
 
-A current drive that runs out of voltage follows its command exactly within its supply, so that for small signals it is
-the ideal one; what its supply then allows is a limit.
+Within its supply voltage, a voltage-limited current drive follows its command exactly, so for small signals it is
+the ideal drive; the supply then sets a limit.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sympy as sp
 from mechid.parameter import Role
 from mechid.plant import current_limit
 from mechid.plant.assembly import plant_of
-from mechid.plant.flight import keeps_stand, moving_base_objection, on_base
+from mechid.plant.flight import keeps_stand, moving_base_objection, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
@@ -28,26 +28,26 @@ UNITS: Mapping[str, str] = {
     ACCELERATION.name: "rad/s2",
     **{symbol.name: "V" if term.startswith("u") else "A" for term, symbol in ADDED.items()},
 }
-"""Of the inputs that a mechanism may have for small signals."""
+"""Units of the inputs that a mechanism may have for small signals."""
 
 
 @dataclass(frozen=True)
 class SmallSignal:
-    """A mechanism with what acts on it from outside as inputs.
+    """A mechanism with external actions as inputs.
 
     Attributes
     ----------
     mechanism : Mechanism
-        In flight, on a base that turns where it can stand on one, or on its test stand; it measures all that it offers.
+        In flight, on a rotating base if it can stand on one, or on its test stand; it outputs all its quantities.
     inputs : tuple of str
-        Names of the plant's inputs that act from outside: what is added in each phase, the torque on the output, the
-        base's acceleration. Those that a command drives are not among them.
+        Names of the plant's external inputs: additions in each phase, the torque on the output, the base's
+        acceleration. Inputs driven by a command are not among them.
     driven : mapping of str to Symbol
-        The plant's term of what drives each phase, by the name of the input that is added to it.
+        The plant's term that drives each phase, by the name of the input added to it.
     peak : mapping of str to float
-        The most that the supply gives each phase, either way, by the name of that input, in its unit.
+        Largest magnitude that the supply gives each phase, by the name of that input, in its unit.
     objections : tuple of str
-        Why an input is lacking, and what limits a current drive beside its peak, each a sentence.
+        Reasons for missing inputs, and limits of a current drive besides its peak, each a sentence.
     """
 
     mechanism: Mechanism
@@ -58,19 +58,19 @@ class SmallSignal:
 
 
 def small_signal(flying: Mechanism) -> SmallSignal:
-    """Return a mechanism in flight, on a held base, opened for its small signals.
+    """Return the small-signal model of a mechanism in flight, on a held base.
 
     Raises
     ------
     InputFileError
-        A block of the user's own does not fit in.
+        A block of the user's own does not fit.
     """
     objection = _STANDS if keeps_stand(flying) else moving_base_objection(flying)
-    on = flying if objection else on_base(flying, Flying(base=Base.DRIVEN))
-    opened = _opened(on)
+    on = flying if objection else with_base(flying, Flying(base=Base.DRIVEN))
+    opened = _open(on)
     inputs = tuple(s.name for s in opened.plant.inputs if s.name in UNITS)
     driven = {ADDED[s.name].name: s for s, _ in opened.plant.terms if s.name in ADDED and ADDED[s.name].name in inputs}
-    supply = opened.plant.having(Role.SUPPLY)
+    supply = opened.plant.names_with_role(Role.SUPPLY)
     peak = {name: opened.value(supply[0]) for name in driven} if supply else {}
     said = [f"The base's acceleration is no input: {objection}."] if objection else []
     if PUSH.name not in inputs:
@@ -80,24 +80,25 @@ def small_signal(flying: Mechanism) -> SmallSignal:
     return SmallSignal(opened, inputs, driven, peak, (*said, *_voltage_limit(flying)))
 
 
-def _opened(flying: Mechanism) -> Mechanism:
-    """Return a mechanism with all ports, without what only limits its drive; it measures all that it offers.
+def _open(flying: Mechanism) -> Mechanism:
+    """Return a mechanism with all ports and outputs, without tables that only limit its drive.
 
-    On its test stand it is laid out as on the bench: the stand's filters are states of its own, and those of the filter
-    before the lines must not stand beside them.
+    On its test stand it has the layout of the bench: the stand's filters are then states of its own, and must not
+    coexist with those of the filter for torque lines.
     """
     layout = flying.plant.layout
     assert layout is not None
+    # Within its supply the limited drive is the ideal one.
     layout = replace(layout, ports=frozenset(Port), tables=layout.tables - {current_limit.TABLE})
     if keeps_stand(flying):
         layout = replace(layout, flying=None)
     plant = plant_of(layout)
-    plant = plant.measuring([quantity for quantity in plant.offered if quantity != LINE_TORQUE])
+    plant = plant.with_outputs([quantity for quantity in plant.offered if quantity != LINE_TORQUE])
     return Mechanism(plant, {name: flying.parameters[name] for name in plant.declarations}, flying.options)
 
 
 def _voltage_limit(flying: Mechanism) -> list[str]:
-    """Return what limits a current drive in a sentence, where its supply is known."""
+    """Return the limit of a current drive as a sentence, if its supply is known."""
     if flying.plant.layout is None or current_limit.TABLE not in flying.plant.layout.tables:
         return []
     volts, ohms, henries = (flying.value(f"{current_limit.TABLE}.{d.key}") for d in current_limit.DECLARATIONS[:3])
@@ -108,7 +109,7 @@ def _voltage_limit(flying: Mechanism) -> list[str]:
 
 
 def state_units(plant: Plant) -> dict[str, str]:
-    """Return the unit of each state, by its name, as far as its block says: by what a record may have of its own."""
+    """Return the unit of each state by name, as far as start values of records determine it."""
     units = {sp.Symbol(d.symbol): d.unit for block in plant.blocks for d in block.starts}
     return {
         str(state): units[symbol]

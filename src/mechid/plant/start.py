@@ -1,6 +1,6 @@
-"""The start of a record off the rest at the commanded angle: what may be a record's own, and how large it mostly is.
+"""Start values of records: initial states off the commanded rest, and their typical magnitudes.
 
-Each is a symbol in the blocks' expressions of their states at the start, zero where a record has none of its own.
+Each is a symbol in the blocks' expressions of their initial states, zero unless a record has a value of its own.
 """
 
 from __future__ import annotations
@@ -11,27 +11,27 @@ from mechid.parameter import Declaration
 
 ANGLE, RATE, TWIST, TWIST_RATE = symbols("alpha_start omega_start_own twist_start twist_rate_start")
 HOLDING_TORQUE = Symbol("T_hold")
-"""Stands for the motor's holding torque in the sizes of starts."""
+"""Placeholder of the motor's holding torque in the magnitudes of start values."""
 MOST = 1.5
-"""Of its size, either way, within which a start is looked for."""
+"""Multiple of the magnitude, either way, within which a start value is searched."""
 FULL_STEP = "pi/p"
-"""Of the rotor, rad."""
+"""Full step of the rotor, rad."""
 OUTPUT_TORQUE = "T_hold*Abs(G)"
-"""Of the motor held by one phase, at the output, N m."""
+"""Torque at the output with the motor held by one phase, N m."""
 
 
 def start(key: str, symbol: Symbol, unit: str, meaning: str, size: str | None = None) -> Declaration:
-    """Return the declaration of what a record may have of its own at its start, zero where it has none.
+    """Return the declaration of a start value that a record may have of its own, zero otherwise.
 
     Parameters
     ----------
     key : str
-        What it is, e.g. ``"angle"``.
+        Name of the start value, e.g. ``"angle"``.
     symbol : Symbol
-        In the expressions of the states at the start.
+        Its symbol in the expressions of the initial states.
     unit, meaning : str
     size : str or None
-        How large it mostly is, in the file's symbols and `T_hold`.
+        Typical magnitude, in the file's symbols and `T_hold`.
     """
     return Declaration(
         key=f"start.{key}",

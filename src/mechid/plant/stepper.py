@@ -19,14 +19,14 @@ p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
 alpha, omega = symbols("alpha omega")
 HUGHES = "Hughes, Drury, Electric Motors and Drives"
 PHASES = {"A": 1, "B": -1}
-"""The phases, and the sign with which an imbalance enters each."""
+"""Phases, and the sign with which an imbalance enters each."""
 ANGLES = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
-"""Their electrical angles."""
+"""Electrical angle of each phase."""
 HARMONIC = "stepper.torque_harmonic"
 HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th", 2: "2nd", 4: "4th"}
-"""The same of the torque constant; even ones come of rotor halves that differ."""
+"""Harmonics of the torque constant that are tried; even ones arise from rotor halves that differ."""
 USUAL_HARMONICS = (3, 5)
-"""Those of these that growth frees first."""
+"""Harmonics that growth frees first."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
     "voltage": ("k_m*U/R", "k_m*k_v/R"),
     "current": ("k_m*I_peak", None),
@@ -45,7 +45,7 @@ def windings(
     """Two windings: L di/dt = u - R i - k_v omega sin(p/2 alpha + shift), T = k_m i sin(p/2 alpha + shift).
 
     Equations (1) to (3) of [Kornienko2013]_; i in A, u in V, alpha in rad, omega in rad/s, T in N m.
-    Phase A has no shift, phase B `phase_shift_deg` (90 deg where nothing is given).
+    Phase A has no shift, phase B `phase_shift_deg` (90 deg by default).
 
     Parameters
     ----------
@@ -53,14 +53,14 @@ def windings(
         Orders h of the torque constant's harmonics per electrical period: sin(x) becomes
         sin(x) + sum c_h sin(h x + phi_h), in the torque and in the back-EMF alike.
     apart : bool
-        Whether the phases differ: R, L and k_m of phase A are (1 + r) times the file's, of phase B (1 - r)
-        times, and each phase has a voltage offset.
+        Whether the phases differ: R, L and k_m are (1 + r) times the file's in phase A and (1 - r) times in
+        phase B, and each phase has a voltage offset.
     salient : bool
         Whether the inductance varies with the angle (`saliency`).
     sagging : bool
         Whether the source behind the drive has a resistance (`supply`).
     commanded : bool
-        Whether a command makes the voltages, and not what was measured.
+        Whether the voltages come from a command, not from a measurement.
     """
     i = {x: Symbol(f"i_{x}") for x in PHASES}
     u = {x: Symbol(f"u_{x}_in") for x in PHASES}
@@ -71,9 +71,10 @@ def windings(
     emf = {x: omega * (k_v * share["k"][x] * shape[x] + coil[x].slope * i[x]) for x in PHASES}
     rates = {i[x]: (fed[x] + offset[x] - R * share["R"][x] * i[x] - emf[x]) / coil[x].value for x in PHASES}
     resistances = {x: R * share["R"][x] for x in PHASES}
+    # A record begins after the coils' currents have settled at the first voltages, at rest without back-EMF.
     settled = {x: (u[x] + offset[x]) / resistances[x] for x in PHASES}
     if sagging:
-        settled = supply.settled(settled, resistances)
+        settled = supply.settled_currents(settled, resistances)
     unequal = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
     own = {x: Symbol(f"i_{x}_start") for x in PHASES}
     return Block(
@@ -122,9 +123,9 @@ def windings(
 def current_fed(
     *, harmonics: Sequence[int] = (), apart: bool = False, limited: bool = False, commanded: bool = True
 ) -> Block:
-    """Two windings on a current drive: T = k_m i sin(p/2 alpha + shift), whatever voltage that takes.
+    """Two windings on a current drive: T = k_m i sin(p/2 alpha + shift), at any voltage.
 
-    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A. Where the drive is `limited`
+    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A. If the drive is `limited`,
     its loops (`current_limit`) take the back-EMF from here.
     """
     i = {x: Symbol(f"i_{x}_in") for x in PHASES}
@@ -137,6 +138,7 @@ def current_fed(
         table="stepper",
         declarations=(
             _POLES,
+            # Torque is k_m times the current here: of a larger current a smaller constant gives the same torque.
             replace(_TORQUE_CONSTANT, supply_power=-1),
             _PHASE_SHIFT,
             *(_imbalance(unit="A") if apart else ()),
@@ -156,13 +158,13 @@ def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[st
 
 
 def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
-    """Return each phase's coupling over the angle: a sine and its harmonics."""
+    """Return each phase's torque coupling over the angle: a sine and its harmonics."""
     extra = _harmonics(harmonics)
     return {x: sum((h.over(angle) for h in extra), sin(angle)) for x, angle in ANGLES.items()}
 
 
 def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
-    """Return what each phase's R, L and k_m are of the file's."""
+    """Return each phase's R, L and k_m relative to those of the file."""
     own = {name: Symbol(f"r_{name}") if apart else Integer(0) for name in ("R", "L", "k")}
     return {name: {x: 1 + sign * r for x, sign in PHASES.items()} for name, r in own.items()}
 
@@ -232,7 +234,7 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
 
 
 def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
-    """Return the harmonics of the torque constant that may be there beside, of 3 %."""
+    """Return the harmonics of the torque constant that may be added, of 3 %."""
     return tuple(
         Extension(
             name=f"{HARMONIC}:{order}",
@@ -249,7 +251,7 @@ def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
 
 
 def _apart_extensions(driven: str) -> tuple[Extension, ...]:
-    """Return phases that differ by 3 %, and offsets by 2 % of the supply; they are driven by voltage or by current."""
+    """Return a difference of the phases of 3 %, and offsets of 2 % of the supply, for a voltage or a current drive."""
     table = "stepper.imbalance"
     halves, words, driven_by = {
         "voltage": (("resistance", "inductance", "torque_constant"), "torque constant, resistance or inductance", "U"),
@@ -303,9 +305,9 @@ def motor_torque(orders: Sequence[int | None], holding: str | None = None) -> Bl
     Parameters
     ----------
     orders : sequence of int or None
-        Of the detents, their periods per electrical period, None where that is no whole number.
+        Periods per electrical period of the detents, None where not an integer.
     holding : str or None
-        Torque of one phase at rest in the file's symbols, where it is known.
+        Torque of one phase at rest in the file's symbols, if known.
     """
     T_coils, T_mot = symbols("T_coils T_mot")
     T_D = symbols(f"T_D1:{len(orders) + 1}")

@@ -1,4 +1,4 @@
-"""A mechanism without some of what it has beside another one: the other way round than a superset."""
+"""Removal of tables from a mechanism, the reverse of a superset."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from mechid.plant.tables import LISTS
 
 
 def nulls_of(mechanism: Mechanism, names: Iterable[str]) -> dict[str, float]:
-    """Return where there is nothing of an extension's parameters, by dotted name, in the file's units.
+    """Return the null values of an extension's parameters, by dotted name, in the file's units.
 
-    Phases are left out: where an amplitude is 0 they do not count.
+    Phases are left out, since they have no effect at amplitude 0.
     """
     phases = {pair.phase for pair in mechanism.plant.polar_pairs}
     declared = mechanism.plant.declarations
@@ -22,17 +22,17 @@ def nulls_of(mechanism: Mechanism, names: Iterable[str]) -> dict[str, float]:
 
 
 def subset_of(mechanism: Mechanism, base: Mechanism, tables: Collection[str]) -> Mechanism:
-    """Return a mechanism without some tables, or with those of another one in their place.
+    """Return a mechanism without some tables, or with those of another mechanism in their place.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Has all tables that `base` has; of a list first those entries.
+        Has all tables of `base`, and in each list first the entries of `base`.
     base : Mechanism
-        Whose laws and tables stay where they are named; both are laid out by a file.
+        Its laws and tables replace the removed ones, where it has them; both have a layout.
     tables : collection of str
-        Dotted names of tables, ``"stepper.imbalance"``, and of entries of lists, ``"stepper.detent.2"``. Entries behind
-        one that goes move up.
+        Dotted names of tables, ``"stepper.imbalance"``, and of entries of lists, ``"stepper.detent.2"``. Later entries
+        of a list move up.
     """
     here, there = mechanism.plant.layout, base.plant.layout
     assert here is not None
@@ -43,6 +43,7 @@ def subset_of(mechanism: Mechanism, base: Mechanism, tables: Collection[str]) ->
         if name in LISTS
     }
     plant = plant_of(_layout(here, there, kept, tables))
+    # Entries of a list are known by their position, which changes where an earlier one goes.
     moved = {f"{name}.{new}": f"{name}.{old}" for name, own in kept.items() for new, old in enumerate(own)}
     parameters = {}
     for name, declaration in plant.declarations.items():
@@ -57,7 +58,7 @@ def subset_of(mechanism: Mechanism, base: Mechanism, tables: Collection[str]) ->
 
 
 def _layout(here: Layout, there: Layout, kept: dict[str, list[int]], tables: Collection[str]) -> Layout:
-    """Return the layout with the entries of lists that are kept, and of other tables that go what `there` has."""
+    """Return the layout with the kept entries of lists, and with the tables of `there` in place of removed ones."""
     gone = {name for name in here.tables - there.tables if name in tables}
     entries = {name: tuple(here.orders[name][k] for k in own) for name, own in kept.items()}
     orders = {name: own for name, own in {**here.orders, **entries}.items() if own and name not in gone}

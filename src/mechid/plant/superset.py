@@ -1,4 +1,4 @@
-"""A mechanism with the terms beside that its blocks say a real one may have, each at its null value."""
+"""A mechanism extended by all terms that its blocks allow, each at its null value."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import LISTS, TABLES
 
 MOST_PERIODS = 1000
-"""In a turn, that an effect is called by."""
+"""Largest number of periods per turn in the name of an effect."""
 WIDEST = 10.0
-"""Widths that a term may reach: far from where its small prior lets it go."""
+"""Largest value of a term, in widths: far beyond the reach of its narrow prior."""
 
 
 @dataclass(frozen=True)
 class Term:
-    """An extension in a mechanism.
+    """An extension of a mechanism.
 
     Attributes
     ----------
     name : str
-        As diagnosis calls it, e.g. ``"stepper.detent:0.9deg"``.
+        Name of the term in a diagnosis, e.g. ``"stepper.detent:0.9deg"``.
     words : str
-        What the effect is, in a plain phrase for a report.
+        Plain description of the effect for a report.
     widths : mapping of str to float
-        Its parameters that are free, by dotted name, and the standard deviation of each about its null value.
+        Standard deviation about the null value of each free parameter, by dotted name.
     rarer : bool
-        Whether it is looked for only where the usual ones do not suffice.
+        Whether it is tried only if the usual terms do not suffice.
     """
 
     name: str
@@ -47,15 +47,14 @@ class Term:
 
 @dataclass(frozen=True)
 class Superset:
-    """A mechanism and all terms that its blocks may have beside.
+    """A mechanism extended by all terms that its blocks allow.
 
-    One plant for all of them, whichever are free: those that are not stay at their null value, and nothing is compiled
-    anew.
+    One plant serves every selection of free terms: the others stay at null values, without recompilation.
 
     Attributes
     ----------
     mechanism : Mechanism
-        As written, with all terms beside, at their null values and held there.
+        The given mechanism with all terms added, held at their null values.
     terms : tuple of Term
     """
 
@@ -67,8 +66,8 @@ class Superset:
         """Standard deviations of all terms' free parameters, by dotted name."""
         return {name: width for term in self.terms for name, width in term.widths.items()}
 
-    def freeing(self, names: Collection[str]) -> Mechanism:
-        """Return the mechanism with the terms of some names free from their null values."""
+    def with_free_terms(self, names: Collection[str]) -> Mechanism:
+        """Return the mechanism with the named terms free, at their null values."""
         freed: dict[str, Parameter] = {}
         for term in self.terms:
             if term.name in names:
@@ -78,7 +77,7 @@ class Superset:
 
     @cached_property
     def term_of(self) -> dict[str, str]:
-        """The term of each parameter that its term frees, phases among them, by dotted name."""
+        """Name of the term of each parameter that its term frees, phases included, by dotted name."""
         with_phases = ((term, (name, self._phases.get(name))) for term in self.terms for name in term.widths)
         return {name: term.name for term, names in with_phases for name in names if name}
 
@@ -89,6 +88,7 @@ class Superset:
     def _free(self, name: str, width: float, phase: str | None) -> Iterator[tuple[str, Parameter]]:
         known = self.mechanism.parameters
         most = min(WIDEST * width, known[name].declaration.upper)
+        # With a free phase a negative amplitude would describe the same wave twice.
         least = 0.0 if phase else max(-most, known[name].declaration.lower)
         yield name, replace(known[name], status=Status.FREE, min=least, max=most)
         if phase:
@@ -103,19 +103,19 @@ def superset_of(
     further: Sequence[Extension] = (),
     tables: Collection[str] = (),
 ) -> Superset | None:
-    """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
+    """Return the superset of a mechanism; None if no term can be added, or it has no layout.
 
     Parameters
     ----------
     mechanism : Mechanism
     grown_only : bool
-        Of the terms alone that growth frees from nothing (`Extension.grown`).
+        Include only the terms that growth frees from zero (`Extension.grown`).
     only : collection of str or None
-        Of those named.
+        Include only the named terms.
     further : sequence of Extension
-        Beside those that its blocks list.
+        Terms in addition to those that its blocks list.
     tables : collection of str
-        Optional tables that its mechanism has in any case, with their defaults.
+        Optional tables that the superset has in any case, with their defaults.
     """
     layout = mechanism.plant.layout
     if layout is None:
@@ -136,33 +136,33 @@ def superset_of(
         for place, extension in zip(places, extensions, strict=True)
         for key, e in extension.structure.items()
     }
-    terms = _joined(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
-    return Superset(_laid_out(mechanism, wide, values), terms)
+    terms = _merge_terms(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
+    return Superset(_lay_out(mechanism, wide, values), terms)
 
 
 def with_tables(mechanism: Mechanism, tables: Collection[str]) -> Mechanism:
-    """Return a mechanism that has some optional tables too, with their defaults; itself where it has them all."""
+    """Return the mechanism with some optional tables added, at their defaults; itself if it has them all."""
     layout = mechanism.plant.layout
     if layout is None or layout.tables >= set(tables):
         return mechanism
-    return _laid_out(mechanism, replace(layout, tables=layout.tables | set(tables)), {})
+    return _lay_out(mechanism, replace(layout, tables=layout.tables | set(tables)), {})
 
 
 def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Extension]:
-    """Return what blocks may have beside with some periods per full step of the motor, and with a few more or fewer.
+    """Return the extensions with a given number of periods per full step of the motor, and with neighbouring numbers.
 
     Parameters
     ----------
     mechanism : Mechanism
     per_step : float
-        Periods in a full step, as seen in a record: a turn has a whole number of them.
+        Periods per full step, as observed in a record; the number per turn is an integer.
     near : int
-        How many more and fewer in a turn a record may not tell from these.
+        Number of neighbours per turn, either way, that a record may not distinguish.
 
     Returns
     -------
     list of Extension
-        None of those that are in a file or listed by a block; nothing where one of these has the periods seen.
+        Without those in the file or listed by a block; empty if one of these has the observed number of periods.
     """
     layout, found = mechanism.plant.layout, list[Extension]()
     if layout is None:
@@ -174,6 +174,7 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
             continue
         if _is_there(mechanism, layout, series.entry(seen)) or _name(mechanism, series.entry(seen)) in listed:
             return []
+        # The most likely numbers of periods come first.
         for periods in sorted(range(max(seen - near, 1), seen + near + 1), key=lambda n: abs(n - seen)):
             extension = series.entry(periods)
             if not (_is_there(mechanism, layout, extension) or _name(mechanism, extension) in listed):
@@ -183,10 +184,10 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
 
 
 def unlisted_extensions(mechanism: Mechanism) -> dict[str, Extension]:
-    """Return what blocks may have beside with any whole number of periods in a turn, by its name.
+    """Return the extensions with any integer number of periods per turn, by name.
 
-    None of those that are in the file, or that growth frees anyway (`Extension.grown`); and of those alone that lay out
-    as one and the same plant, whatever their number of periods is.
+    Those in the file and those that growth frees anyway (`Extension.grown`) are left out, as are those whose number of
+    periods changes the plant.
     """
     layout = mechanism.plant.layout
     if layout is None:
@@ -198,37 +199,35 @@ def unlisted_extensions(mechanism: Mechanism) -> dict[str, Extension]:
 
 
 def extension_named(mechanism: Mechanism, name: str) -> Extension | None:
-    """Return what blocks may have beside beyond what they list, by its name; None where nothing is called so."""
+    """Return the extension of a given name from the blocks' series, or None."""
     entries = (one.entry(periods) for one in _series(mechanism) for periods in range(1, MOST_PERIODS + 1))
     return next((entry for entry in entries if _name(mechanism, entry) == name), None)
 
 
 def _series(mechanism: Mechanism) -> Iterator[Series]:
-    """Yield the series of all blocks whose turns the mechanism sizes."""
+    """Yield the series of all blocks whose turns the mechanism determines."""
     for series in (s for block in mechanism.plant.blocks for s in block.series):
-        if _known(mechanism, [series.per_step]):
+        if _has_known_sizes(mechanism, [series.per_step]):
             yield series
 
 
 def _is_there(mechanism: Mechanism, layout: Layout, extension: Extension) -> bool:
-    """Tell whether a mechanism has an entry of the shape of an extension."""
+    """Return whether a mechanism has an entry with the structure of an extension."""
     shape = _shape(mechanism, extension)
     entries = (f"{extension.table}.{index}" for index in range(len(layout.orders.get(extension.table, ()))))
     return any(all(math.isclose(mechanism.value(f"{e}.{k}"), v) for k, v in shape.items()) for e in entries)
 
 
 def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law]:
-    """Yield the laws and tables that may stand in place of what a mechanism has.
-
-    With `grown_only` those alone that growth tries (`Rival.grown`).
-    """
+    """Yield the alternative laws and tables of a mechanism; with `grown_only`, those that growth tries."""
     layout = mechanism.plant.layout
     if layout is None:
         return
     for rival in _rivals(mechanism, layout):
         if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
-            if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
+            # Otherwise it would replace another law, whose parameters it drops.
+            if mechanism.parameters.keys() <= other.parameters.keys():
                 null = f"{rival.table}.{rival.null}" if rival.null else ""
                 tries = ({f"{rival.table}.{key}": v} for key, values in rival.tried.items() for v in values)
                 own = tuple(f"{rival.table}.{key}" for key in rival.free)
@@ -236,7 +235,7 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law
 
 
 def words_of(mechanism: Mechanism) -> dict[str, str]:
-    """Return what each term and law that may stand beside a mechanism is in words, by its name."""
+    """Return the description of each term and law that may be added to a mechanism, by name."""
     layout = mechanism.plant.layout
     if layout is None:
         return {}
@@ -245,24 +244,24 @@ def words_of(mechanism: Mechanism) -> dict[str, str]:
 
 
 def _extensions(mechanism: Mechanism, layout: Layout) -> Iterator[Extension]:
-    """Yield what blocks may have beside, less what it has and does not size (offsets of measured voltages)."""
+    """Yield the blocks' extensions, without present ones and those of unknown size (offsets of measured voltages)."""
     for extension in (e for block in mechanism.plant.blocks for e in block.extensions):
         sizes = (*extension.structure.values(), *extension.widths.values())
         of_own = extension.law and extension.table in layout.own
         is_there = TABLES[extension.table].by_value and _is_there(mechanism, layout, extension)
-        if not (of_own or is_there) and _known(mechanism, sizes):
+        if not (of_own or is_there) and _has_known_sizes(mechanism, sizes):
             yield extension
 
 
 def _rivals(mechanism: Mechanism, layout: Layout) -> Iterator[Rival]:
-    """Yield what may stand in place of something, likewise."""
+    """Yield the blocks' alternatives, without those present and those of undetermined size."""
     for rival in (r for block in mechanism.plant.blocks for r in block.rivals):
         limits = (e for each in rival.free.values() for e in each)
-        if rival.table not in layout.own and rival.table not in layout.tables and _known(mechanism, limits):
+        if rival.table not in layout.own and rival.table not in layout.tables and _has_known_sizes(mechanism, limits):
             yield rival
 
 
-def _known(mechanism: Mechanism, sizes: Iterable[Expr]) -> bool:
+def _has_known_sizes(mechanism: Mechanism, sizes: Iterable[Expr]) -> bool:
     return all(e.free_symbols <= mechanism.by_symbol.keys() for e in sizes)
 
 
@@ -271,7 +270,7 @@ def _with_rival(mechanism: Mechanism, layout: Layout, rival: Rival) -> Mechanism
     orders = {**layout.orders, **({rival.table: (rival.order,)} if rival.order else {})}
     wide = replace(layout, laws=laws, orders=orders, tables=layout.tables | _optional([rival]))
     known = {f"{rival.table}.{TABLES[rival.table].told_by}": float(rival.order)} if rival.order else {}
-    other = _laid_out(mechanism, wide, known)
+    other = _lay_out(mechanism, wide, known)
     freed = {}
     for key, limits in rival.free.items():
         name = f"{rival.table}.{key}"
@@ -281,20 +280,20 @@ def _with_rival(mechanism: Mechanism, layout: Layout, rival: Rival) -> Mechanism
 
 
 def _optional(some: Sequence[Extension | Rival]) -> frozenset[str]:
-    """Return the optional tables among those that terms or laws stand in."""
+    """Return the optional tables among those of terms or laws."""
     return frozenset(each.table for each in some if TABLES[each.table].optional)
 
 
-def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
-    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0, or tied."""
+def _lay_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
+    """Return a mechanism in another layout: own parameters kept, new ones at a value, a default or 0, or tied."""
     plant, measured = plant_of(layout), tuple(mechanism.plant.outputs)
-    plant = plant if tuple(plant.outputs) == measured else plant.measuring(measured)
+    plant = plant if tuple(plant.outputs) == measured else plant.with_outputs(measured)
     new = {
         name: Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
         for name, d in plant.declarations.items()
         if name not in mechanism.parameters
     }
-    for name, master in plant.related("tied_to").items():
+    for name, master in plant.related_parameters("tied_to").items():
         if name in new and name not in values:
             new[name] = replace(new[name], value=mechanism.value(master), status=Status.TIED, tied_to=master)
     parameters = {name: mechanism.parameters.get(name) or new[name] for name in plant.declarations}
@@ -304,7 +303,7 @@ def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float])
 
 
 def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> str:
-    """Return the dotted name of the table that an extension stands in; an entry is appended to its list."""
+    """Return the dotted name of an extension's table; an entry is appended to its list."""
     if extension.table not in LISTS:
         return extension.table
     listed: Sequence[int | None] = orders.get(extension.table, ())
@@ -312,8 +311,8 @@ def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> s
     return f"{extension.table}.{len(listed)}"
 
 
-def _joined(terms: Iterable[Term]) -> tuple[Term, ...]:
-    """Return the terms, those of one name as one."""
+def _merge_terms(terms: Iterable[Term]) -> tuple[Term, ...]:
+    """Merge the terms of the same name."""
     found: dict[str, Term] = {}
     for term in terms:
         before = found.get(term.name, term)
@@ -333,7 +332,7 @@ def _name(mechanism: Mechanism, extension: Extension) -> str:
 
 
 def period_name(period_deg: float) -> str:
-    """Return a period as names have it: with three digits, or as many as tell its whole number of periods in a turn.
+    """Return a period with three digits, or as many as identify its integer number of periods per turn.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The source behind a voltage drive: its resistance lets the voltage of both phases fall with the current drawn.
+"""Source behind a voltage drive: its resistance makes the voltage of both phases drop with the current drawn.
 
-A bridge that switches at the duty e_X without loss draws e_X i_X from its source, since the power on both sides is the
-same (Erickson and Maksimovic): u_X = (U - R_s i_s) e_X with i_s = e_A i_A + e_B i_B; V, A, ohm.
+A lossless bridge that switches at duty e_X draws e_X i_X from its source, since the power on both sides is equal
+(Erickson and Maksimovic): u_X = (U - R_s i_s) e_X with i_s = e_A i_A + e_B i_B; V, A, ohm.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ EXTENSION = Extension(
     widths={"resistance": Float(0.1) * Symbol("R")},
     grown=False,
 )
-"""A source of a tenth of the coils' resistance."""
+"""A source with a tenth of the coils' resistance."""
 
 
 def sag(currents: Mapping[str, Expr]) -> Expr:
-    """Return by how much the source's voltage falls, V, of the currents of both phases, A."""
+    """Return the voltage drop of the source, V, from the currents of both phases, A."""
     return R_s * sum((DUTIES[x] * i for x, i in currents.items()), Integer(0))
 
 
-def settled(alone: Mapping[str, Expr], resistances: Mapping[str, Expr]) -> dict[str, Expr]:
-    """Return the currents settled behind the source, from those on an ideal one.
+def settled_currents(alone: Mapping[str, Expr], resistances: Mapping[str, Expr]) -> dict[str, Expr]:
+    """Return the settled currents behind the source, from those on an ideal one.
 
     (R_X + R_s e_X^2) i_X + R_s e_X e_Y i_Y = U e_X + u_0X, solved for both (Sherman and Morrison).
     """

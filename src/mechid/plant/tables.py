@@ -1,4 +1,4 @@
-"""The tables of a mechanism file: what each is for, what it chooses among, and whether it flies."""
+"""Tables of a mechanism file: title, choices, and whether they belong to the flying mechanism."""
 
 from __future__ import annotations
 
@@ -35,29 +35,29 @@ class Table:
     name : str
         Dotted, e.g. ``"stepper.detent"``.
     title : str
-        What a reader of the file is told of it.
+        Description for a reader of the file.
     option : str
-        Key by which it chooses its block.
+        Key that selects its block.
     choices : collection of str
-        What it chooses among, the default first; none where there is no choice.
+        Values of that key, the default first; empty if there is no choice.
     named : bool
-        Whether the choice counts as named also where the file leaves it out.
+        Whether the default counts as named if the file leaves it out.
     optional : bool
-        Without the table there is no such block.
+        Whether the block is absent without the table.
     own : bool
-        Whether its block may be of the user's own.
+        Whether a block of the user's own may replace its block.
     entry : str
-        Of a list, ``[[name]]``: what one entry is called; empty of a single table.
+        Name of one entry of a list, ``[[name]]``; empty for a single table.
     told_by : str
-        Key of a whole number or a period that shapes the equations: what tells the entries of a list apart.
+        Key of an integer or a period that shapes the equations and distinguishes the entries of a list.
     by_value : bool
-        Whether the equations take the number as a value instead, so that one kernel serves any.
+        Whether the equations take that number as a value, so that one kernel serves any.
     beside : str
-        Dotted name of the count that makes an order of `told_by` where that is a period.
+        Dotted name of the count that converts `told_by` to an order, if it is a period.
     order : int
-        Of `told_by` where the file leaves it out.
+        Default of `told_by`.
     bench : str
-        Why it stays on the bench when the mechanism flies; empty where it flies.
+        Reason why it stays on the bench; empty if it flies.
     of_record : bool
         Whether records may have values of their own.
     """
@@ -143,27 +143,27 @@ _ALL = (
 )
 
 TABLES: Mapping[str, Table] = {table.name: table for table in _ALL}
-"""By name."""
+"""Tables by name."""
 LISTS = tuple(table.name for table in _ALL if table.entry)
 """Tables that are lists, ``[[name]]``."""
 OPTIONAL = tuple(table.name for table in _ALL if table.optional)
-"""Tables without which there is no such block."""
+"""Tables whose block is absent without them."""
 OWN = tuple(table.name for table in _ALL if table.own)
-"""Tables whose block may be of the user's own."""
+"""Tables whose block a block of the user's own may replace."""
 CHOICES: Mapping[str, Collection[str]] = {table.name: table.choices for table in _ALL if table.choices}
-"""Tables that choose among blocks of the library, and their choices."""
+"""Tables that select a block of the library, and their choices."""
 OF_RECORD = tuple(table.name for table in _ALL if table.of_record)
-"""Tables of which a record may have values of its own."""
+"""Tables for which a record may have values of its own."""
 MOTOR_OF_RECORD: Mapping[str, Role] = {
     "peak_voltage": Role.SUPPLY,
     "peak_current": Role.SUPPLY,
     "coil_resistance": Role.WINDING_RESISTANCE,
 }
-"""Keys of the motor's parameters of which a record may have a value of its own, and what these do there."""
+"""Keys of the motor's parameters for which a record may have a value of its own, with their roles."""
 
 
 def table_of(name: str) -> str:
-    """Return the table that a parameter stands in, without the place in a list.
+    """Return the table of a parameter, without the position in a list.
 
     Examples
     --------
@@ -176,6 +176,6 @@ def table_of(name: str) -> str:
 
 
 def bench_reason(name: str) -> str:
-    """Return why a parameter's table stays on the bench, empty where it flies."""
+    """Return the reason why a parameter's table stays on the bench; empty if it flies."""
     known = TABLES.get(table_of(name))
     return known.bench if known else ""

@@ -1,4 +1,4 @@
-"""Named terms of a plant: put in an order in which each needs only earlier ones, and written out."""
+"""Ordering and substitution of the named terms of a plant."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 
-def in_order(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
-    """Sort terms so that each comes after what it needs; a linear loop is solved for its terms."""
+def sort_terms(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
+    """Sort terms so that each follows those it contains; a linear loop is solved for its terms."""
     pending = dict(terms)
     known: dict[sp.Symbol, sp.Expr] = {}
     while pending:
         ready = [s for s, e in pending.items() if not e.free_symbols & pending.keys()]
         if not ready:
+            # The remaining terms need each other: an algebraic loop.
             solution = _solve_loop(pending)
             known |= solution
             break
@@ -29,19 +30,20 @@ def _solve_loop(terms: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
     return dict(zip(terms, next(iter(solution)), strict=True))
 
 
-def expanded(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
-    """Return an expression with all terms written out."""
+def expand_terms(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
+    """Return an expression with all terms substituted."""
     for symbol, definition in reversed(terms):
         expr = expr.subs(symbol, definition)
     return expr
 
 
-def at_start(
+def start_states(
     given: Sequence[sp.Expr], states: Sequence[sp.Symbol], terms: Sequence[tuple[sp.Symbol, sp.Expr]]
 ) -> tuple[sp.Expr, ...]:
-    """Return the states at the start as functions of parameters, inputs and `START_ANGLE` alone.
+    """Return the initial states as functions of parameters, inputs and `START_ANGLE` alone.
 
-    What is settled at the start, as a current at a measured voltage, may be given by another state: by its own start.
+    A settled quantity, such as a current at a measured voltage, may be given by another state: that state's start is
+    used.
     """
-    whole = [expanded(e, terms) for e in given]
+    whole = [expand_terms(e, terms) for e in given]
     return tuple(e.xreplace(dict(zip(states, whole, strict=True))) for e in whole)

@@ -1,4 +1,4 @@
-"""The test stand between the mechanism's base and the recorder: transducer, charge amplifier, anti-alias filter."""
+"""Test stand between the mechanism's base and the recorder: transducer, charge amplifier, anti-alias filter."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _parameter = partial(Declaration, source=GAUTSCHI)
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
 MOST_ORDER = 8
 LINE_FILTER = "line_filter"
-"""Block and table of the filter before which the lines of the torque are sampled."""
+"""Block and table of the filter in front of the sampling of torque lines."""
 ALIAS_ORDERS = (4, 2)
-"""Of low-passes that a recorder may have, the likeliest first; the delays that imitate them lead to both."""
+"""Orders of low-passes that a recorder may have, the most likely first; delays that mimic them lead to both."""
 
 _FILTERS = (
     Rival(
@@ -46,7 +46,7 @@ _FILTERS = (
         for order in ALIAS_ORDERS
     ),
 )
-"""What may stand between the transducer and the recorder."""
+"""Alternatives between the transducer and the recorder."""
 
 
 def base_torque(*, loaded: bool = True) -> Block:
@@ -62,7 +62,7 @@ def base_torque(*, loaded: bool = True) -> Block:
 
 
 def transducer_gain(name: str = "sensor") -> Block:
-    """Gain g of the transducer and its conditioning, negative where the polarity is reversed: y = g T."""
+    """Gain g of the transducer and its conditioning, negative for reversed polarity: y = g T."""
     T, g = symbols("T_in g_y")
     return Block(
         name=name, table="transducer", declarations=(_gain(),), inputs=(T,), outputs={"T": g * T}, reference=GAUTSCHI
@@ -70,7 +70,7 @@ def transducer_gain(name: str = "sensor") -> Block:
 
 
 def transducer_resonance(name: str = "sensor") -> Block:
-    """Transducer on its own resonance, y = g w^2/(s^2 + 2 zeta w s + w^2) T; w in rad/s."""
+    """Transducer with its own resonance, y = g w^2/(s^2 + 2 zeta w s + w^2) T; w in rad/s."""
     w, declaration = (
         Symbol("omega_t"),
         _parameter(
@@ -86,9 +86,9 @@ def transducer_resonance(name: str = "sensor") -> Block:
 
 
 def transducer_adaptor(name: str = "sensor") -> Block:
-    """Transducer whose resonance comes from its stiffness K_t and the inertia J_a that stands on it: w = sqrt(K_t/J_a).
+    """Transducer whose resonance follows from its stiffness K_t and the inertia J_a on it: w = sqrt(K_t/J_a).
 
-    J_a is the adaptor's inertia with that of the mechanism's fixed parts; only K_t/J_a is seen.
+    J_a is the inertia of the adaptor and of the mechanism's fixed parts; only K_t/J_a is identifiable.
     """
     w, K_t, J_a = symbols("omega_t K_t J_a")
     declarations = (
@@ -136,10 +136,10 @@ def charge_amplifier(name: str = "charge_amplifier") -> Block:
 
 
 def anti_alias(order: int, name: str = "anti_alias", *, cut_off: str = "omega_c", state: str = "x_a") -> Block:
-    """Butterworth low-pass of some order with cut-off omega_c (rad/s), as a cascade of first and second order.
+    """Butterworth low-pass of a given order with cut-off omega_c (rad/s), as a cascade of first and second order.
 
     The poles of the second-order sections have the damping ratios sin((2 k - 1) pi/(2 n)). A second low-pass in one
-    plant needs another name, which is that of its table too, and other symbols.
+    plant needs another name, which is also that of its table, and other symbols.
     """
     T, w = symbols(f"T_in {cut_off}")
     x = symbols(f"{state}1:{order + 1}")
@@ -147,10 +147,12 @@ def anti_alias(order: int, name: str = "anti_alias", *, cut_off: str = "omega_c"
     source: Symbol | None = None
     for k in range(1, order // 2 + 1):
         first, second = 2 * k - 2, 2 * k - 1
-        zeta = sin(pi * (2 * k - 1) / (2 * order)).evalf(17)  # as in `anti_alias_response`
+        # Evaluated to double precision: the same numbers as in `anti_alias_response`, and no radicals in the kernel.
+        zeta = sin(pi * (2 * k - 1) / (2 * order)).evalf(17)
         A[first, second], A[second, first], A[second, second] = w, -w, -2 * zeta * w
         _feed(A, B, second, source, x, w)
         source = x[first]
+    # An odd order has one real pole.
     if order % 2:
         A[order - 1, order - 1] = -w
         _feed(A, B, order - 1, source, x, w)
@@ -192,12 +194,12 @@ def anti_alias(order: int, name: str = "anti_alias", *, cut_off: str = "omega_c"
 
 
 def line_filter(order: int) -> Block:
-    """Low-pass before which the lines of the torque are sampled; no part of the test stand."""
+    """Low-pass in front of the sampling of torque lines; not part of the test stand."""
     return anti_alias(order, LINE_FILTER, cut_off="omega_l", state="x_l")
 
 
 def anti_alias_response(order: int, cut_off: float, frequency_hz: FloatArray) -> ComplexArray:
-    """Return what `anti_alias` of some order and cut-off, rad/s, lets through, (n,) complex."""
+    """Return the response of `anti_alias` for an order and a cut-off in rad/s, (n,) complex."""
     s = 2j * np.pi * np.asarray(frequency_hz, dtype=np.float64) / cut_off
     out = np.ones_like(s) if order % 2 == 0 else 1.0 / (s + 1.0)
     for k in range(1, order // 2 + 1):
@@ -206,7 +208,7 @@ def anti_alias_response(order: int, cut_off: float, frequency_hz: FloatArray) ->
 
 
 def _feed(A: Matrix, B: Matrix, row: int, source: Symbol | None, x: tuple[Symbol, ...], w: Symbol) -> None:
-    """Feed a section by the one before it, the first by the filter's input."""
+    """Connect a section to the one before it, the first to the filter's input."""
     if source is None:
         B[row, 0] = w
     else:
@@ -214,7 +216,7 @@ def _feed(A: Matrix, B: Matrix, row: int, source: Symbol | None, x: tuple[Symbol
 
 
 def _from_start(states: Mapping[str, Symbol], meaning: str) -> _Start:
-    """Return what a block says of its filter's states at the start: each may be a record's own."""
+    """Return the entries of a block for its filter's initial states, each a start value of a record."""
     own = {key: Symbol(f"{state.name}_start") for key, state in states.items()}
     return {
         "initial": {state: own[key] for key, state in states.items()},
@@ -245,4 +247,4 @@ TRANSDUCERS: Mapping[str, Callable[[], Block]] = {
     "resonance": transducer_resonance,
     "adaptor": transducer_adaptor,
 }
-"""By the name in mechanism.toml."""
+"""Transducer models by their names in mechanism.toml."""

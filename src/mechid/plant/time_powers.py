@@ -1,8 +1,8 @@
-"""Powers of time in the units of a plant's parameters and outputs, with newton, metre and ampere kept as they are.
+"""Powers of time in the units of a plant's parameters and outputs, with newton, metre and ampere as base units.
 
-A mechanism that is described in seconds longer by a factor s has each value multiplied by s to minus its power, while
-its torques, forces, angles and currents stay the same numbers. So a kilogram, N s2/m, has the power 2, a volt, which is
-N m/(s A), the power -1.
+If a mechanism is described in seconds longer by a factor s, each value is multiplied by s to minus its power, while
+torques, forces, angles and currents keep their values. A kilogram, N s2/m, has the power 2; a volt, N m/(s A), has the
+power -1.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ COMMON = {
     **dict.fromkeys(("s", "N m s/rad", "N s/m"), 1.0),
     **dict.fromkeys(("kg", "kg m2"), 2.0),
 }
-"""Powers of the units of mechid's own blocks: Pint, which takes long to load, is asked for others alone."""
+"""Powers of the units in mechid's own blocks; only other units are looked up in Pint, which is slow to load."""
 SCALE = 2.0
-"""By which time is scaled to read the power of a kernel's parameter from its expression in the file's symbols."""
+"""Factor on time with which the power of a kernel parameter is read from its expression in the file's symbols."""
 
 
 def unit_time_power(unit: str) -> float:
-    """Return the power of time in a unit; 0 where the unit is not known.
+    """Return the power of time in a unit; 0 if the unit is unknown.
 
     Examples
     --------
@@ -42,9 +42,11 @@ def unit_time_power(unit: str) -> float:
 def time_powers(plant: Plant) -> FloatArray:
     """Return the power of time in each kernel parameter, (n_p,).
 
-    One that is a function of several values of the file, as the cosine part of a detent, has the power of the whole.
+    A function of several values of the file, such as the cosine part of a detent, has the power of the whole
+    expression.
     """
     declared = {sp.Symbol(d.symbol): unit_time_power(d.unit) for d in plant.declarations.values()}
+    # Distinct values off any special point, at which no expression is zero by coincidence.
     some = dict(zip(declared, np.linspace(0.3, 0.9, len(declared)).tolist(), strict=True))
     scaled = {symbol: value * SCALE ** declared[symbol] for symbol, value in some.items()}
     powers = []

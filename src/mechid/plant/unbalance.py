@@ -1,4 +1,4 @@
-"""The weight of a load whose centre of mass is off the output axis, on a bench whose axis is not vertical."""
+"""Weight of a load whose centre of mass is off the output axis, on a bench whose axis is not vertical."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _parameter = partial(Declaration, source=GOLDSTEIN)
 def unbalance() -> Block:
     """Torque of the weight, T_unbalance = W sin(alpha_gear + phi_u), against which the load is moved; N m, rad.
 
-    W = m g r sin(i), r the distance of the centre of mass from the axis and i the angle between the axis and the
-    vertical; the centre of mass hangs lowest at alpha_gear = -phi_u. The weight is an external torque: the transducer
-    under the mechanism feels it as it feels the load's acceleration.
+    W = m g r sin(i), with r the distance of the centre of mass from the axis and i the angle between the axis and the
+    vertical; the centre of mass is lowest at alpha_gear = -phi_u. The weight is an external torque: the transducer
+    under the mechanism measures it like the torque that accelerates the load.
     """
     W, phi, W_c, W_s, T = symbols("W_u phi_u W_c W_s T_unbalance")
     turned = phi * pi / 180
@@ -40,6 +40,7 @@ def unbalance() -> Block:
             ),
         ),
         coordinates={W_c: W * cos(turned), W_s: W * sin(turned)},
+        # Cycles count per turn of the rotor, not of the load.
         polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=W_c, sine=W_s, cycles=Integer(1) / G),),
         terms={T: W_c * sin(alpha_gear) + W_s * cos(alpha_gear)},
         outputs={T.name: T},

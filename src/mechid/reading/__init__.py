@@ -1,8 +1,8 @@
-"""Files of others, read where a crash, a hang or an endless file costs nothing.
+"""Isolated reading of third-party files: a crash, a hang or an endless file does not affect the caller.
 
-Texts are read by `mechid.reading.whole`: regular files alone, up to a size. Formats of others' libraries are read in a
-process of its own, by `mechid.reading.process`; `mechid.reading.child` is what runs there. It imports little: it
-starts fast.
+`mechid.reading.whole` reads text files: regular files only, up to a maximum size. `mechid.reading.process` reads
+formats that need third-party libraries in a separate process, whose main loop is `mechid.reading.child`. This package
+imports little, so that the process starts fast.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """

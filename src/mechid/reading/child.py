@@ -1,7 +1,7 @@
-"""The process that reads: it waits for calls, and calls them in a copy of itself, so that none harms the next.
+"""Main loop of the reading process, which runs each call in a forked copy so that no call can affect the next.
 
-A copy lives until a call fails or crashes; then the next one is made, within milliseconds, from the process that has
-never read a file. Where the system has no copies (Windows) the process itself calls, and is started anew after a crash.
+A copy serves calls until one fails or crashes. The parent, which has never read a file, then forks a new copy within
+milliseconds. On systems without fork (Windows) the process itself runs the calls and is restarted after a crash.
 """
 
 from __future__ import annotations
@@ -26,65 +26,68 @@ from mechid.reading.memory import limit_bytes
 from mechid.reading.request import Call, Ended, Raised, Returned
 
 DONE = 3
-"""Exit status of a copy that has answered; with any other a library has ended it."""
+"""Exit status of a copy that has sent its answer; any other status means that a library ended the process."""
 CAN_COPY = hasattr(os, "fork")
-NAMED_ALONE = ("f2py", "testing")
-"""Parts of NumPy of which SciPy asks for the names alone: they are more than half of the time that its import takes."""
-ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")
-MOST_WANTED = 1000
-"""How soon Linux ends a process where memory is short: 0 as others, 1000 first."""
+UNNEEDED_PARTS = ("f2py", "testing")
+"""NumPy subpackages that SciPy only refers to by name; importing them takes over half of SciPy's import time."""
+TERMINATION_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+OOM_SCORE = 1000
+"""Linux `oom_score_adj`: 0 is neutral; with 1000 the process is killed first when memory runs out."""
 
 
 def serve() -> None:
-    """Answer calls from standard input on standard output until it ends; what libraries print goes nowhere."""
-    ignore_endings()
+    """Answer calls from standard input on standard output until the input ends; discard output of libraries."""
+    ignore_termination_signals()
+    # Libraries may print to standard output: the pipes move to new descriptors, and 0 and 1 go to the null device.
     asked, answers = FileIO(os.dup(0), "r"), FileIO(os.dup(1), "w")
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1):
         os.dup2(nowhere, stream)
     with suppress(EOFError, BrokenPipeError):
         while True:
-            _next(asked, answers)
+            _serve_next(asked, answers)
 
 
-def ignore_endings() -> None:
-    """Ignore the signals that end a command: the process that waits decides, and this one ends with its pipes."""
-    for name in ENDINGS:
+def ignore_termination_signals() -> None:
+    """Ignore the signals that end a command: the parent handles them, and this process ends when its pipes close."""
+    for name in TERMINATION_SIGNALS:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
-def _next(asked: FileIO, answers: FileIO) -> None:
-    """Take the next request; a call is made by a copy, with all that follow until one fails."""
-    request = _request(asked, answers)
+def _serve_next(asked: FileIO, answers: FileIO) -> None:
+    """Handle the next request; a forked copy runs a call and all that follow until one fails."""
+    request = _receive_call(asked, answers)
     if not isinstance(request, Call):
         return
     if not CAN_COPY:
-        _answered(request, answers)
+        _answer_call(request, answers)
         return
     copy = os.fork()
     if copy == 0:
         status = 0
         try:
-            _limit()
-            _as_long_as_good(request, asked, answers)
+            _limit_resources()
+            _serve_until_failure(request, asked, answers)
             status = DONE
         finally:
+            # Skips the exit handlers and buffers that the copy has inherited: they belong to the parent.
             os._exit(status)
     _, how = os.waitpid(copy, 0)
     if os.waitstatus_to_exitcode(how) != DONE:
         send(answers, Ended(os.WTERMSIG(how) if os.WIFSIGNALED(how) else 0))
 
 
-def _as_long_as_good(request: Call | None, asked: FileIO, answers: FileIO) -> None:
-    """Answer a call, and those that follow until one has failed: what it left in memory is not to be trusted."""
+def _serve_until_failure(request: Call | None, asked: FileIO, answers: FileIO) -> None:
+    """Answer a call and those that follow until one fails."""
+    # A failed call may have left corrupt state in a library's memory, so its process must not serve another one.
     with suppress(EOFError, BrokenPipeError):
-        while request is None or _answered(request, answers):
-            request = _request(asked, answers)
+        while request is None or _answer_call(request, answers):
+            request = _receive_call(asked, answers)
 
 
-def _request(asked: FileIO, answers: FileIO) -> Call | None:
-    """Return the next call, its libraries imported; None where there was something else to do."""
+def _receive_call(asked: FileIO, answers: FileIO) -> Call | None:
+    """Return the next call after importing its libraries, or None if the request is not a call."""
     try:
         request = receive(asked)
     except (EOFError, OSError):
@@ -97,16 +100,17 @@ def _request(asked: FileIO, answers: FileIO) -> Call | None:
 
 
 def _import(libraries: Sequence[str]) -> None:
-    with _left_out():
+    with _empty_numpy_parts():
         for name in libraries:
-            with suppress(Exception):  # the reader that needs it says what is missing
+            # The reader that needs a missing library reports it with the file and the package to install.
+            with suppress(Exception):
                 import_module(name)
 
 
 @contextmanager
-def _left_out() -> Iterator[None]:
-    """Have empty modules in place of those of `NAMED_ALONE`, where they are not there yet."""
-    empty = {name: ModuleType(f"numpy.{name}") for name in NAMED_ALONE if f"numpy.{name}" not in sys.modules}
+def _empty_numpy_parts() -> Iterator[None]:
+    """Substitute empty modules for those of `UNNEEDED_PARTS` that are not imported yet."""
+    empty = {name: ModuleType(f"numpy.{name}") for name in UNNEEDED_PARTS if f"numpy.{name}" not in sys.modules}
     for name, module in empty.items():
         sys.modules[module.__name__] = module
         setattr(numpy, name, module)
@@ -118,28 +122,29 @@ def _left_out() -> Iterator[None]:
             delattr(numpy, name)
 
 
-def _answered(call: Call, answers: FileIO) -> bool:
-    """Call and answer; return whether it succeeded. The system ends what takes longer, also where nobody waits."""
-    _alarm(call.seconds)
+def _answer_call(call: Call, answers: FileIO) -> bool:
+    """Run a call, send its answer, and return whether it succeeded."""
+    # The alarm ends this process on timeout even if the parent is gone.
+    _set_alarm(call.seconds)
     try:
         answer: Returned | Raised = Returned(call.function(*call.arguments))
     except Exception as error:
         answer = Raised(_portable(error))
-    _alarm(0.0)
+    _set_alarm(0.0)
     try:
         send(answers, answer)
     except BrokenPipeError:
         raise
-    except Exception as error:  # a value that does not pickle: a fault of mechid's own
+    except Exception as error:  # the value cannot be pickled, which is a bug in mechid
         send(answers, Raised(_portable(error)))
         return False
     return isinstance(answer, Returned)
 
 
 def _portable(error: Exception) -> Exception:
-    """Return an error that can be sent; of a fault of mechid's own with where it came from."""
+    """Return an error that can be pickled; one that indicates a bug in mechid carries its traceback as a note."""
     if not isinstance(error, MechidError | OSError | MemoryError):
-        error.add_note("in the process that reads:\n" + "".join(traceback.format_exception(error)))
+        error.add_note("in the reading process:\n" + "".join(traceback.format_exception(error)))
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
@@ -147,14 +152,14 @@ def _portable(error: Exception) -> Exception:
     return error
 
 
-def _alarm(seconds: float) -> None:
-    """Have the system end this process after so many seconds; 0 for never."""
+def _set_alarm(seconds: float) -> None:
+    """Let the operating system end this process after some seconds; 0 cancels the alarm."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
-def _limit() -> None:
-    """Limit what this process may take: memory, and no image of it is left behind where it crashes."""
+def _limit_resources() -> None:
+    """Limit the memory of this process, and disable core dumps."""
     import resource
 
     limit = limit_bytes()
@@ -163,4 +168,4 @@ def _limit() -> None:
         if limit is not None:
             resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
     with suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text(str(MOST_WANTED))
+        Path("/proc/self/oom_score_adj").write_text(str(OOM_SCORE))

@@ -1,4 +1,4 @@
-"""Values through a pipe: pickled, the numbers of arrays behind it as they lie in memory, without a copy."""
+"""Transfer of values through a pipe: a pickle, followed by the raw buffers of its arrays, without a copy."""
 
 from __future__ import annotations
 
@@ -16,25 +16,27 @@ def send(pipe: FileIO, value: Any) -> None:
     Raises
     ------
     OSError
-        Nobody reads it.
+        The reading end of the pipe is closed.
     """
     buffers: list[pickle.PickleBuffer] = []
     body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     parts = [memoryview(body), *(buffer.raw() for buffer in buffers)]
     sizes = (len(parts), *(part.nbytes for part in parts))
+    # The sizes come first, so that the receiver can allocate every buffer before it reads.
     for part in (memoryview(b"".join(map(NUMBER.pack, sizes))), *parts):
         left = part
+        # An unbuffered pipe may accept only a part of the bytes at a time.
         while left:
             left = left[pipe.write(left) :]
 
 
 def receive(pipe: FileIO) -> Any:
-    """Return the next value of a pipe; its arrays can be written to.
+    """Return the next value from a pipe, with writable arrays.
 
     Raises
     ------
     EOFError
-        The pipe ends before it, or within.
+        The pipe ends before or within the value.
     """
     count = _number(pipe)
     sizes = [_number(pipe) for _ in range(count)]

@@ -1,20 +1,20 @@
-"""How much memory there is, and how much of it reading a file may take."""
+"""Memory of the machine, and the memory limit of the reading process."""
 
 from __future__ import annotations
 
 import os
 
 GIB = 2**30
-SHARE = 2
-"""One part in so many of the machine's memory: what has been read is in memory where it is used, too."""
+MEMORY_DIVISOR = 2
+"""The reading process may use the machine's memory divided by this: the caller holds a copy of the result."""
 
 
 def memory_bytes() -> int | None:
-    """Return the machine's memory in bytes, None where the system does not tell."""
+    """Return the machine's memory in bytes, or None if the system does not report it."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else None
 
 
 def limit_bytes() -> int | None:
-    """Return what the process that reads may hold, in bytes; None where the system does not tell."""
+    """Return the memory limit of the reading process in bytes, or None if the system does not report its memory."""
     there = memory_bytes()
-    return there // SHARE if there else None
+    return there // MEMORY_DIVISOR if there else None

@@ -1,7 +1,7 @@
-"""Calls in a process of its own: a crash, a hang or a flood of memory there is one line here.
+"""Calls in a separate reading process: a crash, a hang or excessive memory use becomes an error message.
 
-One process serves all that this one reads. It is started by the first call, or ahead by `prepare`, and ended when
-nothing has been asked of it for a while. It is safe among threads, which take turns; a forked process starts its own.
+One reading process serves all calls of this process. The first call starts it, or `prepare` ahead of that; it is ended
+after an idle time. Calls from several threads are serialised. A forked process starts its own reading process.
 """
 
 from __future__ import annotations
@@ -21,83 +21,83 @@ from mechid.reading.frames import receive, send
 from mechid.reading.request import Answer, Call, Ended, Libraries, Raised, Request
 
 T = TypeVar("T")
-PATIENCE_S = 30.0
-"""Time that a call may take, beside that for the bytes of its file."""
-SLOWEST = 10e6
-"""Bytes a second: what a slow disk or a far one gives, and less than any reader needs."""
+TIMEOUT_S = 30.0
+"""Time limit of a call, in addition to the time for the bytes of its file."""
+SLOWEST_BYTES_PER_S = 10e6
+"""Assumed throughput, that of a slow or remote disk; every reader is faster."""
 GRACE_S = 5.0
-"""The process ends a call itself; so much later it is ended from here."""
+"""The reading process ends an overdue call itself; this much later its parent kills it."""
 IDLE_S = 10.0
-"""Time after which a process that nothing is asked of is ended."""
+"""Idle time after which the reading process is ended."""
 PIPE_BYTES = 2**20
-START = "import sys; sys.path[:] = {path!r}; from mechid.reading.child import serve; serve()"
-BESIDE = {"HDF5_EXTFILE_PREFIX": "${ORIGIN}"}
-"""Where HDF5 looks for raw storage that a file names, unless the user says otherwise."""
+BOOTSTRAP_CODE = "import sys; sys.path[:] = {path!r}; from mechid.reading.child import serve; serve()"
+HDF5_DEFAULTS = {"HDF5_EXTFILE_PREFIX": "${ORIGIN}"}
+"""HDF5 looks for external raw data next to the file, unless the user's environment sets another folder."""
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "JE_ARROW_MALLOC_CONF": "background_thread:false",
 }
-"""A process that copies itself must have one thread; nothing is computed there."""
+"""Settings for a single thread: a process that forks must have one thread only, and it computes nothing."""
 ALARM, KILL = 14, 9
-"""Numbers of signals, also where the system has none of that name."""
+"""Numbers of SIGALRM and SIGKILL, which Python does not name on every system."""
 
 
 class UnreadableError(Exception):
-    """What has become of the process that read a file, in words that follow the name of the file."""
+    """Failure of the reading process; the message is phrased to follow the file's name."""
 
 
 def call(function: Callable[..., T], *arguments: Any, size: int = 0, libraries: Sequence[str] = ()) -> T:
-    """Return what a function of a module returns, called in the process that reads.
+    """Call a module-level function in the reading process and return its result.
 
     Parameters
     ----------
     function : callable
     *arguments
-        These, and what it returns or raises, pickle.
+        Arguments. They, the result and any exception must be picklable.
     size : int
-        Bytes of the file that it reads: so much more time it has.
+        Size of the file in bytes, which extends the time limit.
     libraries : sequence of str
-        Modules that it needs.
+        Modules that the function needs.
 
     Raises
     ------
     UnreadableError
-        It crashed, or came to no end in time.
+        The reading process crashed or exceeded the time limit.
     Exception
-        Whatever the function raises.
+        Any exception of the function.
     """
-    asked = Call(function, arguments, tuple(libraries), PATIENCE_S + size / SLOWEST)
+    asked = Call(function, arguments, tuple(libraries), TIMEOUT_S + size / SLOWEST_BYTES_PER_S)
     answer = _READER.answer(asked)
     if isinstance(answer, Raised):
         raise answer.error
     if isinstance(answer, Ended):
-        raise UnreadableError(_words(answer.signal, asked.seconds))
+        raise UnreadableError(_describe_end(answer.signal, asked.seconds))
     return cast(T, answer.value)
 
 
 def prepare(libraries: Sequence[str]) -> None:
-    """Start the process that reads, with modules that it will need; return at once."""
-    _READER.tell(Libraries(tuple(libraries)))
+    """Start the reading process with modules that it will need, without waiting for it."""
+    _READER.notify(Libraries(tuple(libraries)))
 
 
 def end_reader() -> None:
-    """End the process that reads, whoever waits for it."""
+    """End the reading process, even if a thread waits for it."""
     _READER.end()
 
 
-def _words(number: int, seconds: float) -> str:
+def _describe_end(number: int, seconds: float) -> str:
     if number == ALARM:
-        return f"reading it came to no end within {seconds:.0f} s"
+        return f"reading it did not finish within {seconds:.0f} s"
     if number == KILL:
-        return "the system ended the process that read it, as it does where memory is short"
+        return "the system killed the reading process, as it does when memory runs out"
     known = {each.value: each.name for each in signal.Signals}
-    return f"the library that reads it crashed ({known.get(number, 'without a word')})"
+    return f"the library that reads it crashed ({known.get(number, 'no signal reported')})"
 
 
 class _Reader:
-    """The process that reads, while there is one."""
+    """Handle of the reading process, which is started on demand."""
 
     def __init__(self) -> None:
         self._alone = Lock()
@@ -105,33 +105,34 @@ class _Reader:
         self._asked = 0
         self._idle: Timer | None = None
 
-    def tell(self, request: Request) -> None:
-        """Send what is not answered."""
+    def notify(self, request: Request) -> None:
+        """Send a request that has no answer."""
         with self._alone, suppress(OSError):
-            send(_pipe(self._running().stdin), request)
+            send(_pipe(self._ensure_running().stdin), request)
             self._end_when_idle()
 
     def answer(self, asked: Call) -> Answer:
-        """Send a call and return its answer; whatever goes wrong on the way ends the process."""
+        """Send a call and return its answer; any error in the exchange ends the reading process."""
         with self._alone:
-            child = self._running()
-            overdue = _timer(asked.seconds + GRACE_S, _kill, child)
+            child = self._ensure_running()
+            overdue = _start_timer(asked.seconds + GRACE_S, _kill, child)
             try:
-                answer = _exchanged(child, asked)
-            except BaseException:  # interrupted, or what cannot be sent
+                answer = _exchange(child, asked)
+            # After an interrupt or an unpicklable argument the pipe may hold half a message; no later call can use it.
+            except BaseException:
                 overdue.cancel()
                 self.end()
                 raise
             is_late = overdue.finished.is_set()
             overdue.cancel()
             if answer is None:
-                answer = Ended(ALARM if is_late else _ended_by(child))
+                answer = Ended(ALARM if is_late else _terminating_signal(child))
                 self.end()
             self._end_when_idle()
             return answer
 
     def end(self) -> None:
-        """End the process, whoever waits for it."""
+        """End the process, even if a thread waits for it."""
         child, self._child = self._child, None
         if child is not None:
             _kill(child)
@@ -139,47 +140,48 @@ class _Reader:
             _close(child)
 
     def forget(self) -> None:
-        """Leave the process to the one that this one has been forked from."""
+        """Drop the handle after a fork: the process belongs to the parent of this one."""
         child = self._child
         if child is not None:
             _close(child)
+            # Keeps Popen's destructor from waiting for a process that is not a child of this one.
             child.returncode = 0
         self._alone, self._child, self._idle = Lock(), None, None
 
-    def _running(self) -> subprocess.Popen[bytes]:
+    def _ensure_running(self) -> subprocess.Popen[bytes]:
         self._asked += 1
         if self._child is not None and self._child.poll() is not None:
             self.end()
         if self._child is None:
-            self._child = _started()
+            self._child = _start_process()
         return self._child
 
     def _end_when_idle(self) -> None:
         if self._idle is not None:
             self._idle.cancel()
-        self._idle = _timer(IDLE_S, self._end_unless_asked, self._asked)
+        self._idle = _start_timer(IDLE_S, self._end_if_unused, self._asked)
 
-    def _end_unless_asked(self, asked: int) -> None:
+    def _end_if_unused(self, asked: int) -> None:
         with self._alone:
             if asked == self._asked:
                 self.end()
 
 
-def _started() -> subprocess.Popen[bytes]:
+def _start_process() -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        [sys.executable, "-P", "-c", START.format(path=[str(place) for place in sys.path])],
+        [sys.executable, "-P", "-c", BOOTSTRAP_CODE.format(path=[str(place) for place in sys.path])],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         bufsize=0,
         pipesize=PIPE_BYTES,
-        env={**BESIDE, **os.environ, **ENVIRONMENT},
-        start_new_session=True,  # Ctrl-C is for the process that waits
+        env={**HDF5_DEFAULTS, **os.environ, **ENVIRONMENT},
+        start_new_session=True,  # Ctrl-C goes to the parent only
     )
 
 
-def _exchanged(child: subprocess.Popen[bytes], asked: Call) -> Answer | None:
-    """Send a call and return its answer; None where the process is gone, or what it wrote is nonsense."""
+def _exchange(child: subprocess.Popen[bytes], asked: Call) -> Answer | None:
+    """Send a call and return its answer, or None if the process has ended or its answer is malformed."""
     with suppress(OSError):
         send(_pipe(child.stdin), asked)
     try:
@@ -189,7 +191,7 @@ def _exchanged(child: subprocess.Popen[bytes], asked: Call) -> Answer | None:
 
 
 def _kill(child: subprocess.Popen[bytes]) -> None:
-    """End a process and its copies."""
+    """Kill a process and its forked copies."""
     with suppress(OSError):
         if child.returncode is None and hasattr(os, "killpg"):
             os.killpg(child.pid, KILL)
@@ -197,8 +199,8 @@ def _kill(child: subprocess.Popen[bytes]) -> None:
             child.kill()
 
 
-def _ended_by(child: subprocess.Popen[bytes]) -> int:
-    """Return the signal that ended a process, 0 where it was none."""
+def _terminating_signal(child: subprocess.Popen[bytes]) -> int:
+    """Return the signal that ended a process, or 0 if none did."""
     with suppress(subprocess.TimeoutExpired):
         return max(-child.wait(GRACE_S), 0)
     return 0
@@ -213,7 +215,7 @@ def _pipe(pipe: IO[bytes] | None) -> FileIO:
     return cast(FileIO, pipe)
 
 
-def _timer(seconds: float, function: Callable[..., None], *arguments: Any) -> Timer:
+def _start_timer(seconds: float, function: Callable[..., None], *arguments: Any) -> Timer:
     timer = Timer(seconds, function, arguments)
     timer.daemon = True
     timer.start()

@@ -1,4 +1,4 @@
-"""What is asked of the process that reads, and what it answers."""
+"""Requests to the reading process, and its answers."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Libraries:
-    """Modules that will be needed, to be imported ahead."""
+    """Request to import modules ahead of the calls that need them."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Call:
-    """A function of a module, to be called.
+    """Request to call a module-level function.
 
     Parameters
     ----------
     function : callable
     arguments : tuple
-        What pickles.
+        Picklable arguments.
     libraries : tuple of str
-        Modules that it needs: imported once, where no file has been read, and there for each that reads.
+        Modules that the function needs. The parent process, which reads no files, imports them once for all its copies.
     seconds : float
-        Time after which it is ended.
+        Time limit.
     """
 
     function: Callable[..., Any]
@@ -37,26 +37,26 @@ class Call:
 
 @dataclass(frozen=True)
 class Returned:
-    """What the function returned."""
+    """Result of the function."""
 
     value: Any
 
 
 @dataclass(frozen=True)
 class Raised:
-    """What the function raised."""
+    """Exception of the function."""
 
     error: Exception
 
 
 @dataclass(frozen=True)
 class Ended:
-    """The process that called the function is no more.
+    """Notice that the process that ran the function has ended.
 
     Parameters
     ----------
     signal : int
-        What ended it; 0 where it ended by itself.
+        Signal that ended the process; 0 if it exited by itself.
     """
 
     signal: int

@@ -1,4 +1,4 @@
-"""Files that are read whole: no devices, pipes or folders, and none that is longer than such a file can be."""
+"""Reading of complete files: regular files only, up to a maximum size."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import stat
 from pathlib import Path
 
 MIB = 2**20
-MOST_BYTES = 64 * MIB
-"""Of a file that people write, tables of numbers included."""
-MOST_BYTES_OF_RESULTS = 512 * MIB
-"""Of a file that mechid writes."""
+MAX_BYTES = 64 * MIB
+"""Maximum size of user-written files, including tables of numbers."""
+MAX_RESULT_BYTES = 512 * MIB
+"""Maximum size of files written by mechid."""
 KINDS = (
     (stat.S_ISDIR, "it is a folder"),
     (stat.S_ISFIFO, "it is a pipe"),
@@ -19,7 +19,7 @@ KINDS = (
 
 
 def is_file(path: Path) -> bool:
-    """Whether a path leads to a file; a name that no file can have, as one that is too long, does not."""
+    """Return whether a path is a file; False for an invalid name, such as one that is too long."""
     try:
         return path.is_file()
     except OSError:
@@ -27,7 +27,7 @@ def is_file(path: Path) -> bool:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether a path leads to a folder; a name that none can have does not."""
+    """Return whether a path is a folder; False for an invalid name."""
     try:
         return path.is_dir()
     except OSError:
@@ -35,7 +35,7 @@ def is_folder(path: Path) -> bool:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a path leads to anything; a name that nothing can have does not."""
+    """Return whether a path exists; False for an invalid name."""
     try:
         return path.exists()
     except OSError:
@@ -43,33 +43,35 @@ def is_there(path: Path) -> bool:
 
 
 def refuse_special(path: Path) -> None:
-    """Refuse what is no regular file: opening a pipe or a device may never end.
+    """Raise an error unless a path is a regular file.
 
     Raises
     ------
     OSError
-        It is none, or it is not there; `strerror` says what was found.
+        The path does not exist or is not a regular file; `strerror` names the kind of file found.
     """
+    # The check precedes opening because opening a pipe or a device may block forever.
     mode = path.stat().st_mode
     if not stat.S_ISREG(mode):
         found = next((words for is_kind, words in KINDS if is_kind(mode)), "it is a device")
         number = errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL
-        raise OSError(number, f"{found}, no file", str(path))
+        raise OSError(number, f"{found}, not a file", str(path))
 
 
-def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """Return what a file holds.
+def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
+    """Return the content of a file.
 
     Raises
     ------
     OSError
-        As `refuse_special`; it cannot be read, or it holds more than `most` bytes.
+        As for `refuse_special`; or the file cannot be read, or is larger than `most` bytes.
     """
     refuse_special(path)
-    too_long = OSError(errno.EFBIG, f"it is longer than {most // MIB} MiB", str(path))
+    too_long = OSError(errno.EFBIG, f"it is larger than {most // MIB} MiB", str(path))
     if path.stat().st_size > most:
         raise too_long
     with path.open("rb") as file:
+        # The file may grow after its size was taken: one byte more than allowed shows that it did.
         content = file.read(most + 1)
     if len(content) > most:
         raise too_long
@@ -77,19 +79,19 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Return the UTF-8 text that a file of people's holds, line ends as Python has them.
+    r"""Return the text of a user-written UTF-8 file, with line ends converted to ``\n``.
 
     Raises
     ------
     OSError
-        As `read_bytes`.
+        As for `read_bytes`.
     UnicodeDecodeError
-        It is no such text.
+        The content is not UTF-8.
     """
     content = read_bytes(path).decode("utf-8-sig")
     return content.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_result(path: Path) -> str:
-    """Return the UTF-8 text of a file that mechid has written; errors as of `read_text`."""
-    return read_bytes(path, MOST_BYTES_OF_RESULTS).decode("utf-8")
+    """Return the UTF-8 text of a file written by mechid; errors as for `read_text`."""
+    return read_bytes(path, MAX_RESULT_BYTES).decode("utf-8")

@@ -1,10 +1,10 @@
-"""What was measured: records of transducers, read from files and checked, in SI.
+"""Records of transducers, read from files, checked, and converted to SI units.
 
-`read_record` makes a `Record` of a file and of what the campaign says about it (`RecordSpec`).
+`read_record` creates a `Record` from a file and its declaration in the campaign (`RecordSpec`).
 
-The names here load what they need when they are first used: the process that reads files needs few of them.
+Names are imported from their modules on first use, because the reading process needs only a few of them.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mechid.records.components import COMPONENTS, Mounting, about_mounting_point
+    from mechid.records.components import COMPONENTS, Mounting, move_to_mounting_point
     from mechid.records.formats import READERS, open_table, prepare_to_read, read_record
     from mechid.records.record import Channel, Record
     from mechid.records.sampling import Sampling, samplings
@@ -34,7 +34,7 @@ __all__ = [
     "Sampling",
     "Table",
     "TimeStamps",
-    "about_mounting_point",
+    "move_to_mounting_point",
     "open_table",
     "prepare_to_read",
     "read_record",
@@ -55,7 +55,7 @@ _HOMES = {
     "Sampling": "sampling",
     "Table": "table",
     "TimeStamps": "spec",
-    "about_mounting_point": "components",
+    "move_to_mounting_point": "components",
     "open_table": "formats",
     "prepare_to_read": "formats",
     "read_record": "formats",
@@ -64,9 +64,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name, its home imported."""
+    """Import a public name from its module on first use."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value: object = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    # Stored so that the next access finds the name without this function.
     globals()[name] = value
     return value

@@ -1,6 +1,6 @@
-"""A file of which nobody has said what it holds: every column that can be a channel, as far as the file tells.
+"""Reader of files without a declaration: every column that can be a channel is read.
 
-What it is follows from its unit. A column without one keeps its own numbers, and its name.
+The quantity of a column follows from its unit. A column without a unit keeps its numbers and its name.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import numpy as np
 
 from mechid.errors import RecordError, UsageError, did_you_mean
 from mechid.records.column_names import is_row_number, is_time
-from mechid.records.columns import ChosenColumn, Layout, find_column, time_beside
+from mechid.records.columns import ChosenColumn, Layout, find_column, find_time_column
 from mechid.records.conditioning import Samples
-from mechid.records.doubts import raw_counts, unapplied_fault
-from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
+from mechid.records.doubts import raw_counts_warning, unapplied_fault
+from mechid.records.formats import MIN_SAMPLES, digest_of, open_table, wrap_read_errors
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
@@ -27,7 +27,7 @@ from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
 from mechid.units import SI_UNIT, measures, si_unit, to_si_factor
 
-KINDS: Mapping[str, str] = {
+QUANTITY_BY_KIND: Mapping[str, str] = {
     "torque": "torque",
     "force": "force",
     "angle": "output_angle",
@@ -37,26 +37,26 @@ KINDS: Mapping[str, str] = {
     "current": "current",
     "voltage": "voltage",
 }
-"""What a unit tells, and a quantity of that unit."""
-LARGEST = 1e100
-MOST_LEFT_OUT = 8
-OVERRIDE = "give --column and --unit, that of the numbers as they are stored; in a campaign, unit and gain"
+"""Representative quantity for each kind of quantity that a unit can identify."""
+LARGEST_VALUE = 1e100
+MAX_LISTED_COLUMNS = 8
+OVERRIDE_REMEDY = "give --column and --unit, that of the numbers as they are stored; in a campaign, unit and gain"
 COUNTS = "counts"
-"""Unit of whole numbers without one."""
+"""Unit assigned to integers without a unit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hints:
-    """What a user says of the columns of bare files; all of it may be left out.
+    """Optional information by the user about the columns of files without a declaration.
 
     Parameters
     ----------
     sample_rate_hz : float or None
-        Of a file without a clock.
+        Sample rate of a file without a clock.
     columns : tuple of str
-        Those to look at, by name or by index from 0; empty means all.
+        Columns to read, by name or by index from 0; empty for all.
     quantity, unit : str or None
-        What they are, one of `mechid.units.SI_UNIT`, and the unit of the file's numbers.
+        Quantity of the columns, one of `mechid.units.SI_UNIT`, and the unit of the file's numbers.
 
     Raises
     ------
@@ -77,22 +77,22 @@ class Hints:
 
 @dataclass(frozen=True, kw_only=True)
 class _Group:
-    """Columns that are sampled together, with the units of what is read of them."""
+    """Columns with a common clock, and the units of their values."""
 
     layout: Layout
     units: tuple[str, ...]
 
-    def each(self) -> tuple[_Group, ...]:
-        """Return every channel by itself."""
+    def split(self) -> tuple[_Group, ...]:
+        """Return a group for each channel."""
         pairs = zip(self.layout.channels, self.units, strict=True)
         return tuple(_Group(layout=replace(self.layout, channels=(c,)), units=(unit,)) for c, unit in pairs)
 
 
 def read_bare(path: Path, hints: Hints | None = None) -> tuple[Record, ...]:
-    """Read all channels of a file: one record for those that are sampled together.
+    """Read all channels of a file into one record per common clock.
 
-    Missing samples are bridged, and irregular time stamps put on the nearest regular clock; the treatments tell it. A
-    column that cannot be a channel is named in the warnings of the first record.
+    Missing samples are bridged, and irregular time stamps are replaced by the nearest regular clock; both are noted in
+    the treatments. Columns that cannot be channels are listed in the warnings of the first record.
 
     Parameters
     ----------
@@ -102,47 +102,47 @@ def read_bare(path: Path, hints: Hints | None = None) -> tuple[Record, ...]:
     Raises
     ------
     RecordError
-        The file is missing, is no record, or holds no channel that can be read; one line.
+        The file is missing, is not a record, or has no readable channel; the message has one line.
     """
     hints = hints or Hints()
     table = open_table(path, path.name)
     refused: list[str] = []
-    with readable(path.name):
+    with wrap_read_errors(path.name):
         groups = _groups(table, hints, refused)
         records = [record for group in groups for record in _read(path, table, group, hints, refused)]
-    refused += _left_out(table, hints)
+    refused += _omitted_columns_warning(table, hints)
     if not records:
         raise RecordError(refused[0] if refused else str(table.error("no column that can be a channel")))
-    warnings = (*table.warnings, *refused, *_doubts(table, groups, hints), *records[0].warnings)
+    warnings = (*table.warnings, *refused, *_raw_count_warnings(table, groups, hints), *records[0].warnings)
     return (replace(records[0], warnings=warnings), *records[1:])
 
 
-def _left_out(table: Table, hints: Hints) -> list[str]:
-    """Return one line that names the columns that are not looked at; none where all are, or some are asked for."""
-    named = [] if hints.columns else [k for k in range(len(table.columns)) if _fault(table, k, hints)]
-    said = [f"{column_label(table.columns, k)}: {_fault(table, k, hints)}" for k in named[:MOST_LEFT_OUT]]
-    more = [f"{len(named) - MOST_LEFT_OUT} more"] if len(named) > MOST_LEFT_OUT else []
+def _omitted_columns_warning(table: Table, hints: Hints) -> list[str]:
+    """Return a one-line warning about the columns that are not read; empty if all are, or if some were selected."""
+    named = [] if hints.columns else [k for k in range(len(table.columns)) if _find_fault(table, k, hints)]
+    said = [f"{column_label(table.columns, k)}: {_find_fault(table, k, hints)}" for k in named[:MAX_LISTED_COLUMNS]]
+    more = [f"{len(named) - MAX_LISTED_COLUMNS} more"] if len(named) > MAX_LISTED_COLUMNS else []
     return [str(table.error("; ".join([*said, *more])))] if named else []
 
 
-def _fault(table: Table, index: int, hints: Hints) -> str | None:
-    """Return why a column is not looked at."""
+def _find_fault(table: Table, index: int, hints: Hints) -> str | None:
+    """Return the reason why a column is not read, or None."""
     column = table.columns[index]
     if column.fault or hints.unit is not None:
         return column.fault
-    return unapplied_fault(table, index, OVERRIDE)
+    return unapplied_fault(table, index, OVERRIDE_REMEDY)
 
 
-def _doubts(table: Table, groups: Sequence[_Group], hints: Hints) -> list[str]:
-    """Return the warnings of integers that are read in a unit of the file and may be raw counts."""
+def _raw_count_warnings(table: Table, groups: Sequence[_Group], hints: Hints) -> list[str]:
+    """Return warnings about integers that are read in the file's unit but may be raw counts."""
     read = [chosen for group in groups for chosen in group.layout.channels if table.columns[chosen.index].stated_unit]
     specs = (ChannelSpec(quantity=chosen.quantity, column=chosen.index, unit=hints.unit) for chosen in read)
-    found = (raw_counts(table, spec, chosen.index) for spec, chosen in zip(specs, read, strict=True))
+    found = (raw_counts_warning(table, spec, chosen.index) for spec, chosen in zip(specs, read, strict=True))
     return [str(table.error(doubt)) for doubt in found if doubt]
 
 
 def _groups(table: Table, hints: Hints, refused: list[str]) -> tuple[_Group, ...]:
-    """Return the columns to look at, those of one clock together; why others have none is added to `refused`."""
+    """Return the columns to read, grouped by clock; reasons for columns without a clock are added to `refused`."""
     indices = _columns(table, hints)
     found: dict[object, list[tuple[ChosenColumn, str]]] = {}
     clocks: dict[object, tuple[ChosenColumn | None, Clock | None]] = {}
@@ -155,7 +155,8 @@ def _groups(table: Table, hints: Hints, refused: list[str]) -> tuple[_Group, ...
         key = (time.index if time else None, column.clock, column.samples, column.start_time)
         clocks[key] = (time, column.clock)
         found.setdefault(key, []).append(_channel_of(table, index, hints))
-    refused[:] = dict.fromkeys(refused)  # many columns may lack a clock for one reason
+    # Many columns may lack a clock for the same reason.
+    refused[:] = dict.fromkeys(refused)
     return tuple(
         _Group(
             layout=Layout(time=clocks[key][0], channels=tuple(c for c, _ in chosen), clock=clocks[key][1]),
@@ -170,13 +171,18 @@ def _columns(table: Table, hints: Hints) -> list[int]:
         asked = [int(name) if name.isdigit() else name for name in hints.columns]
         found = [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
         for index in found:
-            if fault := _fault(table, index, hints):
+            if fault := _find_fault(table, index, hints):
                 raise table.error(f"{column_label(table.columns, index)}: {fault}")
         return found
-    indices = [k for k, column in enumerate(table.columns) if not _fault(table, k, hints) and not is_time(column)]
+    indices = [k for k, column in enumerate(table.columns) if not _find_fault(table, k, hints) and not is_time(column)]
     if table.is_ordered and len(indices) > 1 and indices[0] == 0 and is_row_number(table.columns):
         indices = indices[1:]
-    if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]) and _rises(table, indices[0]):
+    if (
+        hints.sample_rate_hz is None
+        and len(indices) > 1
+        and _is_clock(table, indices[0])
+        and _is_increasing(table, indices[0])
+    ):
         indices = indices[1:]
     if len(indices) > 1 and (hints.quantity or hints.unit):
         names = ", ".join(column_label(table.columns, k) for k in indices[:8])
@@ -185,7 +191,7 @@ def _columns(table: Table, hints: Hints) -> list[int]:
 
 
 def _is_clock(table: Table, index: int) -> bool:
-    """Tell whether a column has to be the time: the first of an ordered file that has no other clock."""
+    """Return whether a column must be the time: the first one of an ordered file without another clock."""
     clocked = any(is_time(column) or column.clock for column in table.columns)
     stated = table.columns[index].stated_unit
     may_be_time = not is_row_number(table.columns) and (stated is None or measures(stated, "time"))
@@ -193,36 +199,36 @@ def _is_clock(table: Table, index: int) -> bool:
 
 
 def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
-    """Return the time column of a column, None where the clock is known without."""
+    """Return the time column that belongs to a column, or None if its clock is known otherwise."""
     if table.columns[index].clock:
         return None
-    beside = time_beside(table, index)
+    beside = find_time_column(table, index)
     if beside or hints.sample_rate_hz is not None:
         return beside
-    if index > 0 and _is_clock(table, 0) and _rises(table, 0):
-        return _in_si(table, 0, "time", "time", table.columns[0].stated_unit)
+    if index > 0 and _is_clock(table, 0) and _is_increasing(table, 0):
+        return _choose_in_si(table, 0, "time", "time", table.columns[0].stated_unit)
     raise table.error("no time column; give --sample-rate-hz")
 
 
-def _rises(table: Table, index: int) -> bool:
-    """Tell whether a column grows from sample to sample, as a clock does."""
+def _is_increasing(table: Table, index: int) -> bool:
+    """Return whether a column increases from sample to sample, as a clock does."""
     return bool(np.all(np.diff(table.read([index])[0]) > 0.0))
 
 
 def _channel_of(table: Table, index: int, hints: Hints) -> tuple[ChosenColumn, str]:
-    """Return a column as a channel, and the unit of what is read of it."""
+    """Return a column as a channel, and the unit of its values."""
     column, label = table.columns[index], column_label(table.columns, index)
     stated = hints.unit or column.stated_unit
     if hints.quantity is not None:
-        return _in_si(table, index, hints.quantity, hints.quantity, stated), si_unit(hints.quantity)
-    for kind, quantity in KINDS.items() if stated else ():
+        return _choose_in_si(table, index, hints.quantity, hints.quantity, stated), si_unit(hints.quantity)
+    for kind, quantity in QUANTITY_BY_KIND.items() if stated else ():
         if measures(stated or "", quantity):
-            return _in_si(table, index, kind, quantity, stated), si_unit(quantity)
+            return _choose_in_si(table, index, kind, quantity, stated), si_unit(quantity)
     name = column.bare_name or label.replace('"', "")
     return ChosenColumn(index=index, quantity=name, scale=1.0), stated or (COUNTS if column.whole else "")
 
 
-def _in_si(table: Table, index: int, name: str, quantity: str, unit: str | None) -> ChosenColumn:
+def _choose_in_si(table: Table, index: int, name: str, quantity: str, unit: str | None) -> ChosenColumn:
     try:
         scale = to_si_factor(unit or si_unit(quantity), quantity)
     except RecordError as error:
@@ -231,25 +237,27 @@ def _in_si(table: Table, index: int, name: str, quantity: str, unit: str | None)
 
 
 def _read(path: Path, table: Table, group: _Group, hints: Hints, refused: list[str]) -> list[Record]:
-    """Return the record of a group, or of those of its channels that can be read; why the others cannot is added."""
+    """Return the record of a group, or records of its readable channels; other reasons are added to `refused`."""
     try:
         return [_record(path, table, group, hints, refused)]
     except RecordError as error:
+        # One bad channel must not lose the others: they are read one by one.
         if len(group.units) > 1:
-            return [record for one in group.each() for record in _read(path, table, one, hints, refused)]
+            return [record for one in group.split() for record in _read(path, table, one, hints, refused)]
         refused.append(str(error))
         return []
 
 
 def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list[str]) -> Record:
-    samples, odd = _sampled(table, group, hints)
-    if samples.data[0].size < MINIMUM_SAMPLES:
-        raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
+    samples, odd = _sample_group(table, group, hints)
+    if samples.data[0].size < MIN_SAMPLES:
+        raise table.error(f"{samples.data[0].size} samples; a record needs {MIN_SAMPLES} at least")
     channels = [_channel(table, group, k, samples) for k in range(len(group.units))]
     limits = {channel.quantity: extremes(channel.data) for channel in channels}
-    wild = [channel for channel in channels if max(map(abs, limits[channel.quantity])) > LARGEST]
+    wild = [channel for channel in channels if max(map(abs, limits[channel.quantity])) > LARGEST_VALUE]
     if wild:
-        raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST:g} are no measurement')
+        raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST_VALUE:g} are no measurement')
+    # A constant channel is left out with a warning; only a file without any other channel is an error.
     dead = [channel for channel in channels if len(set(limits[channel.quantity])) == 1]
     said = [
         str(
@@ -276,10 +284,10 @@ def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list
     )
 
 
-def _sampled(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[str, ...]]:
-    """Return the samples of a group, its stamps as they are, else on the nearest clock; and what is odd about them."""
+def _sample_group(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[str, ...]]:
+    """Return the samples of a group and warnings; irregular stamps are replaced by the nearest regular clock."""
     first: RecordError | None = None
-    for how in (Conditioning(max_gap_s=math.inf), *_more_tolerant(table, group, hints)):
+    for how in (Conditioning(max_gap_s=math.inf), *_fallback_conditionings(table, group, hints)):
         try:
             spec = RecordSpec(name="", path="", sample_rate_hz=hints.sample_rate_hz, conditioning=how)
             samples = sample(table, group.layout, spec)
@@ -289,8 +297,8 @@ def _sampled(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[
     raise first or table.error("no samples")
 
 
-def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Conditioning]:
-    """Yield ways of conditioning that put up with more: without missing ends, then with stamps that are not regular."""
+def _fallback_conditionings(table: Table, group: _Group, hints: Hints) -> Iterator[Conditioning]:
+    """Yield increasingly tolerant conditionings: without missing ends, then with irregular time stamps."""
     window_s = _finite_span(table, group, hints)
     if window_s:
         yield Conditioning(max_gap_s=math.inf, window_s=window_s)
@@ -300,9 +308,9 @@ def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Condit
 
 
 def _finite_span(table: Table, group: _Group, hints: Hints) -> tuple[float, float] | None:
-    """Return the record time in s from the first to the last sample that all channels have; None where it is all."""
+    """Return the record times in s of the first and last sample present in all channels; None if no end is missing."""
     layout = group.layout
-    arrays = table.read([column.index for column in layout.chosen])
+    arrays = table.read([column.index for column in layout.selected_columns])
     good = np.flatnonzero(np.all(np.isfinite(arrays[-len(layout.channels) :]), axis=0))
     if not good.size:
         raise table.error(f"{column_label(table.columns, layout.channels[0].index)}: no finite number")

@@ -1,8 +1,8 @@
-"""Forces and moments that a table measures beside the drive torque, and their move to the mechanism's mounting point.
+"""Forces and moments of a six-component table, and their transfer to the mechanism's mounting point.
 
-A table gives a force F and a moment M_O about its own reference point O. About the mounting point P, at r from O, the
-moment is M_P = M_O - r x F; the force is the same. The torque about the drive axis is one of the three moments, so it
-is moved like them.
+A table measures a force F and a moment M_O about its reference point O. The moment about the mounting point P, at r
+from O, is M_P = M_O - r x F; the force is the same. The torque about the drive axis is one of the three moments and is
+transferred like them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.records.record import Channel, Record
-from mechid.signal.stored import changed
+from mechid.signal.stored import map_samples
 
 AXES = ("x", "y", "z")
 FORCES = tuple(f"force_{axis}" for axis in AXES)
@@ -25,14 +25,14 @@ TORQUE = "torque"
 
 @dataclass(frozen=True)
 class Mounting:
-    """How the mechanism stands on the table that measures it.
+    """Position and orientation of the mechanism on the table.
 
     Parameters
     ----------
     drive_axis : str
-        The table's axis about which a positive drive torque turns: ``"x"``, ``"y"``, ``"z"``, or ``"-x"`` and so on.
+        Axis of the table about which a positive drive torque acts: ``"x"``, ``"y"``, ``"z"``, or ``"-x"`` and so on.
     point_m : (float, float, float)
-        From the table's reference point to the mechanism's mounting point, along the table's axes, m.
+        Vector from the table's reference point to the mechanism's mounting point, along the table's axes, in m.
     """
 
     drive_axis: str
@@ -40,27 +40,27 @@ class Mounting:
 
     @property
     def axis(self) -> int:
-        """Number of the drive axis, 0 to 2."""
+        """Index of the drive axis, 0 to 2."""
         return AXES.index(self.drive_axis[-1])
 
     @property
     def sense(self) -> float:
-        """1 where a positive drive torque turns about the axis itself, -1 where it turns about its opposite."""
+        """Sign of the drive torque about the axis, 1 or -1."""
         return -1.0 if self.drive_axis.startswith("-") else 1.0
 
     @property
     def drive_moment(self) -> str:
-        """The moment that is the drive torque."""
+        """Moment about the drive axis."""
         return MOMENTS[self.axis]
 
     def lever(self, axis: int) -> dict[str, float]:
-        """Return by which forces and factors, m, r x F turns about an axis; none where the lever arm is zero."""
+        """Return the lever arms in m, by force, of the component of r x F about an axis; zero arms are omitted."""
         after, last = (axis + 1) % 3, (axis + 2) % 3
         factors = {FORCES[last]: self.point_m[after], FORCES[after]: -self.point_m[last]}
         return {force: factor for force, factor in factors.items() if factor}
 
     def levers(self, quantities: tuple[str, ...]) -> Iterator[tuple[str, Mapping[str, float]]]:
-        """Yield each moment among a record's quantities, the torque too, with the forces that move it."""
+        """Yield each moment among a record's quantities, including the torque, with its lever arms by force."""
         for quantity in quantities:
             if quantity == TORQUE:
                 yield quantity, {force: self.sense * factor for force, factor in self.lever(self.axis).items()}
@@ -68,16 +68,16 @@ class Mounting:
                 yield quantity, self.lever(MOMENTS.index(quantity))
 
 
-def about_mounting_point(record: Record, mounting: Mounting) -> Record:
-    """Return a record with its moments, the torque among them, about the mounting point; others as they are.
+def move_to_mounting_point(record: Record, mounting: Mounting) -> Record:
+    """Return a record with its moments, including the torque, about the mounting point.
 
-    A record without any component beside the torque stays as it is. The forces that a moment needs have to be there.
+    A record without force and moment channels is returned unchanged. The forces that a moment needs must be present.
     """
     held = {channel.quantity: channel for channel in record.channels}
     if not set(COMPONENTS) & set(held):
         return record
     moved = {
-        quantity: _moved(held[quantity], [(factor, held[force]) for force, factor in forces.items()])
+        quantity: _move_moment(held[quantity], [(factor, held[force]) for force, factor in forces.items()])
         for quantity, forces in mounting.levers(tuple(held))
         if forces
     }
@@ -92,15 +92,16 @@ def about_mounting_point(record: Record, mounting: Mounting) -> Record:
     return replace(record, channels=channels, treatments=(*record.treatments, treatment))
 
 
-def _moved(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:
-    """Return a moment less what each force adds to it by its part of the lever arm."""
+def _move_moment(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:
+    """Return a moment minus the moments of forces, given as lever arms and channels."""
+    # A sample is measured only if the moment and all forces are: bridged samples of any of them count as bridged.
     bridged = moment.bridged
     for _, force in forces:
         bridged = np.union1d(bridged, force.bridged)
 
-    def less_forces(values: FloatArray, part: slice) -> FloatArray:
+    def subtract_forces(values: FloatArray, part: slice) -> FloatArray:
         for factor, force in forces:
             values = values - factor * force.data[part]
         return values
 
-    return replace(moment, data=changed(moment.data, less_forces), bridged=bridged)
+    return replace(moment, data=map_samples(moment.data, subtract_forces), bridged=bridged)

@@ -1,4 +1,4 @@
-"""What the campaign has done to the samples before they count as measured; each step leaves its figures."""
+"""Conditioning of samples as declared by the campaign; each step is documented in the treatments."""
 
 from __future__ import annotations
 
@@ -14,47 +14,48 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.records.columns import Layout
 from mechid.records.spec import Conditioning
 from mechid.records.table import Clock, Table, column_label
-from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
+from mechid.signal.decimation import PASS, affected_samples, anti_alias_filter, decimate
 from mechid.signal.runs import runs_of
 from mechid.signal.series import Series
-from mechid.signal.stored import Room, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
+from mechid.signal.stored import WritableSeries, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
 
 Treatment = Mapping[str, Any]
-"""One thing that was done to the samples: ``step``, ``text``, and its figures."""
-TOLD_GAPS = 8
-FAR = 2.0**62
-"""Samples: no file has so many, and an integer holds it."""
-EDGE = 1e-6
-"""Share of a sample interval by which a sample may miss a window's end."""
+"""Description of a conditioning step: ``step``, ``text``, and its figures."""
+MAX_LISTED_GAPS = 8
+LARGEST_INDEX = 2.0**62
+"""Limit of sample indices: no file has as many samples, and it fits into an integer."""
+EDGE_TOLERANCE = 1e-6
+"""Tolerance of a window's ends in sample intervals."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Samples on the way to a record.
+    """Samples of a record during conditioning.
 
     Parameters
     ----------
     clock : Clock
-    data : tuple of Room
-        N samples of each channel of the layout, in SI: arrays, or files of long ones.
+    data : tuple of WritableSeries
+        N samples of each channel of the layout, in SI units: arrays, or temporary files for long series.
     treatments : tuple of Treatment
     bridged : mapping of int to ndarray of int
-        By place in `data`, ascending: the samples that stand for missing ones.
+        Indices of bridged samples, ascending, by position in `data`.
     """
 
     clock: Clock
-    data: tuple[Room, ...]
+    data: tuple[WritableSeries, ...]
     treatments: tuple[Treatment, ...] = ()
     bridged: Mapping[int, IntArray] = field(default_factory=dict)
 
-    def times(self, start_s: float, stop_s: float) -> slice:
-        """Return the samples from `start_s` to `stop_s` of record time, both included."""
+    def slice_between(self, start_s: float, stop_s: float) -> slice:
+        """Return the slice of samples from `start_s` to `stop_s` of record time, both included."""
         places = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
-        first, last = (min(max(place, -FAR), FAR) for place in places)
-        return slice(max(math.ceil(first - EDGE), 0), max(math.floor(last + EDGE) + 1, 0))
+        # Clipped before the conversion, because infinite times do not fit into an integer.
+        first, last = (min(max(place, -LARGEST_INDEX), LARGEST_INDEX) for place in places)
+        return slice(max(math.ceil(first - EDGE_TOLERANCE), 0), max(math.floor(last + EDGE_TOLERANCE) + 1, 0))
 
-    def after(self, step: str, text: str, data: tuple[Room, ...], **figures: object) -> Samples:
-        """Return the samples after a treatment, with its record."""
+    def with_treatment(self, step: str, text: str, data: tuple[WritableSeries, ...], **figures: object) -> Samples:
+        """Return a copy with new data and an additional treatment."""
         return replace(self, data=data, treatments=(*self.treatments, {"step": step, "text": text, **figures}))
 
 
@@ -62,27 +63,36 @@ Step = Callable[[Table, Layout, Conditioning, Samples], Samples]
 
 
 def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Take samples that are on a regular clock through all further steps.
+    """Apply all conditioning steps to samples on a regular clock.
 
     Raises
     ------
     RecordError
-        Samples are missing for too long, or a step cannot be done.
+        A gap is too long, or a step cannot be applied.
     """
-    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _summed_up, _zeroed, _windowed, _decimated)
+    # The order matters: gaps are bridged before sums and filters would spread NaN, and the quiet stretches may lie
+    # outside the window, so it is applied after them.
+    steps: tuple[Step, ...] = (
+        _cut_to_needed,
+        _bridge_gaps,
+        _cumulate,
+        _subtract_quiet_line,
+        _apply_window,
+        _decimate_channels,
+    )
     for step in steps:
         samples = step(table, layout, how, samples)
     return samples
 
 
-def limited(layout: Layout, how: Conditioning, data: Sequence[Room]) -> list[Treatment]:
-    """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
+def apply_limits(layout: Layout, how: Conditioning, data: Sequence[WritableSeries]) -> list[Treatment]:
+    """Mark samples at or beyond their instrument's limits as missing, in place, and return the treatments."""
     treatments: list[Treatment] = []
     for column, values in zip(layout.channels, data, strict=True):
         if column.quantity not in how.limits:
             continue
         low, high = how.limits[column.quantity]
-        count = sum(_made_missing(values, part, low, high) for part in pieces_of(values))
+        count = sum(_mark_missing(values, part, low, high) for part in pieces_of(values))
         text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} counted as missing"
         treatments.append(
             {"step": "limits", "text": text, "channel": column.quantity, "limits": [low, high], "samples": count}
@@ -90,8 +100,8 @@ def limited(layout: Layout, how: Conditioning, data: Sequence[Room]) -> list[Tre
     return treatments
 
 
-def _made_missing(room: Room, part: slice, low: float, high: float) -> int:
-    """Make the samples of a piece that are on or beyond limits missing, and return how many they are."""
+def _mark_missing(room: WritableSeries, part: slice, low: float, high: float) -> int:
+    """Mark the samples of a piece at or beyond limits as missing, and return their number."""
     values = room[part]
     beyond = (values <= low) | (values >= high)
     values[beyond] = np.nan
@@ -100,12 +110,12 @@ def _made_missing(room: Room, part: slice, low: float, high: float) -> int:
 
 
 def _cut_to_needed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Drop what neither window nor quiet stretches need: its faults do not matter."""
+    """Drop samples outside the window and the quiet stretches, whose faults do not matter."""
     return samples if how.needed_s is None else _cut(table, samples, *how.needed_s)
 
 
 def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Samples:
-    rows = samples.times(start_s, stop_s)
+    rows = samples.slice_between(start_s, stop_s)
     data = tuple(stretch_in_place(values, rows.start, rows.stop) for values in samples.data)
     if data[0].size < 2:
         whole = samples.clock.start_s + (samples.data[0].size - 1) / samples.clock.rate_hz
@@ -122,29 +132,30 @@ def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Sampl
 
 
 def missing_samples(series: Series) -> IntArray:
-    """Return the samples that are not finite, as numbers, ascending."""
+    """Return the indices of samples that are not finite, ascending."""
     found = [part.start + np.flatnonzero(~np.isfinite(series[part])) for part in pieces_of(series)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
 def missing_runs(missing: IntArray) -> IntArray:
-    """Return first and last-plus-one sample of each run of missing samples, shape (runs, 2)."""
+    """Return the start and stop indices of each run of missing samples, shape (runs, 2)."""
     return np.array(runs_of(missing), dtype=np.int64).reshape(-1, 2)
 
 
-def bridge(room: Room, missing: IntArray) -> None:
-    """Replace missing samples, (M,) ascending, by the straight line between their neighbours, in place.
+def bridge(room: WritableSeries, missing: IntArray) -> None:
+    """Replace missing samples, (M,) ascending, in place by linear interpolation between their neighbours.
 
-    At an end, where there is one neighbour only, its value is held.
+    At the ends of the series the value of the only neighbour is used.
     """
     runs = missing_runs(missing)
+    # Only the samples next to the gaps are read, so that a long series need not be in memory.
     beside = np.unique(np.concatenate((runs[:, 0] - 1, runs[:, 1])))
     beside = beside[(beside >= 0) & (beside < room.size)]
     write_at(room, missing, np.interp(missing, beside, samples_at(room, beside)))
 
 
-def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Bridge missing samples; refuse gaps that are too long, or at an end."""
+def _bridge_gaps(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Bridge missing samples; raise RecordError for gaps that are too long or at an end."""
     for k, (column, values) in enumerate(zip(layout.channels, samples.data, strict=True)):
         missing = missing_samples(values)
         if not missing.size:
@@ -157,7 +168,7 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
         where = f"{label}: {int(runs[longest, 1] - runs[longest, 0])} samples missing from {starts[longest]:.9g} s on"
         if how.max_gap_s is None:
             raise table.error(f"{where}; max_gap_s = ... allows to bridge them, window_s to leave them out")
-        if lengths[longest] > how.max_gap_s * (1.0 + EDGE):
+        if lengths[longest] > how.max_gap_s * (1.0 + EDGE_TOLERANCE):
             raise table.error(
                 f"{where}, {lengths[longest]:.4g} s, longer than max_gap_s = {how.max_gap_s:.9g}; leave them out "
                 "with window_s"
@@ -170,7 +181,7 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             f"{column.quantity}: {count} missing samples in {len(runs)} gaps bridged by straight lines, the longest "
             f"{lengths[longest]:.4g} s from {starts[longest]:.9g} s"
         )
-        samples = samples.after(
+        samples = samples.with_treatment(
             "gaps",
             text,
             samples.data,
@@ -178,26 +189,28 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             samples=count,
             gaps=len(runs),
             longest_s=float(lengths[longest]),
-            first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
+            first_at_s=[float(start) for start in starts[:MAX_LISTED_GAPS]],
         )
         samples = replace(samples, bridged={**samples.bridged, k: missing})
     return samples
 
 
-def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Replace increments, as an encoder's counter read and cleared at each sample gives them, by their running sum."""
+def _cumulate(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Replace increments by their running sum; an encoder's counter that is cleared at each sample gives increments."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         if column.quantity in how.cumulate:
             _sum_up(values)
             text = f"{column.quantity}: increments summed up from {samples.clock.start_s:.9g} s on"
-            samples = samples.after(
+            samples = samples.with_treatment(
                 "cumulate", text, samples.data, channel=column.quantity, from_s=samples.clock.start_s
             )
     return samples
 
 
-def _sum_up(room: Room) -> None:
+def _sum_up(room: WritableSeries) -> None:
     """Replace samples by their running sum, in place."""
+    # The sum so far is added to the first sample of the next piece: the order of additions, and so the rounding, is
+    # that of a single cumulative sum.
     so_far = 0.0
     for part in pieces_of(room):
         values = room[part]
@@ -207,23 +220,24 @@ def _sum_up(room: Room) -> None:
         so_far = float(room[part.stop - 1 : part.stop][0])
 
 
-def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Subtract the line through the quiet stretches; a single stretch gives a constant."""
+def _subtract_quiet_line(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Subtract the straight line fitted to the quiet stretches, or the mean of a single stretch."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         stretches = how.quiet_s.get(column.quantity, ())
         if not stretches:
             continue
-        parts = [samples.times(*stretch) for stretch in stretches]
+        parts = [samples.slice_between(*stretch) for stretch in stretches]
         time = np.concatenate([np.arange(*part.indices(values.size)) for part in parts]) / samples.clock.rate_hz
         quiet = np.concatenate([values[part] for part in parts])
         if any(values[part].size < 2 for part in parts):
             raise table.error(f"{column.quantity}: a stretch of quiet_s lies outside the record")
         drift, offset = np.polyfit(time, quiet, 1) if len(parts) > 1 else (0.0, float(quiet.mean()))
-        change_in_place(values, partial(_less_line, offset, drift, samples.clock.rate_hz))
-        rms = _noise(np.concatenate([values[part] for part in parts]), how.decimate)
+        change_in_place(values, partial(_subtract_line, offset, drift, samples.clock.rate_hz))
+        # Measured after the subtraction: the RMS that remains is noise.
+        rms = _quiet_rms(np.concatenate([values[part] for part in parts]), how.decimate)
         at = f"{samples.clock.start_s:.9g} s"
         text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted, {rms:.3g} RMS left"
-        samples = samples.after(
+        samples = samples.with_treatment(
             "quiet",
             text,
             samples.data,
@@ -238,28 +252,28 @@ def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -
     return samples
 
 
-def _less_line(offset: float, drift: float, rate_hz: float, values: FloatArray, part: slice) -> FloatArray:
-    """Return samples less a line over the record's time since its first sample."""
+def _subtract_line(offset: float, drift: float, rate_hz: float, values: FloatArray, part: slice) -> FloatArray:
+    """Return samples minus a line over the time since the first sample of the record."""
     return values - (offset + drift * np.arange(part.start, part.stop) / rate_hz)
 
 
-def _noise(quiet: FloatArray, factor: int) -> float:
-    """Return the RMS that quiet samples have in the record, behind its decimation where they are enough for that."""
+def _quiet_rms(quiet: FloatArray, factor: int) -> float:
+    """Return the RMS of quiet samples, after decimation if there are enough samples for the filter."""
     if factor > 1 and quiet.size > anti_alias_filter(factor).size:
         quiet = decimate(quiet, factor)[:]
     return float(np.sqrt(np.mean(quiet**2)))
 
 
-def _windowed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+def _apply_window(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     if how.window_s is None:
         return samples
     cut = _cut(table, samples, *how.window_s)
     text = f"{how.window_s[0]:.9g} s to {how.window_s[1]:.9g} s of the record used"
-    return cut.after("window", text, cut.data, window_s=list(how.window_s))
+    return cut.with_treatment("window", text, cut.data, window_s=list(how.window_s))
 
 
-def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
-    """Decimate all channels behind the same filter, so that they keep their times."""
+def _decimate_channels(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Decimate all channels with the same filter, which keeps them aligned in time."""
     if how.decimate == 1:
         return samples
     taps = anti_alias_filter(how.decimate).size
@@ -272,6 +286,8 @@ def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples
         f"decimated by {how.decimate} from {before:.9g} Hz to {rate:.9g} Hz: low-pass of {taps} taps, flat to "
         f"{passed:.6g} Hz; what the mechanism does above is in the model and no longer in the record"
     )
-    bridged = {k: spoilt_by(missing, samples.data[k].size, how.decimate) for k, missing in samples.bridged.items()}
-    done = samples.after("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
+    bridged = {
+        k: affected_samples(missing, samples.data[k].size, how.decimate) for k, missing in samples.bridged.items()
+    }
+    done = samples.with_treatment("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
     return replace(done, clock=replace(samples.clock, rate_hz=rate), bridged=bridged)

@@ -1,4 +1,4 @@
-"""Dialect of a text file of numbers: encoding, separator, decimal sign, header."""
+"""Detection of the dialect of a numeric text file: encoding, separator, decimal sign, header."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from mechid.records.csv_units import (
     doubts_of_name,
     is_comment,
     is_line_of_units,
-    speaks_of,
     stated_units,
+    states_units_of,
 )
 from mechid.records.table import Column
 
@@ -32,35 +32,34 @@ BYTE_ORDER_MARKS = {
     codecs.BOM_UTF16_BE: "utf-16",
 }
 SEPARATORS = (";", "\t", ",")
-"""Looked for in this order: beside the first two a comma is a decimal sign."""
-UNUSED = "comment"
-"""A last column of a header that no row has: so LabVIEW's text files end."""
-MOST_HEAD_LINES = 200
-"""So many lines an instrument may write before the samples."""
+"""Separators in the order of the search; with the first two, a comma is a decimal sign."""
+UNUSED_HEADER = "comment"
+"""Last column of the header in LabVIEW's text files, which no row contains."""
+MAX_HEAD_LINES = 200
+"""Maximum number of lines before the samples."""
 LONGEST_LINE = 1 << 20
-"""Letters of a line that are looked at: what is no text may have no line end at all."""
+"""Maximum number of characters of a line that are read; a binary file may have no line end at all."""
 _OUTSIDE_BRACKETS = re.compile(r"\s+(?![\[(]|[^\[(]*[\])])")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Dialect:
-    """How one file is written.
+    """Dialect of a text file.
 
     Parameters
     ----------
     encoding : str
-        By the byte order mark, else Latin-1, in which digits are the same as in UTF-8.
+        According to the byte order mark, or else Latin-1, in which digits are the same as in UTF-8.
     separator : str or None
-        None: any white space.
+        None for any white space.
     decimal_comma : bool
-        Whether numbers are written with a comma.
+        Whether numbers have a decimal comma.
     columns : tuple of Column
-        Named by the header, without names where the file has none; with units where a line of its own
-        states them.
+        Columns with names from the header, if there is one, and units from a separate line, if there is one.
     head_lines : int
-        Lines before the first sample, blank ones included.
+        Number of lines before the first sample, including blank ones.
     preamble : tuple of (int, str)
-        What an instrument writes before the header, with line numbers from 1.
+        Lines before the samples other than the header, with line numbers from 1.
     """
 
     encoding: str
@@ -71,37 +70,38 @@ class Dialect:
     preamble: tuple[tuple[int, str], ...] = ()
 
     def cells(self, line: str) -> list[str]:
-        """Return a data line's cells as the numbers are to be parsed."""
+        """Return the cells of a data line, ready for parsing."""
         return split_cells(line.replace(",", ".") if self.decimal_comma else line, self.separator)
 
     def is_blank(self, line: str) -> bool:
-        """Whether NumPy's parser passes over the line."""
+        """Return whether NumPy's parser skips the line."""
         return not (line.strip() if self.separator is None else line.strip("\r\n"))
 
 
 def sniff(path: Path, label: str) -> Dialect:
-    """Find out how the file at `path` is written.
+    """Detect the dialect of the file at `path`.
 
-    The header is the last line before the first sample that is no line of units and no comment on another one.
+    The header is the last line before the first sample that is neither a line of units nor a comment on another line.
 
     Raises
     ------
     RecordError
-        It is empty, no text, has a header only, or header and samples differ in columns.
+        The file is empty, is not text, has a header only, or header and samples differ in their number of columns.
     """
-    encoding = _encoding(path)
+    encoding = _detect_encoding(path)
     lines = _first_lines(path, label, encoding)
     place = _first_sample(lines)
     (number, row), before = lines[place], lines[:place]
-    separator = _separator(row, before[-1][1] if before else row)
+    separator = _detect_separator(row, before[-1][1] if before else row)
+    # The whole file is searched, because the first samples may be integers without a decimal sign.
     decimal_comma = separator in (";", "\t") and _has_comma(path)
     cells = split_cells(row, separator)
     if place == 0 and not all(map(is_number, cells)):
         raise RecordError(f"{label}: line {number}: a header, but no samples after it")
     split = partial(_headers, separator=separator)
     before = [(at, from_utf8(line) if encoding == "latin-1" else line) for at, line in before]
-    place = _names_place([line for _, line in before], split, len(cells))
-    headers = _uncommented(split(before[place][1])) if before else ("",) * len(cells)
+    place = _find_header([line for _, line in before], split, len(cells))
+    headers = _strip_comment(split(before[place][1])) if before else ("",) * len(cells)
     _refuse_other_width(label, headers, cells)
     others = [line for k, line in enumerate(before) if k != place]
     stated = stated_units(headers, others, split, before[place][0] if before else 0)
@@ -116,7 +116,7 @@ def sniff(path: Path, label: str) -> Dialect:
 
 
 def _columns(names: Sequence[str], stated: Sequence[StatedUnit]) -> tuple[Column, ...]:
-    """Return the columns: a header may consist of units alone; one that ends in ``in ms`` is in doubt."""
+    """Return the columns; the header may consist of units only, and a name that ends in ``in ms`` is ambiguous."""
     if any(names) and is_line_of_units(names):
         return tuple(Column(name=name, unit=bare_unit(name)) for name in names)
     return tuple(
@@ -125,40 +125,40 @@ def _columns(names: Sequence[str], stated: Sequence[StatedUnit]) -> tuple[Column
     )
 
 
-def _names_place(before: Sequence[str], split: Splitter, columns: int) -> int:
-    """Return which of the lines before the samples names the columns: the last that is no line of units or comment.
+def _find_header(before: Sequence[str], split: Splitter, columns: int) -> int:
+    """Return the index of the header: the last line before the samples that is neither units nor a comment.
 
-    A comment names them where no line as wide stands above it that it speaks of.
+    A comment is the header if there is no line of the same width above that it refers to.
     """
     units = len(before) - 1
     for place in reversed(range(len(before))):
-        cells = _uncommented(split(before[place]))
+        cells = _strip_comment(split(before[place]))
         is_wide = len(cells) == columns
         if is_wide and is_line_of_units(cells, whole=False):
             units = place
         elif is_comment(before[place]):
             wide = [line for line in map(split, before[:place]) if len(line) == columns]
-            if is_wide and not (wide and speaks_of(wide[-1], before[place])):
+            if is_wide and not (wide and states_units_of(wide[-1], before[place])):
                 return place
         else:
             return place if is_wide else units
     return units
 
 
-def _uncommented(cells: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of columns without the mark of a comment before them and without LabVIEW's unused one."""
+def _strip_comment(cells: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of columns without a leading comment mark and without LabVIEW's unused last column."""
     first = COMMENT.sub("", cells[0], count=1) or cells[0]
-    last = len(cells) - (len(cells) > 1 and cells[-1].strip().lower() == UNUSED)
+    last = len(cells) - (len(cells) > 1 and cells[-1].strip().lower() == UNUSED_HEADER)
     return (first, *cells[1:last])
 
 
 def _first_sample(lines: list[tuple[int, str]]) -> int:
-    """Return the place of the first sample among the first lines that are not blank.
+    """Return the index of the first sample among the first lines that are not blank.
 
-    It is the first line that begins with a number; where none does, the first of two with a number in some
-    cell and as many cells.
+    It is the first line that begins with a number, or else the first of two lines that contain numbers and have the
+    same number of cells.
     """
-    numbers = [list(map(is_number, split_cells(line, _separator(line, line)))) for _, line in lines]
+    numbers = [list(map(is_number, split_cells(line, _detect_separator(line, line)))) for _, line in lines]
     for place, found in enumerate(numbers):
         if found[:1] == [True]:
             return place
@@ -169,26 +169,27 @@ def _first_sample(lines: list[tuple[int, str]]) -> int:
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
-    """Return the cells of a line without their quotes and the white space around them."""
+    """Return the cells of a line without quotes and surrounding white space."""
     if separator is None:
         return [cell.strip('"') for cell in line.split()]
     if '"' not in line:
         return [cell.strip() for cell in line.split(separator)]
-    whole = " ".join(line.splitlines())  # a lone carriage return within a line ends it for the csv module
+    # The csv module treats a lone carriage return as a line end.
+    whole = " ".join(line.splitlines())
     return [cell.strip() for cell in next(csv.reader([whole], delimiter=separator), [""])]
 
 
-def _encoding(path: Path) -> str:
+def _detect_encoding(path: Path) -> str:
     with path.open("rb") as file:
         head = file.read(4)
     return next((name for mark, name in BYTE_ORDER_MARKS.items() if head.startswith(mark)), "latin-1")
 
 
 def _first_lines(path: Path, label: str, encoding: str) -> list[tuple[int, str]]:
-    """Return the first lines that are not blank, with their numbers."""
+    """Return the first lines that are not blank, with their line numbers."""
     with path.open(encoding=encoding) as file:
         numbered = enumerate(iter(lambda: file.readline(LONGEST_LINE), ""), 1)
-        lines = list(islice(((n, line) for n, line in numbered if line.strip()), MOST_HEAD_LINES))
+        lines = list(islice(((n, line) for n, line in numbered if line.strip()), MAX_HEAD_LINES))
     if not lines:
         raise RecordError(f"{label}: the file is empty")
     if any("\0" in line for _, line in lines):
@@ -196,7 +197,7 @@ def _first_lines(path: Path, label: str, encoding: str) -> list[tuple[int, str]]
     return lines
 
 
-def _separator(row: str, header: str) -> str | None:
+def _detect_separator(row: str, header: str) -> str | None:
     return next((mark for line in (row, header) for mark in SEPARATORS if mark in line), None)
 
 
@@ -206,14 +207,14 @@ def _has_comma(path: Path) -> bool:
 
 
 def _headers(line: str, separator: str | None) -> tuple[str, ...]:
-    """Return the header's cells; without a separator a unit in brackets stays with its name."""
+    """Return the header's cells; in a header separated by white space, a unit in brackets remains with its name."""
     if separator is None:
         return tuple(_OUTSIDE_BRACKETS.split(line.strip()))
     return tuple(split_cells(line, separator))
 
 
 def from_utf8(line: str) -> str:
-    """Return a line read as Latin-1 as the UTF-8 that it may be."""
+    """Return a line that was read as Latin-1, decoded as UTF-8 if possible."""
     try:
         return line.encode("latin-1").decode("utf-8")
     except UnicodeDecodeError:

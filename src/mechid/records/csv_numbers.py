@@ -1,8 +1,8 @@
-"""Notation of numbers in a text file: decimal sign and digit grouping, told for each column from all of its cells.
+"""Detection of decimal sign and digit grouping in a text file, for each column from all of its cells.
 
-``1,025`` is a number with three decimals in one file and one thousand and twenty-five in the next. A column
-tells which where one of its cells can be read in one way only: ``0,0001`` and ``0,123`` have a decimal comma,
-``1,025,000`` and ``1,025.5`` have commas between groups of digits. What no cell tells is refused.
+``1,025`` may be a number with three decimals or one thousand and twenty-five. A column is unambiguous if one of its
+cells is: ``0,0001`` and ``0,123`` have a decimal comma, ``1,025,000`` and ``1,025.5`` have commas between groups of
+digits. An ambiguous column is rejected.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 
 SIGN = r"(?:['’\x92 \xa0\u2007\u2009\u202f]|Â\xa0|â\x80[\x87\x89\x99\xaf])"
-"""Apostrophes and spaces that group digits and nothing else; the latter ones are UTF-8 read as Latin-1."""
+"""Apostrophes and spaces used only for digit grouping; the last alternatives are UTF-8 read as Latin-1."""
 _KINDS = {
     "hundreds": r"\d{3}",
     "short": r"\d{1,2}",
@@ -35,15 +35,15 @@ _KINDS = {
     "grouped_sign_comma": rf"[1-9]\d{{0,2}}(?:{SIGN}\d{{3}})+,\d*",
     "grouped_sign": rf"[1-9]\d{{0,2}}(?:{SIGN}\d{{3}})+",
 }
-"""Ways to write a number, the first that fits counts: so ``either`` is one group of three digits or three decimals."""
+"""Kinds of numbers, of which the first match counts; ``either`` is one group of three digits or three decimals."""
 NUMBER = re.compile("[+-]?(?:" + "|".join(f"(?P<{kind}>{pattern})" for kind, pattern in _KINDS.items()) + ")")
 MARKS = {"comma": ",", "dot": ".", "sign": "sign"}
 THOUSANDTHS = 1e-6
-"""Distance from a multiple of 0.001, in thousandths, up to which a number is one."""
+"""Tolerance for multiples of 0.001, in thousandths."""
 _SIGNS = ("'", "’", "\x92", "\xa0", "\u2007", "\u2009", "\u202f", "â\x80")
 _SPACED, _TWO_GROUPS = re.compile(r"\d \d{3}"), re.compile(r",\d{2,3},")
 AT_ONCE = 65536
-"""Values that are looked at together; the first ones mostly tell."""
+"""Number of values examined together; the first block usually decides."""
 REMEDY = "export the numbers without digit grouping and with one decimal sign"
 
 Examples = dict[str, tuple[int, str]]
@@ -52,7 +52,7 @@ Examples = dict[str, tuple[int, str]]
 
 @dataclass(frozen=True)
 class Notation:
-    """How the numbers of one column are written.
+    """Notation of the numbers of one column.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Notation:
     group: str = ""
 
     def plain(self, cell: str) -> str:
-        """Return a cell as NumPy parses it; text that is no number stays as it is."""
+        """Return a cell in a form that NumPy can parse; text that is not a number is returned unchanged."""
         if NUMBER.fullmatch(cell) is None:
             return cell
         if self.group:
@@ -75,7 +75,7 @@ class Notation:
 
 
 def is_number(cell: str) -> bool:
-    """Tell whether a cell is a number in any notation."""
+    """Return whether a cell is a number in any notation."""
     try:
         float(cell)
     except ValueError:
@@ -84,16 +84,16 @@ def is_number(cell: str) -> bool:
 
 
 def has_unusual_marks(pieces: Iterable[str], separator: str | None, *, decimal_comma: bool) -> bool:
-    """Tell whether the samples hold marks for which every cell has to be looked at: most files hold none.
+    """Return whether the samples contain marks for which every cell must be examined; most files do not.
 
     Parameters
     ----------
     pieces : iterable of str
-        The lines of the samples, many together.
+        Text of the samples in pieces of many lines.
     separator : str or None
-        Between cells; None is white space, in which no number has a mark but its decimal sign.
+        Separator of cells; None for white space, with which numbers contain no mark except the decimal sign.
     decimal_comma : bool
-        Whether a comma is taken for the decimal sign: beside points it may group digits.
+        Whether the comma is assumed to be the decimal sign; if there are points too, it may group digits.
     """
     comma = dot = False
     for piece in pieces if separator is not None else ():
@@ -108,7 +108,7 @@ def has_unusual_marks(pieces: Iterable[str], separator: str | None, *, decimal_c
 
 
 def note_kinds(examples: Sequence[Examples], line: int, cells: Sequence[str]) -> None:
-    """Add the kinds of one line's cells to the examples of each column; cells beyond the columns are left out."""
+    """Add the kinds of one line's cells to the examples of each column; surplus cells are ignored."""
     for column, cell in zip(examples, cells, strict=False):
         found = NUMBER.fullmatch(cell)
         if found and found.lastgroup and found.lastgroup not in column:
@@ -116,16 +116,16 @@ def note_kinds(examples: Sequence[Examples], line: int, cells: Sequence[str]) ->
 
 
 def notation_of(examples: Sequence[Examples], index: int, separator: str | None) -> Notation | str:
-    """Return the notation of a column, or the reason why its numbers can be read in two ways.
+    """Return the notation of a column, or a message if it is ambiguous.
 
     Parameters
     ----------
     examples : sequence of Examples
-        Of all columns: one column may tell the decimal sign of the file.
+        Examples of all columns, since one column may reveal the decimal sign of the file.
     index : int
-        The column.
+        Index of the column.
     separator : str or None
-        Between the file's cells: commas and white space go with decimal points.
+        Separator of the file's cells; commas and white space imply decimal points.
     """
     column = examples[index]
     grouping = {kind.split("_")[1] for kind in column if kind.startswith("grouped")}
@@ -136,7 +136,8 @@ def notation_of(examples: Sequence[Examples], index: int, separator: str | None)
         left = set(decimal) | (either - grouping)
         if len(grouping) > 1 or len(left) > 1 or grouping & set(decimal):
             return _two_marks(column)
-        if grouping & set(elsewhere):  # what groups digits here is the decimal sign of another column
+        # The grouping mark is the decimal sign of another column.
+        if grouping & set(elsewhere):
             return _two_marks({**column, **{f"other_{mark}": place for mark, place in elsewhere.items()}})
         return Notation(MARKS[left.pop()] if left else ".", MARKS[grouping.pop()])
     marks = set(decimal) | either
@@ -151,13 +152,13 @@ def notation_of(examples: Sequence[Examples], index: int, separator: str | None)
 
 
 def may_be_grouped(values: FloatArray, *, whole: bool) -> bool:
-    """Tell whether values may be misread thousands: all below 1000, of three decimals, fractions beyond 1 alone.
+    """Return whether values may be misread thousands: below 1000, multiples of 0.001, and no fraction below 1.
 
     Parameters
     ----------
     values : ndarray of shape (N,)
     whole : bool
-        Whether whole numbers alone are doubtful too: the only grouped one may be ``2,000``, read as 2.
+        Whether integers alone are ambiguous too: the only grouped number may be ``2,000``, read as 2.
     """
     doubtful = whole
     for start in range(0, values.size, AT_ONCE):
@@ -175,9 +176,9 @@ def may_be_grouped(values: FloatArray, *, whole: bool) -> bool:
 def _one_group_or_decimals(
     column: Examples, mark: str, elsewhere: Mapping[str, tuple[int, str]], separator: str | None
 ) -> Notation | str:
-    """Decide over a column in which every marked number is like ``1,025``.
+    """Return the notation of a column in which every number with a mark is like ``1,025``, or a message.
 
-    Whole numbers of three digits beside them speak for thousands: with decimals these would be written too.
+    Integers of three digits in the same column suggest thousands: with decimals, they would have these too.
     """
     cell_line, cell = column.get(f"either_{mark}") or column[f"round_{mark}"]
     whole = column.get("hundreds") or column.get("short")
@@ -197,7 +198,7 @@ def _one_group_or_decimals(
 
 
 def _decimals(column: Examples) -> dict[str, tuple[int, str]]:
-    """Return the decimal signs that cells of a column prove, each with line and text of a cell."""
+    """Return the decimal signs proved by cells of a column, each with line and text of a cell."""
     found: dict[str, tuple[int, str]] = {}
     for kind, place in column.items():
         mark = kind.rpartition("_")[2]
@@ -207,7 +208,7 @@ def _decimals(column: Examples) -> dict[str, tuple[int, str]]:
 
 
 def _two_marks(column: Examples) -> str:
-    """Return the refusal of a column whose cells contradict each other, with two of them that do."""
+    """Return the message for a column whose cells contradict each other, with examples."""
     marked = {kind: place for kind, place in column.items() if "comma" in kind or "dot" in kind or "sign" in kind}
     told = " and ".join(f'"{cell}" in line {line}' for line, cell in sorted(marked.values())[:3])
     return f"{told} are written in different ways; {REMEDY}"

@@ -1,4 +1,4 @@
-"""Doubts about the numbers of a column: a scaling that is not applied, and integers that may be raw counts."""
+"""Checks for ambiguous numbers in a column: scaling that is not applied, and integers that may be raw counts."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from mechid.units import si_unit
 
 
 def refuse_unapplied_scaling(table: Table, channel: ChannelSpec, index: int) -> None:
-    """Refuse a column with a scaling that is not understood, unless the campaign states its unit and gain.
+    """Raise an error for a column with an unknown scaling, unless the campaign states its unit and gain.
 
     Raises
     ------
     RecordError
-        With the entry of the campaign that settles it.
+        The scaling is unknown; the message contains the campaign entry that resolves it.
     """
-    is_time = channel.quantity == "time"  # the entry of a time column has no gain
+    # A time column has no gain entry.
+    is_time = channel.quantity == "time"
     is_settled = channel.unit is not None and (is_time or channel.gain is not None)
     if is_settled or not table.columns[index].unapplied:
         return
@@ -30,18 +31,16 @@ def refuse_unapplied_scaling(table: Table, channel: ChannelSpec, index: int) -> 
 
 
 def unapplied_fault(table: Table, index: int, remedy: str) -> str | None:
-    """Return what the file states of a column's scaling that is not applied, with the remedy; None where nothing."""
+    """Return a message about scaling in the file that is not applied to a column, with a remedy, or None."""
     found = table.columns[index].unapplied
     if not found:
         return None
     return f"the file states {found}, but not how to apply it or whether the numbers are scaled already; {remedy}"
 
 
-def raw_counts(table: Table, channel: ChannelSpec, index: int) -> str | None:
-    """Return a warning where integers are taken for a measured quantity and the campaign states no unit or gain.
-
-    A unit of the file is no answer: many programs write that of the channel beside the counts of its converter.
-    """
+def raw_counts_warning(table: Table, channel: ChannelSpec, index: int) -> str | None:
+    """Return a warning about integers read as a measured quantity without unit or gain in the campaign, or None."""
+    # A unit in the file is no proof of scaled values: many programs store the channel's unit with raw converter counts.
     column = table.columns[index]
     if not column.whole or channel.unit or channel.gain is not None or channel.quantity == "time":
         return None

@@ -1,4 +1,4 @@
-"""Foreign libraries at work on a file: a missing one and a damaged file are the user's one line."""
+"""Use of third-party libraries: one-line messages for missing libraries and for errors of their parsers."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from mechid.errors import RecordError
 from mechid.reading.process import UnreadableError
 
 EXTRA = "formats"
-"""The optional dependencies that the readers of instruments' formats need."""
+"""Name of the extra with the libraries of the readers of instrument formats."""
 
 
-def library(name: str, package: str, label: str) -> ModuleType:
-    """Return the module `name` of `package`.
+def import_library(name: str, package: str, label: str) -> ModuleType:
+    """Import the module `name` of `package`.
 
     Raises
     ------
     RecordError
-        It is not installed; the message says how to install it.
+        The package is not installed; the message states how to install it.
     """
     try:
         return import_module(name)
@@ -32,15 +32,15 @@ def library(name: str, package: str, label: str) -> ModuleType:
 
 
 @contextmanager
-def parsing(label: str, kind: str) -> Iterator[None]:
-    """Turn whatever a parser raises on a damaged file into a RecordError; its warnings are not for users.
+def wrap_parser_errors(label: str, kind: str) -> Iterator[None]:
+    """Convert any exception of a parser to a RecordError, and suppress its warnings.
 
     Parameters
     ----------
     label : str
-        What messages call the file.
+        Name of the file in messages.
     kind : str
-        The format, as ``"a TDMS file"``.
+        Format, such as ``"a TDMS file"``.
     """
     try:
         with warnings.catch_warnings():
@@ -52,7 +52,8 @@ def parsing(label: str, kind: str) -> Iterator[None]:
         raise RecordError(f"{label}: is cut off, damaged, or not {kind} ({error}); write or copy it anew") from error
     except MemoryError as error:
         raise RecordError(f"{label}: does not fit into memory; read a part of it with window_s") from error
-    except Exception as error:  # parsers of binary formats stumble in every way there is
+    # Parsers of binary formats do not validate their input: damaged files raise exceptions of any type.
+    except Exception as error:
         what = " ".join(str(error).split())[:160]
         raise RecordError(
             f"{label}: is cut off, damaged, or not {kind} ({type(error).__name__}{': ' if what else ''}{what}); "

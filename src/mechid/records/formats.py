@@ -1,7 +1,7 @@
-"""From a file to a record: the one place that knows which reader reads which format.
+"""Selection of the reader for a record file by its format.
 
-A further format is one reader, a function from (path, label for messages) to a `Table`, and its
-suffixes in `READERS`; columns, units, clock, conditioning and checks are the same for all.
+A new format needs a reader, a function from (path, label for messages) to a `Table`, and its suffixes in `READERS`.
+Columns, units, clock, conditioning and checks are common to all formats.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from mechid.signal.series import Series, no_samples
 from mechid.units import si_unit
 from mechid.writing import mark_as_read
 
-MINIMUM_SAMPLES = 16
+MIN_SAMPLES = 16
 
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".dcexp")
 GUARDED: Mapping[str, Reader] = {
@@ -48,18 +48,18 @@ GUARDED: Mapping[str, Reader] = {
     ".npy": open_npy,
     ".npz": open_npz,
 }
-"""Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
+"""Readers that run in the reading process (`mechid.reading`), isolated from crashes caused by damaged files."""
 READERS: Mapping[str, Callable[[Path, str], Table]] = {**dict.fromkeys(TEXTS, open_csv), **GUARDED}
 """Reader by suffix, in lower case."""
-REFERRING = (open_hdf5, open_matlab)
-"""Readers of files that may take numbers from others."""
+READERS_WITH_LINKS = (open_hdf5, open_matlab)
+"""Readers of formats whose files may refer to data in other files."""
 LIBRARIES: Mapping[Reader, str] = {
     open_hdf5: "h5py",
     open_tdms: "nptdms",
     open_uff: "pyuff",
     open_parquet: "pyarrow.parquet",
 }
-"""What a reader needs, to be imported before it is wanted."""
+"""Library of each reader, imported in advance."""
 
 
 def read_record(path: Path, spec: RecordSpec) -> Record:
@@ -68,32 +68,33 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     Parameters
     ----------
     path : Path
-        Where the file lies.
+        Location of the file.
     spec : RecordSpec
-        What the campaign says of it.
+        Declaration in the campaign.
 
     Raises
     ------
     RecordError
-        The file is missing or cannot be used; one line with file, line and remedy.
+        The file is missing or invalid; a one-line message names the file, the line and the remedy.
     """
     began = time.perf_counter()
-    with readable(spec.path):
+    with wrap_read_errors(spec.path):
         record = record_from(path, spec, open_table(path, spec.path, spec.external_files))
-        digest = digest_of(path)  # of what can be used alone: a refused file may be of any size
+        # Only now: a rejected file may be of any size.
+        digest = digest_of(path)
     return replace(record, digest=digest, reading_s=time.perf_counter() - began)
 
 
 def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> Table:
-    """Return the columns of any file that a reader reads.
+    """Open a file of any supported format and return its table.
 
     Parameters
     ----------
     path : Path
     label : str
-        What messages call it.
+        Name of the file in messages.
     external_files : tuple of str
-        Other files that its numbers may come from.
+        Other files from which numbers may be taken.
 
     Raises
     ------
@@ -102,10 +103,11 @@ def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> 
     """
     _refuse_missing(path, label)
     suffix = _suffix(path, label)
-    with readable(label):
+    with wrap_read_errors(label):
+        # Checked before opening, since a pipe or a device may block forever.
         refuse_special(path)
         mark_as_read(path)
-        if external_files and READERS[suffix] not in REFERRING:
+        if external_files and READERS[suffix] not in READERS_WITH_LINKS:
             raise RecordError(f"{label}: external_files: only HDF5 and MATLAB 7.3 name other files; leave it out")
         if suffix in GUARDED:
             return open_guarded(path, label, GUARDED[suffix], _libraries(path), external_files)
@@ -113,15 +115,15 @@ def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> 
 
 
 def prepare_to_read(paths: Iterable[Path]) -> None:
-    """Start the process that reads, where one of some files will need it: it is ready when the first is opened."""
+    """Start the reading process in advance if one of the files needs it."""
     guarded = [path for path in paths if path.suffix.lower() in GUARDED and is_file(path)]
     if guarded:
         prepare(sorted({library for path in guarded for library in _libraries(path)}))
 
 
 @contextmanager
-def readable(label: str) -> Iterator[None]:
-    """Make what goes wrong with reading a file a RecordError that names it."""
+def wrap_read_errors(label: str) -> Iterator[None]:
+    """Convert errors of reading a file to a RecordError with its name."""
     try:
         yield
     except OSError as error:
@@ -157,17 +159,17 @@ def _libraries(path: Path) -> tuple[str, ...]:
 
 
 def record_from(path: Path, spec: RecordSpec, table: Table, digest: str = "") -> Record:
-    """Return the record of an opened table; `path` and `digest` say where its samples are from.
+    """Return the record of an opened table; `path` and `digest` identify the source of its samples.
 
     Raises
     ------
     RecordError
-        The samples cannot be used.
+        The samples are not usable.
     """
     layout = choose_columns(table, spec)
     samples = sample(table, layout, spec)
-    if samples.data[0].size < MINIMUM_SAMPLES:
-        raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
+    if samples.data[0].size < MIN_SAMPLES:
+        raise table.error(f"{samples.data[0].size} samples; a record needs {MIN_SAMPLES} at least")
     pairs = enumerate(zip(layout.channels, samples.data, strict=True))
     bridged = samples.bridged
     channels = tuple(_channel(table, column, data, bridged.get(k, no_samples())) for k, (column, data) in pairs)
@@ -200,13 +202,13 @@ def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray
 
 
 def _warnings(table: Table, layout: Layout, channels: tuple[Channel, ...]) -> tuple[str, ...]:
-    units = [str(table.error(column.warning)) for column in layout.chosen if column.warning]
+    units = [str(table.error(column.warning)) for column in layout.selected_columns if column.warning]
     pairs = zip(channels, layout.channels, strict=True)
     health = [line for channel, chosen in pairs for line in channel_warnings(table, channel, chosen.warning)]
     return (*table.warnings, *units, *health)
 
 
 def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file, hexadecimal."""
+    """Return the SHA-256 digest of a file in hexadecimal notation."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

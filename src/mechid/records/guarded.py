@@ -1,4 +1,4 @@
-"""Files whose readers run in the process that reads: the head comes here, samples when they are wanted."""
+"""Tables of files that are read in the reading process: the header is transferred at once, samples on demand."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from numpy.typing import NDArray
 
 from mechid.reading.process import call
 from mechid.records.arrays import ArrayTable, Index
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 
 Reader = Callable[..., ArrayTable]
-KEPT = 2
-"""Files of which the process that reads remembers the head, or all where they are read whole."""
+CACHED_TABLES = 2
+"""Number of files whose tables the reading process keeps; tables of formats read as a whole include all samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """A file and how it is read.
+    """File with its reader.
 
     Parameters
     ----------
     path : Path
-        Absolute.
+        Absolute path.
     label : str
-        What messages call it.
+        Name of the file in messages.
     reader : callable
-        A function of a module: of path, label, and `external_files` where there are any.
+        Module-level function of path, label, and optionally `external_files`.
     libraries : tuple of str
-        Modules that it needs.
+        Modules that the reader needs.
     external_files : tuple of str
-        Other files that its numbers may come from.
+        Other files from which numbers may be taken.
     state : tuple of int
-        Size in bytes, and when it was changed: after a change it is another file.
+        Size in bytes and modification time; a changed file is a different source in the cache.
     """
 
     path: Path
@@ -51,12 +51,12 @@ class Source:
 def open_guarded(
     path: Path, label: str, reader: Reader, libraries: tuple[str, ...] = (), external_files: tuple[str, ...] = ()
 ) -> ArrayTable:
-    """Return the table of a file that another process reads; the arguments are those of a `Source`.
+    """Return the table of a file that is read in the reading process; the arguments are those of a `Source`.
 
     Raises
     ------
     RecordError
-        What its reader says; or it crashed, came to no end, or took too much memory.
+        The reader raised an error, crashed, exceeded the time limit, or ran out of memory.
     """
     file = path.stat()
     source = Source(
@@ -67,35 +67,36 @@ def open_guarded(
         external_files=external_files,
         state=(file.st_size, file.st_mtime_ns),
     )
-    with parsing(label, f"a {path.suffix} file"):
-        head = call(_head, source, size=file.st_size, libraries=libraries)
+    with wrap_parser_errors(label, f"a {path.suffix} file"):
+        head = call(_read_head, source, size=file.st_size, libraries=libraries)
     places = enumerate(head.series)
-    series = tuple((partial(_asked, source, number), axis, first) for number, (_, axis, first) in places)
+    series = tuple((partial(_load_isolated, source, number), axis, first) for number, (_, axis, first) in places)
     return replace(head, series=series)
 
 
-def _asked(source: Source, number: int, index: Index) -> NDArray[Any]:
-    """Return the part at an index of what a column is loaded from, read elsewhere."""
-    return call(_loaded, source, number, index, size=source.state[0], libraries=source.libraries)
+def _load_isolated(source: Source, number: int, index: Index) -> NDArray[Any]:
+    """Return a part of the array of a column, read in the reading process."""
+    return call(_load_part, source, number, index, size=source.state[0], libraries=source.libraries)
 
 
-def _head(source: Source) -> ArrayTable:
-    """Return the table without what loads it, which stays where this is called."""
+def _read_head(source: Source) -> ArrayTable:
+    """Return the table without its loaders."""
+    # Loaders are closures and open files: they cannot be pickled and remain in the reading process.
     table = _table(source)
-    return replace(table, series=tuple((_nowhere, axis, first) for _, axis, first in table.series))
+    return replace(table, series=tuple((_not_loadable, axis, first) for _, axis, first in table.series))
 
 
-def _loaded(source: Source, number: int, index: Index) -> NDArray[Any]:
+def _load_part(source: Source, number: int, index: Index) -> NDArray[Any]:
     table = _table(source)
-    with parsing(table.label, table.kind):
+    with wrap_parser_errors(table.label, table.kind):
         return np.asarray(table.series[number][0](index), order="C")
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_TABLES)
 def _table(source: Source) -> ArrayTable:
     more = {"external_files": source.external_files} if source.external_files else {}
     return source.reader(source.path, source.label, **more)
 
 
-def _nowhere(index: Index) -> Any:
+def _not_loadable(index: Index) -> Any:
     raise NotImplementedError(index)

@@ -1,4 +1,4 @@
-"""Reader of HDF5 files, by h5py: each dataset, under its path, is read when it is wanted."""
+"""Reader of HDF5 files by h5py: each dataset, identified by its path, is read on demand."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import library, parsing
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.hdf5_links import Links, Within
 from mechid.records.scaling import plain_unit, unapplied_scaling
 from mechid.records.table import Column, Fact
@@ -18,24 +18,24 @@ from mechid.records.table import Column, Fact
 KIND = "an HDF5 file"
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
 NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
-"""Begins the attribute NAME of a dataset that stands for a length alone."""
+"""Beginning of the attribute NAME of a dataset that represents only a dimension."""
 CLASSIC = b"CDF"
-"""Begins a NetCDF file of the classic format."""
+"""Signature of NetCDF files of the classic format."""
 COMPLEX = (("real", "imag"), ("r", "i"))
 
 
 def open_hdf5(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
-    """Read the head of the HDF5 file at `path`.
+    """Read the header of the HDF5 file at `path`.
 
-    A dataset of records has a column for each field. The unit is the dataset's attribute ``unit`` or
-    ``units``; of its scaling and fill values `mechid.records.scaling` says what is applied. Attributes of the file,
-    and datasets of one number or text, are metadata. Links are followed as `Links` says, with the numbers of
-    `external_files` where the file names them.
+    A compound dataset has a column for each field. The unit is the dataset's attribute ``unit`` or ``units``; scaling
+    and fill values are applied as described in `mechid.records.scaling`. Attributes of the file and datasets with a
+    single number or text are metadata. Links are followed according to `Links`; data of other files are read only if
+    listed in `external_files`.
     """
-    h5py = library("h5py", "h5py", label)
+    h5py = import_library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
     _refuse_classic(path, label)
-    with parsing(label, KIND), h5py.File(path, "r") as file:
+    with wrap_parser_errors(label, KIND), h5py.File(path, "r") as file:
         metadata |= facts(file.attrs)
         links = Links(h5py, label, external_files)
         items = list(_items(links, file, "", frozenset(), metadata))
@@ -43,22 +43,23 @@ def open_hdf5(path: Path, label: str, external_files: Collection[str] = ()) -> A
 
 
 def _refuse_classic(path: Path, label: str) -> None:
-    """Refuse NetCDF before version 4, which is no HDF5."""
+    """Raise an error for NetCDF files before version 4, which are not HDF5 files."""
     with path.open("rb") as file:
         if file.read(len(CLASSIC)) == CLASSIC:
             raise RecordError(
-                f"{label}: is NetCDF of the classic format; convert it to NetCDF-4, as nccopy -k nc4 old.nc new.nc"
+                f"{label}: is a classic NetCDF file; convert it to NetCDF-4, for example by nccopy -k nc4 old.nc new.nc"
             )
 
 
 def facts(attributes: Any) -> dict[str, Fact]:
-    """Return the attributes that are a number or a text."""
+    """Return the attributes that are numbers or texts."""
     found = {str(key): fact(attributes[key]) for key in attributes}
     return {key: value for key, value in found.items() if value is not None}
 
 
 def loader(h5py: Any, dataset: Any, field: str | None = None) -> Callable[[Index], Any]:
-    """Return what loads a part of a dataset, or of one of its fields, from the file that it is in."""
+    """Return a function that loads a part of a dataset, or of one of its fields, from the dataset's file."""
+    # The file is opened for each part, since the handle of the header is closed when its table is returned.
     path, name = dataset.file.filename, dataset.name
 
     def load(index: Index) -> Any:
@@ -70,7 +71,7 @@ def loader(h5py: Any, dataset: Any, field: str | None = None) -> Callable[[Index
 
 
 def _items(links: Links, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
-    within = links.inside(group, within)
+    within = links.enter(group, within)
     for name, entry, fault in links.entries(group, within):
         key = f"{under}{name}"
         if isinstance(entry, links.h5py.Group):
@@ -99,7 +100,7 @@ def _dataset(h5py: Any, dataset: Any, key: str, metadata: dict[str, Fact]) -> It
         load = loader(h5py, dataset)
         yield Item(column=column, shape=dataset.shape or (), dtype=dtype, load=load, attributes=stated)
         return
-    # Of several fields nobody knows which a scaling is meant for: all of them, with the time, or one.
+    # It is not known to which of several fields a scaling applies: to all of them, including the time, or to one.
     unapplied = unapplied_scaling(stated, has_unit=unit is not None, is_whole=False, is_beside=True)
     for name in names:
         column = Column(name=name, path=f"{key}/{name}", unit=unit, unapplied=unapplied, metadata=attributes)

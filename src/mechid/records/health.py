@@ -1,4 +1,4 @@
-"""Health of a channel: finite, alive, not driven into its limits."""
+"""Health checks of a channel: finite values, variation, and no clipping."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
 ENCODED = ("rotor_angle", "output_angle", "position")
-LEAST, MOST = 1e-20, 1e20
-"""In SI units: beyond, a channel's largest sample is no measurement, and squares of sums would be no numbers."""
+LEAST_EXTREME, LARGEST_EXTREME = 1e-20, 1e20
+"""Plausible range of a channel's largest magnitude in SI units; beyond it, sums of squares may overflow."""
 CLIPPED_TIMES = 2
-"""A single such stretch may be a mechanism at rest."""
+"""Least number of clipped stretches for a warning; a single one may be a mechanism at rest."""
 
 
 def refuse_not_finite(table: Table, data: Series, label: str, first: int = 0, if_missing: str = "") -> None:
-    """Raise RecordError at the first NaN or infinity of a series whose first row in the file is `first`."""
+    """Raise RecordError for the first NaN or infinity of a series whose first row in the file is `first`."""
     for part in pieces_of(data):
         values = data[part]
         rows = np.flatnonzero(~np.isfinite(values))
@@ -31,16 +31,16 @@ def refuse_not_finite(table: Table, data: Series, label: str, first: int = 0, if
 
 
 def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -> list[str]:
-    """Return what is odd about a channel, one line each; `doubt` says why another column may be meant.
+    """Return warnings about a channel; `doubt` states why another column may be meant.
 
     Raises
     ------
     RecordError
-        An output never changes, or its numbers are none that anything measures.
+        An output is constant, or its values are implausible.
     """
     low, high = extremes(channel.data)
     largest = max(abs(low), abs(high))
-    if largest > MOST or 0.0 < largest < LEAST:
+    if largest > LARGEST_EXTREME or 0.0 < largest < LEAST_EXTREME:
         raise table.error(
             f'"{channel.column}": {channel.quantity} is {largest:.3g} {channel.unit} at most, no measured size; '
             "look at the column, its unit and the number format"
@@ -50,12 +50,13 @@ def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -
         if channel.role is Role.OUTPUT:
             raise table.error(f"{message}: the channel is dead{f'; {doubt}' if doubt else ''}")
         return [str(table.error(message))]
+    # A driver's voltage stays at its limits by design, and a mechanism rests where it was driven to.
     if channel.role is Role.INPUT or channel.quantity.startswith("voltage") or channel.quantity in ENCODED:
-        return []  # a driver's voltage stays at its limits by design, a mechanism where it was driven to
-    return _clipping(table, channel)
+        return []
+    return _clipping_warnings(table, channel)
 
 
-def _clipping(table: Table, channel: Channel) -> list[str]:
+def _clipping_warnings(table: Table, channel: Channel) -> list[str]:
     runs = clipped_runs(channel.data)
     if len(runs) < CLIPPED_TIMES:
         return []

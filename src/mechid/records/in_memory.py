@@ -1,6 +1,6 @@
-"""Columns of a record from samples in memory: arrays, data frames and data sets, as if a file held them.
+"""Records from samples in memory: arrays, data frames and data sets are treated like the columns of a file.
 
-Pandas and xarray are not imported: what they hold is asked of the objects themselves.
+Pandas and xarray are not imported; their objects are recognised by their attributes.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from mechid.units import to_si_factor
 
 KIND = "samples in memory"
 MEMORY = Path("memory:")
-"""Stands in a path for the folder of what is in no file."""
+"""Placeholder for the folder in paths of samples that are not in a file."""
 DATES = "it holds dates, no measured numbers"
 TIME, TORQUE = "time_s", "torque"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampleColumns:
-    """Named series of equal length, as a file's columns.
+    """Named series of equal length, like the columns of a file.
 
     Parameters
     ----------
     arrays : mapping of str to (n,) array
-        By column name, which may end in a unit as a file's header may; `TIME` is the time in s.
+        Series by column name, which may contain a unit like a file's header; `TIME` is the time in s.
     units : mapping of str to str
-        Units stated apart from the names.
+        Units stated separately from the names.
     attributes : mapping of str to mapping
-        What else is stated of columns, as an xarray object's attributes: perhaps a scaling that is not applied.
+        Further attributes of columns, such as those of an xarray object; they may include an unapplied scaling.
     """
 
     arrays: Mapping[str, NDArray[Any]]
@@ -51,7 +51,7 @@ class SampleColumns:
 
     @property
     def digest(self) -> str:
-        """SHA-256 over names and samples, hexadecimal."""
+        """SHA-256 digest of names and samples in hexadecimal notation."""
         found = hashlib.sha256()
         for name, array in self.arrays.items():
             found.update(name.encode())
@@ -62,24 +62,24 @@ class SampleColumns:
 def columns_of(samples: object, label: str) -> SampleColumns:
     """Return the columns of an array (torque in N m), a mapping of arrays, a DataFrame, Series, Dataset or DataArray.
 
-    The index of a pandas object and the one dimension of an xarray object are the time in s, dates as seconds since
-    the first; a plain count (a RangeIndex, a dimension without coordinate) is no time.
+    The index of a pandas object and the single dimension of an xarray object are the time in s; dates are converted to
+    seconds since the first one. A plain count (a RangeIndex, a dimension without coordinate) is not a time.
 
     Raises
     ------
     RecordError
-        It is none of these.
+        The samples are none of these, or have more than one dimension.
     """
     if hasattr(samples, "data_vars"):
-        return _of_dataset(samples, label)
+        return _columns_of_dataset(samples, label)
     if hasattr(samples, "coords") and hasattr(samples, "dims"):
-        return _of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
+        return _columns_of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
     if hasattr(samples, "columns") and hasattr(samples, "index"):
         named = {str(name): _array(samples[name]) for name in samples.columns}  # type: ignore[index]
-        return _described(_time_of_index(samples.index) | named, _attributes_of_columns(samples, tuple(named)))
+        return _unpack_columns(_time_of_index(samples.index) | named, _attributes_of_columns(samples, tuple(named)))
     if hasattr(samples, "index") and hasattr(samples, "name") and not callable(samples.index):
         name = str(samples.name or TORQUE)
-        return _described(_time_of_index(samples.index) | {name: _array(samples)}, {name: _attributes(samples)})
+        return _unpack_columns(_time_of_index(samples.index) | {name: _array(samples)}, {name: _attributes(samples)})
     if isinstance(samples, Mapping):
         return SampleColumns(arrays={str(name): _array(array) for name, array in samples.items()})
     array = _array(samples)
@@ -90,33 +90,34 @@ def columns_of(samples: object, label: str) -> SampleColumns:
 
 
 def record_of(columns: SampleColumns, spec: RecordSpec) -> Record:
-    """Return the record of samples in memory, chosen, checked and conditioned as those of a file are.
+    """Return the record of samples in memory, selected, checked and conditioned like those of a file.
 
     Parameters
     ----------
     columns : SampleColumns
     spec : RecordSpec
-        Where it has a `sample_rate_hz` and the samples have no times, they begin at record time 0.
+        If it has a `sample_rate_hz` and the samples have no times, they begin at record time 0.
 
     Raises
     ------
     RecordError
-        The samples cannot be used; one line.
+        The samples are not usable; the message has one line.
     """
     rate = spec.sample_rate_hz
-    if rate is None or _has_times(columns):  # a rate beside times is held against them
+    # A rate is checked against the times.
+    if rate is None or _has_times(columns):
         return record_from(MEMORY / spec.path, spec, _table(columns, spec.path), columns.digest)
     table = _table(columns, spec.path, Clock(0.0, rate))
     return record_from(MEMORY / spec.path, replace(spec, sample_rate_hz=None), table, columns.digest)
 
 
 def _has_times(columns: SampleColumns) -> bool:
-    """Whether the samples have times; whole numbers, as an index has after rows were chosen, are a count."""
+    """Return whether the samples have times; integers, such as the index after a selection of rows, are a count."""
     return any(_is_time(name) and array.dtype.kind not in "iu" for name, array in columns.arrays.items())
 
 
 def _array(values: Any) -> NDArray[Any]:
-    """Return values as an array, with those that a mask hides as NaN, which no record takes for measured."""
+    """Return values as an array in which masked values are NaN, that is, missing samples."""
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         return np.ma.filled(values.astype(np.float64), np.nan)
     return np.asarray(values)
@@ -146,7 +147,7 @@ def _is_time(name: str) -> bool:
     return is_time(Column(name=name))
 
 
-def _of_dataset(samples: Any, label: str) -> SampleColumns:
+def _columns_of_dataset(samples: Any, label: str) -> SampleColumns:
     if len(samples.sizes) != 1:
         raise RecordError(f"{label}: found the dimensions {', '.join(map(str, samples.sizes))}; give one, the time")
     (dimension,) = samples.sizes
@@ -154,24 +155,25 @@ def _of_dataset(samples: Any, label: str) -> SampleColumns:
     attributes = {str(name): _attributes(one) for name, one in samples.data_vars.items()}
     if dimension in samples.coords:
         arrays = {TIME: _coordinate(samples.coords[dimension], label)} | arrays
-    return _described(arrays, attributes)
+    return _unpack_columns(arrays, attributes)
 
 
 def _attributes(samples: Any) -> Attributes:
-    """Return the attributes of a Series or a DataArray; xarray keeps those of what it has decoded itself apart."""
+    """Return the attributes of a Series or a DataArray."""
+    # xarray stores the attributes of values that it has decoded itself elsewhere, so no scaling is applied twice.
     return dict(getattr(samples, "attrs", {}))
 
 
 def _attributes_of_columns(frame: Any, names: tuple[str, ...]) -> dict[str, Attributes]:
-    """Return the attributes of a DataFrame's columns: those under a column's name, all where it has one column."""
+    """Return the attributes of a DataFrame's columns: those under a column's name, or all for a single column."""
     stated = _attributes(frame)
     if len(names) == 1 and not isinstance(stated.get(names[0]), Mapping):
         return {names[0]: stated}
     return {name: dict(stated[name]) for name in names if isinstance(stated.get(name), Mapping)}
 
 
-def _described(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Attributes]) -> SampleColumns:
-    """Return columns with their units, unpacked as their attributes say; the scaling that is left is not applied."""
+def _unpack_columns(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Attributes]) -> SampleColumns:
+    """Return columns with units, unpacked according to their attributes; unapplied attributes are kept."""
     units, unpacked, others = {}, dict(arrays), {}
     for name, stated in attributes.items():
         packing = read_packing(stated, arrays[name].dtype)
@@ -193,7 +195,7 @@ def _coordinate(time: Any, label: str) -> NDArray[Any]:
         factor = to_si_factor(plain_unit(str(stated["units"])), "time")
     except RecordError as error:
         raise RecordError(f"{label}: time: {error}") from None
-    return _described({TIME: array}, {TIME: stated}).arrays[TIME] * factor
+    return _unpack_columns({TIME: array}, {TIME: stated}).arrays[TIME] * factor
 
 
 def _time_of_index(index: Any) -> dict[str, NDArray[Any]]:
@@ -201,7 +203,7 @@ def _time_of_index(index: Any) -> dict[str, NDArray[Any]]:
 
 
 def _seconds(values: NDArray[Any]) -> NDArray[Any]:
-    """Return times in s; dates as seconds since the first."""
+    """Return times in s; dates are converted to seconds since the first one."""
     if values.dtype.kind not in "mM":
         return values
     since = values - values[0] if values.dtype.kind == "M" else values

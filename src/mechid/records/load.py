@@ -1,4 +1,4 @@
-"""Public function that reads a measured file by itself."""
+"""Public function for reading a measured file without a campaign."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ def load_record(
     quantity: str | None = None,
     unit: str | None = None,
 ) -> tuple[Record, ...]:
-    """Read all channels of a measured file: one record for those that are sampled together.
+    """Read all channels of a measured file into one record per common clock.
 
     Parameters
     ----------
     path : Path
-        Text, .mat, .h5, .nc, .tdms, .uff, .parquet, .npy or .npz; docs/records.md.
+        Text, .mat, .h5, .nc, .tdms, .uff, .parquet, .npy or .npz; see docs/records.md.
     sample_rate_hz : float or None
-        Of a file without a time column or clock.
+        Sample rate of a file without a time column or clock.
     columns : tuple of str
-        Those to read, by name or by index from 0; none takes all.
+        Columns to read, by name or by index from 0; empty for all.
     quantity, unit : str or None
-        What they are, and the unit of their numbers where the file states none.
+        Quantity of the columns, and their unit if the file states none.
 
     Returns
     -------
     tuple of Record
-        Channels in SI units; one without a unit in its own numbers.
+        Channels in SI units; channels without a unit keep the numbers of the file.
 
     Raises
     ------
     RecordError
-        The file is missing, is no record, or holds no channel that can be read.
+        The file is missing, is not a record, or has no readable channel.
     UsageError
         The quantity is unknown.
 

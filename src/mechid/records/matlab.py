@@ -1,4 +1,4 @@
-"""The reader of MATLAB's files up to version 7, by SciPy; those of version 7.3 are HDF5 and have their own."""
+"""Reader of MATLAB files up to version 7 by SciPy; files of version 7.3 are HDF5 and have a separate reader."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 from mechid.records.matlab73 import is_matlab73, open_matlab73
-from mechid.records.matlab_classes import object_fault, unpacked
-from mechid.records.mcos import Heap, Tree, referred
+from mechid.records.matlab_classes import object_fault, unpack_object
+from mechid.records.mcos import Heap, Tree, referenced_objects
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
 
 KIND = "a MATLAB file"
 OPAQUE, WORKSPACE = "None", "__function_workspace__"
-"""The keys under which SciPy puts an object of a MATLAB class, of several the last, and what all objects hold."""
+"""Keys that SciPy uses for an object of a MATLAB class (the last one of several) and for the data of all objects."""
 HEAD, OFFSET = 128, slice(116, 124)
-"""Bytes of a file's head, and where in it the place of the objects stands."""
+"""Number of bytes of a file's header, and the position of the offset of the object data within it."""
 
 
 def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
     """Read the .mat file at `path`.
 
-    Fields of structs are named by their path, as ``rec/torque``, elements of cells and of arrays of
-    structs by their number too, as ``runs/torque/0``; those of one number or text are metadata. SciPy
-    cannot read a part of such a file, so it is read whole. Only one of version 7.3 has `external_files`.
+    Fields of structs are named by their path, such as ``rec/torque``, and elements of cells and struct arrays also by
+    their index, such as ``runs/torque/0``. Single numbers and texts are metadata. SciPy cannot read a part of such a
+    file, so it is read as a whole. `external_files` apply to version 7.3 only.
     """
     if is_matlab73(path):
         return open_matlab73(path, label, external_files)
@@ -38,11 +38,11 @@ def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) ->
 
     refuse_larger_than_memory(path, label, KIND)
     metadata: dict[str, Fact] = {}
-    with parsing(label, KIND):
+    with wrap_parser_errors(label, KIND):
         content: dict[str, Any] = loadmat(path)
         if any(_has_integers(value) for value in content.values()):
-            # MATLAB stores doubles that are whole as integers. SciPy tells their class alone at the price of the
-            # imaginary parts of others, so only those integers are taken from its second reading.
+            # MATLAB stores doubles with integer values as integers. SciPy restores their class only with mat_dtype,
+            # which loses the imaginary parts of other arrays: only the integers are taken from a second reading.
             typed = loadmat(path, mat_dtype=True)
             content = {name: _with_class(value, typed[name]) for name, value in content.items()}
     header = fact(content.get("__header__"))
@@ -63,7 +63,7 @@ def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) ->
 
 
 def _has_integers(value: Any) -> bool:
-    """Whether an entry is, or holds, an array of integers."""
+    """Return whether an entry is or contains an array of integers."""
     if not isinstance(value, np.ndarray):
         return False
     if value.dtype.names and not _is_object(value):
@@ -72,7 +72,7 @@ def _has_integers(value: Any) -> bool:
 
 
 def _with_class(value: Any, typed: Any) -> Any:
-    """Return an entry whose integers are floats where `typed`, the same entry by MATLAB's classes, has floats."""
+    """Return an entry with integers replaced by floats where `typed`, the entry in MATLAB's classes, has floats."""
     if not isinstance(value, np.ndarray) or (value.dtype.names and _is_object(value)):
         return value
     if value.dtype.names:
@@ -87,12 +87,12 @@ def _with_class(value: Any, typed: Any) -> Any:
 
 
 def _is_single(item: Item) -> bool:
-    """Whether it is one number or one text."""
+    """Return whether an item is a single number or text."""
     return item.column.fault is None and item.dtype.kind in "fiubU" and int(np.prod(item.shape)) == 1
 
 
 class _Objects(Heap):
-    """The objects of a file. SciPy tells them by one name, so each variable is read as a file of its own."""
+    """Objects of a file; SciPy gives all of them the same name, so each variable is read as a separate file."""
 
     def __init__(self, raw: bytes, workspace: Any) -> None:
         from scipy.io import loadmat
@@ -107,7 +107,7 @@ class _Objects(Heap):
         super().__init__(cells, lambda cell: bytes(cell.tobytes()))
 
     def variables(self) -> Iterator[tuple[str, Any]]:
-        """Yield the variables that are objects, by their names."""
+        """Yield names and values of the variables that are objects."""
         from scipy.io import loadmat
 
         for part in self.parts:
@@ -115,7 +115,7 @@ class _Objects(Heap):
             yield _text(value.ravel()[0][0]), value
 
     def tree(self, value: Any) -> Tree:
-        """Return what a value holds."""
+        """Return the content of a value."""
         if not isinstance(value, np.ndarray) or value.size == 0:
             return None
         if value.dtype.names:
@@ -127,7 +127,7 @@ class _Objects(Heap):
             return [self.tree(one) for one in value.ravel(order="F")]
         if value.dtype.kind == "U":
             return str(value.ravel()[0])
-        if referred(value):
+        if referenced_objects(value):
             return self.one_or_all(value)
         return Item(column=Column(), shape=value.shape, dtype=value.dtype, load=value.__getitem__)
 
@@ -137,14 +137,14 @@ def _is_object(value: Any) -> bool:
 
 
 def _items(path: str, value: Any, objects: _Objects | None, metadata: dict[str, Fact]) -> Iterator[Item]:
-    """Yield what an entry holds, structs and cells taken apart."""
+    """Yield the arrays of an entry, including those in structs and cells."""
     column = Column(name=path.rpartition("/")[2], path=path)
     if isinstance(value, np.ndarray) and _is_object(value):
         _, _, kind, words = value.ravel()[0]
         found = objects.instances(words) if objects else []
         for number, instance in enumerate(found):
             own = column if len(found) == 1 else Column(name=column.name, path=f"{path}/{number}")
-            yield from unpacked(own, instance, metadata)
+            yield from unpack_object(own, instance, metadata)
         if not found:
             yield Item(column=Column(name=column.name, path=path, fault=object_fault(_text(kind))))
     elif not isinstance(value, np.ndarray):

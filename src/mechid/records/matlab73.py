@@ -1,4 +1,4 @@
-"""The reader of MATLAB's files of version 7.3: HDF5 in which MATLAB's structs, cells and texts are coded."""
+"""Reader of MATLAB files of version 7.3: HDF5 files that encode MATLAB's structs, cells and texts."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
-from mechid.records.foreign import library, parsing
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.hdf5 import COMPLEX, loader
 from mechid.records.hdf5_links import Links, Within
-from mechid.records.matlab_classes import object_fault, unpacked
-from mechid.records.mcos import Heap, Tree, referred
+from mechid.records.matlab_classes import object_fault, unpack_object
+from mechid.records.mcos import Heap, Tree, referenced_objects
 from mechid.records.simulink import logged_signals
 from mechid.records.table import Column, Fact
 
@@ -22,38 +22,39 @@ KIND = "a MATLAB 7.3 file"
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 USER_BLOCK = 512
 PRIVATE = "#"
-"""What MATLAB keeps for itself begins so."""
+"""First character of the names of MATLAB's internal entries."""
 NUMBERS = ("double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 
 OF_STREAMS = ("/Values/CompressedTime", "/SignalAttributes/")
-"""In the paths of arrays that describe the streams of logged signals."""
+"""Parts of the paths of arrays that describe streams of logged signals."""
 OBJECTS = "#subsystem#/MCOS"
-"""Where the cells of all objects are."""
+"""Path of the cells of all objects."""
 
 Entry = tuple[Any, str | None]
-"""An HDF5 object; None, and why, where it is not to be looked at."""
+"""HDF5 object, or None and the reason if it must not be accessed."""
 
 
 def is_matlab73(path: Path) -> bool:
-    """Whether a .mat file is HDF5: MATLAB puts a text of 512 bytes in front, other programs do not."""
+    """Return whether a .mat file is an HDF5 file."""
+    # MATLAB writes a text of 512 bytes before the signature; other programs do not.
     with path.open("rb") as file:
         head = file.read(USER_BLOCK + len(HDF5_SIGNATURE))
     return head.startswith(HDF5_SIGNATURE) or head[USER_BLOCK:] == HDF5_SIGNATURE
 
 
 def open_matlab73(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
-    """Read the head of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`, links as in `Links`."""
-    h5py = library("h5py", "h5py", label)
+    """Read the header of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`, links as in `Links`."""
+    h5py = import_library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
-    with parsing(label, KIND), h5py.File(path, "r") as file:
+    with wrap_parser_errors(label, KIND), h5py.File(path, "r") as file:
         reader = _Objects(Links(h5py, label, external_files), file)
-        items = [*_of_group(reader, file, "", frozenset(), metadata)]
-        items = [*_over(items, [*logged_signals(reader.links, file)])]
+        items = [*_group_items(reader, file, "", frozenset(), metadata)]
+        items = [*_merge_logged_signals(items, [*logged_signals(reader.links, file)])]
     return array_table(label, KIND, items, metadata, is_sliced=True, warnings=reader.links.warnings)
 
 
-def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
-    """Yield what a file holds; where Simulink has logged signals, the objects that name them say nothing more."""
+def _merge_logged_signals(items: list[Item], logged: list[Item]) -> Iterator[Item]:
+    """Yield the items of a file and the signals logged by Simulink, without the objects that only refer to these."""
     for item in items:
         fault, key = item.column.fault or "", item.column.key
         if not logged or not ("MATLAB class" in fault or any(part in key for part in OF_STREAMS)):
@@ -62,47 +63,47 @@ def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
 
 
 class _Objects(Heap):
-    """The objects of an open file."""
+    """Objects of an open file."""
 
     def __init__(self, links: Links, file: Any) -> None:
         self.links, self.h5py = links, links.h5py
         found = links.at(file, OBJECTS)
-        cells = [] if found is None else [node for node, _ in self.referred(found, frozenset())]
+        cells = [] if found is None else [node for node, _ in self.resolve_references(found, frozenset())]
         super().__init__(cells, lambda cell: bytes(cell[()].tobytes()))
 
     def tree(self, node: Any, within: Within = frozenset()) -> Tree:
-        """Return what a node holds."""
+        """Return the content of a node."""
         if node is None or "MATLAB_empty" in node.attrs:
             return None
         if isinstance(node, self.h5py.Group):
-            inside = self.links.inside(node, within)
+            inside = self.links.enter(node, within)
             return {name: self.tree(entry, inside) for name, entry, _ in self.links.entries(node, inside)}
         if node.dtype == self.h5py.ref_dtype:
-            inside = self.links.inside(node, within)
-            return [self.tree(entry, inside) for entry, _ in self.referred(node, inside)]
+            inside = self.links.enter(node, within)
+            return [self.tree(entry, inside) for entry, _ in self.resolve_references(node, inside)]
         if fact(node.attrs.get("MATLAB_class", b"")) == "char":
             return "".join(map(chr, node[()].ravel(order="F")))
-        if node.dtype == np.uint32 and referred(words := node[()]):
+        if node.dtype == np.uint32 and referenced_objects(words := node[()]):
             return self.one_or_all(words)
         dtype = np.dtype(complex) if node.dtype.names in COMPLEX else node.dtype
         return Item(column=Column(), shape=node.shape, dtype=dtype, load=loader(self.h5py, node))
 
-    def referred(self, node: Any, within: Within) -> Iterator[tuple[Any, str | None]]:
-        """Yield what the references of a cell, or of a struct array's field, lead to, in MATLAB's order."""
+    def resolve_references(self, node: Any, within: Within) -> Iterator[tuple[Any, str | None]]:
+        """Yield the objects of the references of a cell, or of a struct array's field, in MATLAB's order."""
         for reference in node[()].ravel(order="F"):
-            yield self.links.referred(node, reference, within) if reference else (None, None)
+            yield self.links.resolve_reference(node, reference, within) if reference else (None, None)
 
 
-def _of_group(reader: _Objects, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
-    """Yield what the entries of a group hold."""
-    inside = reader.links.inside(group, within)
+def _group_items(reader: _Objects, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
+    """Yield the arrays of the entries of a group."""
+    inside = reader.links.enter(group, within)
     for name, node, fault in reader.links.entries(group, inside):
         if under or not name.startswith(PRIVATE):
             yield from _items(reader, f"{under}{name}", (node, fault), inside, metadata)
 
 
 def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
-    """Yield what an entry holds, structs and cells taken apart; texts and single numbers become metadata."""
+    """Yield the arrays of an entry, including those in structs and cells; texts and single numbers become metadata."""
     node, fault = entry
     column = Column(name=key.rpartition("/")[2], path=key, fault=fault)
     if fault:
@@ -114,10 +115,10 @@ def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: d
     if "MATLAB_sparse" in node.attrs:
         yield Item(column=replace(column, fault="a sparse matrix; save it full"))
     elif isinstance(node, reader.h5py.Group):
-        yield from _of_group(reader, node, f"{key}/", within, metadata)
+        yield from _group_items(reader, node, f"{key}/", within, metadata)
     elif node.dtype == reader.h5py.ref_dtype:
-        inside = reader.links.inside(node, within)
-        for number, inner in enumerate(reader.referred(node, inside)):
+        inside = reader.links.enter(node, within)
+        for number, inner in enumerate(reader.resolve_references(node, inside)):
             if inner != (None, None):
                 yield from _items(reader, f"{key}/{number}", inner, inside, metadata)
     elif kind == "char":
@@ -126,7 +127,7 @@ def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: d
         found = reader.instances(node[()])
         for number, instance in enumerate(found):
             place = column if len(found) == 1 else Column(name=column.name, path=f"{key}/{number}")
-            yield from unpacked(place, instance, metadata)
+            yield from unpack_object(place, instance, metadata)
         if not found:
             yield Item(column=replace(column, fault=object_fault(kind)))
     else:

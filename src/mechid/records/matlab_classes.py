@@ -1,7 +1,7 @@
-"""What MATLAB's classes mean for a record: tables, timetables, time series, Simulink's Datasets, and any other.
+"""Interpretation of MATLAB classes: tables, timetables, time series, Simulink Datasets, and any other class.
 
-The properties of tables are as mat-io describes them; those of a time series and a Simulink Dataset are as they stand
-in files of others, written by R2024b.
+The properties of tables follow the description by mat-io; those of time series and Simulink Datasets were derived from
+third-party files written by R2024b.
 """
 
 from __future__ import annotations
@@ -19,30 +19,33 @@ from mechid.records.arrays import Index, Item, fact
 from mechid.records.mcos import Instance, Tree
 from mechid.records.table import Clock, Column, Fact
 
-MOST_LEVELS = 16
+MAX_LEVELS = 16
 EXPORT = {
     "timeseries": "t = x.Time; y = x.Data",
     "table": "t = x.t; y = x.y",
     "timetable": "t = seconds(x.Time - x.Time(1)); y = x.y",
     "Simulink.SimulationData.Dataset": "s = x{1}.Values; t = s.Time; y = s.Data",
 }
-"""MATLAB's line that makes plain arrays of an object."""
+"""MATLAB statements that convert objects to plain arrays, by class."""
 
 
 def object_fault(kind: str) -> str:
-    """Return why an object of a MATLAB class cannot be read, and how MATLAB makes plain arrays of it."""
+    """Return the reason why an object of a MATLAB class cannot be read, with a remedy in MATLAB."""
     line = EXPORT.get(kind, "t = seconds(x.Time); y = x.y")
     return (
-        f'an object of the MATLAB class "{kind}" in which no array of numbers is found; in MATLAB save plain '
+        f'an object of the MATLAB class "{kind}" without a readable array of numbers; in MATLAB save plain '
         f"arrays, as {line}; save('run.mat', 't', 'y')"
     )
 
 
-def unpacked(column: Column, instance: Instance, metadata: dict[str, Fact]) -> list[Item]:
-    """Return the series that an object holds; those of one number or text become metadata."""
+def unpack_object(column: Column, instance: Instance, metadata: dict[str, Fact]) -> list[Item]:
+    """Return the series of an object; single numbers and texts become metadata."""
     found: list[Item] = []
-    with suppress(KeyError, ValueError, TypeError, AttributeError):  # a class of that name with other properties
-        found = [item for item in READERS.get(instance.kind, _any)(column, instance.properties) if 0 not in item.shape]
+    # A class of that name with other properties.
+    with suppress(KeyError, ValueError, TypeError, AttributeError):
+        found = [
+            item for item in READERS.get(instance.kind, _any_class)(column, instance.properties) if 0 not in item.shape
+        ]
     kept = [item for item in found if not _is_fact(item, metadata)]
     return kept if found else [Item(column=replace(column, fault=object_fault(instance.kind)))]
 
@@ -64,7 +67,7 @@ def _table(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
 def _timetable(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
     saved = properties["any"]
     rows = saved["rowTimes"]
-    clock, start = _regular(rows) if isinstance(rows, Mapping) else (None, None)
+    clock, start = _regular_clock(rows) if isinstance(rows, Mapping) else (None, None)
     names = _texts(saved.get("dimNames"))
     time = Column(name="Time", path=f"{column.key}/{names[0] if names else 'Time'}")
     if clock is None:
@@ -74,7 +77,7 @@ def _timetable(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]
 
 
 def _timeseries(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
-    """Yield the data, and the time where it is no regular clock: then TimeInfo has its start and increment."""
+    """Yield the data, and the time unless it is a regular clock with start and increment in TimeInfo."""
     kept = _plain_names(properties)
     info = _plain_names(_properties_of(kept.get("TimeInfo")))
     time = next((part for part in (kept.get("Time"), info.get("Time")) if isinstance(part, Item)), None)
@@ -97,21 +100,21 @@ def _dataset(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
     names = [_name(element) or f"element_{place}" for place, element in enumerate(elements)]
     for place, (name, element) in enumerate(zip(names, elements, strict=True)):
         where = name if names.count(name) < 2 else f"{name}/{place}"
-        yield from _walked(f"{column.key}/{where}", element, 0, name)
+        yield from _walk_tree(f"{column.key}/{where}", element, 0, name)
 
 
 def _signal(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
-    yield from _walked(column.key, properties["Values"], 0, column.name)
+    yield from _walk_tree(column.key, properties["Values"], 0, column.name)
 
 
 def _output(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
-    """Yield what a simulation's output has, without its metadata."""
+    """Yield the series of a simulation output, without its metadata."""
     for name, part in properties["Data"].items():
-        yield from _walked(f"{column.key}/{name}", part, 0)
+        yield from _walk_tree(f"{column.key}/{name}", part, 0)
 
 
 def _name(element: Tree) -> str:
-    """Return the name of a signal, of its values, or of the block that it comes from."""
+    """Return the name of a signal, of its values, or of its source block."""
     properties = _properties_of(element)
     blocks = _properties_of(properties.get("BlockPath")).get("path")
     names = (properties.get("Name"), _properties_of(properties.get("Values")).get("Name"), *_texts(blocks))
@@ -119,7 +122,7 @@ def _name(element: Tree) -> str:
 
 
 def _plain_names(properties: Mapping[str, Tree]) -> dict[str, Tree]:
-    """Return properties by the names that MATLAB shows, without the ending of those that it hides."""
+    """Return properties by the names shown in MATLAB, without the trailing underscore of hidden ones."""
     return {name.removesuffix("_"): value for name, value in properties.items() if value is not None}
 
 
@@ -128,23 +131,23 @@ def _properties_of(tree: Tree) -> Mapping[str, Tree]:
     return found if isinstance(found, Mapping) else {}
 
 
-def _any(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
-    yield from _walked(column.key, dict(properties), 0)
+def _any_class(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    yield from _walk_tree(column.key, dict(properties), 0)
 
 
-def _walked(path: str, tree: Tree, level: int, name: str = "") -> Iterator[Item]:
-    """Yield every array in a tree under its path; objects in it in the way of their classes."""
+def _walk_tree(path: str, tree: Tree, level: int, name: str = "") -> Iterator[Item]:
+    """Yield every array in a tree with its path; objects are interpreted according to their classes."""
     column = Column(name=name or path.rpartition("/")[2], path=path)
-    if level > MOST_LEVELS:
+    if level > MAX_LEVELS:
         return
     if isinstance(tree, Instance) and tree.kind in READERS:
         yield from READERS[tree.kind](column, tree.properties)
     elif isinstance(tree, Instance | Mapping):
         for key, part in _properties_of(tree).items():
-            yield from _walked(f"{path}/{key.removesuffix('_')}", part, level + 1)
+            yield from _walk_tree(f"{path}/{key.removesuffix('_')}", part, level + 1)
     elif isinstance(tree, list):
         for place, part in enumerate(tree):
-            yield from _walked(f"{path}/{place}", part, level + 1)
+            yield from _walk_tree(f"{path}/{place}", part, level + 1)
     elif isinstance(tree, Item):
         yield replace(tree, column=column)
 
@@ -162,7 +165,7 @@ def _variables(column: Column, data: Tree, names: Tree, units: Tree) -> Iterator
 
 
 def _times(column: Column, values: Tree) -> Iterator[Item]:
-    """Yield durations and dates in s, dates since the first."""
+    """Yield durations in s, and dates in s since the first one."""
     if isinstance(values, Item):
         yield replace(values, column=column)
     elif isinstance(values, Instance) and values.kind in TIMES:
@@ -175,7 +178,10 @@ def _times(column: Column, values: Tree) -> Iterator[Item]:
 
 
 def _seconds(item: Item, first: float) -> Callable[[Index], Any]:
-    """Return what loads milliseconds as seconds since `first`; an imaginary part is what the real one leaves."""
+    """Return a function that loads milliseconds as seconds since `first`.
+
+    The imaginary part of a value is the rounding error of its real part.
+    """
 
     def load(index: Index) -> FloatArray:
         values = _numbers(item, index)
@@ -185,13 +191,13 @@ def _seconds(item: Item, first: float) -> Callable[[Index], Any]:
 
 
 def _numbers(item: Item, index: Index) -> NDArray[Any]:
-    """Return a part of an array; HDF5 keeps a complex number as two fields."""
+    """Return a part of an array; HDF5 stores a complex number as two fields."""
     values = np.asarray(item.load(index))
     return values["real"] + 1j * values["imag"] if values.dtype.names else values
 
 
-def _regular(rows: Mapping[str, Tree]) -> tuple[Clock | None, str | None]:
-    """Return the clock of a timetable that was given by rate or step, and the date of its first row if there is one."""
+def _regular_clock(rows: Mapping[str, Tree]) -> tuple[Clock | None, str | None]:
+    """Return the clock of a timetable defined by rate or step, and the date of its first row, if any."""
     rate, step, origin = rows.get("sampleRate"), rows.get("stepSize"), rows.get("origin")
     if isinstance(step, Instance) and not _truth(rows.get("specifiedAsRate")):
         millis = step.properties.get("millis")
@@ -222,7 +228,7 @@ def _unit(info: Mapping[str, Tree]) -> str | None:
 
 
 TIMES = {"duration": "millis", "datetime": "data"}
-"""Classes of times, and the property that has the milliseconds."""
+"""Classes of times, with the property that contains the milliseconds."""
 READERS: Mapping[str, Callable[[Column, Mapping[str, Tree]], Iterator[Item]]] = {
     "table": _table,
     "timetable": _timetable,
@@ -234,4 +240,4 @@ READERS: Mapping[str, Callable[[Column, Mapping[str, Tree]], Iterator[Item]]] = 
     "string": lambda column, properties: iter(()),
     "datetime": lambda column, properties: _times(column, Instance("datetime", properties)),
 }
-"""Classes whose properties mean something here; of others every array is a column under its property's path."""
+"""Interpreted classes; for others every array is a column with the path of its property."""

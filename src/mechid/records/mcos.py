@@ -1,9 +1,9 @@
-"""Objects of MATLAB's classes in a .mat file: which there are, and the tree of what each holds.
+"""Objects of MATLAB classes in a .mat file: the table of objects, and the content of each object as a tree.
 
-MathWorks publishes no layout. That of the table of objects, ``FileWrapper__`` versions 2 to 4, is read as N.
-Lakshmisha's mat-io describes it (docs/subsystem_data_format.md): names, classes, objects, and for each object which
-property is in which cell. Cells are read by the reader of the file; here they are a tree of dicts (structs), lists
-(cells), texts, arrays (`Item`) and further objects.
+The layout is not published by MathWorks. The table of objects, ``FileWrapper__`` versions 2 to 4, is read according to
+N. Lakshmisha's mat-io (docs/subsystem_data_format.md): names, classes, objects, and the cell of each property of an
+object. The reader of the file converts cells to trees of dicts (structs), lists (cells), texts, arrays (`Item`) and
+further objects.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 REFERENCE = 0xDD000000
-"""First word of a reference to objects; then dimensions, the objects' numbers, and that of their class."""
+"""First word of a reference to objects, followed by dimensions, object numbers, and the class number."""
 VERSIONS = (2, 3, 4)
 FIRST = 2
-"""The first cell that holds a value."""
+"""Index of the first cell with a value."""
 IN_CELL = 1
-"""Kind of a property whose value is in a cell."""
+"""Kind of a property whose value is stored in a cell."""
 Words: TypeAlias = NDArray[np.uint32]
 Tree: TypeAlias = Any
-"""A dict of trees, a list of them, a text, an `Item`, an `Instance`, or None."""
+"""Dict or list of trees, text, `Item`, `Instance`, or None."""
 
 
 @dataclass(frozen=True)
 class Instance:
-    """An object: its class and properties."""
+    """Object with its class and properties."""
 
     kind: str
     properties: Mapping[str, Tree]
@@ -39,22 +39,22 @@ class Instance:
 
 @dataclass(frozen=True)
 class Objects:
-    """The table of objects.
+    """Table of objects.
 
     Attributes
     ----------
     classes : tuple of str
-        Name of the class of each object, by the object's number.
+        Class name of each object.
     cells : tuple of mapping
-        For each object its properties' names and cells, counted from the first that holds a value.
+        Cell index of each property by name, for each object, counted from the first cell with a value.
     """
 
     classes: tuple[str, ...]
     cells: tuple[Mapping[str, int], ...]
 
 
-def referred(words: Words) -> tuple[int, ...]:
-    """Return the numbers of the objects that an array of words refers to, none where it is no reference."""
+def referenced_objects(words: Words) -> tuple[int, ...]:
+    """Return the numbers of the objects that an array of words refers to; empty if it is not a reference."""
     if words.size < 4 or words.dtype != np.uint32 or int(words.flat[0]) != REFERENCE:
         return ()
     flat = [int(word) for word in words.ravel()]
@@ -63,12 +63,12 @@ def referred(words: Words) -> tuple[int, ...]:
 
 
 def read_objects(blob: bytes) -> Objects:
-    """Return the table of objects of the first cell of a ``FileWrapper__``.
+    """Return the table of objects in the first cell of a ``FileWrapper__``.
 
     Raises
     ------
     ValueError, IndexError
-        It is none, or of a version that nobody has described.
+        The content is not a table of objects, or its version is unknown.
     """
     words = np.frombuffer(blob[: len(blob) // 4 * 4], dtype="<i4")
     if words.size < 10 or words[0] not in VERSIONS:
@@ -90,7 +90,8 @@ def _blocks(words: Sequence[int], size: int) -> Iterator[Sequence[int]]:
 
 
 def _properties(words: Sequence[int], names: Sequence[str]) -> list[dict[str, int]]:
-    """Return the cells of each object's properties: a count, three words for each, up to the next even place."""
+    """Return the cells of each object's properties by name."""
+    # Layout of an entry: the number of properties, three words for each, and padding to an even position.
     found, at = [], 0
     while at < len(words):
         if words[at] < 0:
@@ -103,14 +104,14 @@ def _properties(words: Sequence[int], names: Sequence[str]) -> list[dict[str, in
 
 
 class Heap:
-    """The objects of a file, each made once; what its cells hold, the reader of the file tells by `tree`.
+    """Objects of a file, each created once; subclasses implement `tree` for the cells of a file format.
 
     Attributes
     ----------
     table : Objects or None
-        None where it could not be read.
+        None if the table of objects could not be read.
     cells : sequence
-        As the file's reader has them.
+        Cells in the representation of the file's reader.
     """
 
     def __init__(self, cells: Sequence[Any], blob: Callable[[Any], bytes]) -> None:
@@ -121,22 +122,25 @@ class Heap:
             self.table = read_objects(blob(cells[0]))
 
     def instances(self, words: Words) -> list[Instance]:
-        """Return the objects that an array of words refers to; none where it is no reference."""
+        """Return the objects that an array of words refers to; empty if it is not a reference."""
         if self.table is None:
             return []
-        return [found for number in referred(words) if (found := self._instance(self.table, number)) is not None]
+        return [
+            found for number in referenced_objects(words) if (found := self._instance(self.table, number)) is not None
+        ]
 
     def one_or_all(self, words: Words) -> Tree:
-        """Return the object that is referred to, or the list of them; None where it is being made."""
+        """Return the referenced object, or the list of several; None if it is still being created."""
         found = self.instances(words)
         return found[0] if len(found) == 1 else found or None
 
     def tree(self, node: Any) -> Tree:
-        """Return what a cell, or a part of it, holds."""
+        """Return the content of a cell or of a part of it."""
         raise NotImplementedError
 
     def _instance(self, table: Objects, number: int) -> Instance | None:
-        """Return an object; None while it is being made, as of one that holds itself."""
+        """Return an object, or None while it is being created."""
+        # The entry is reserved before its content is read: an object that contains itself would recurse endlessly.
         if number not in self._made:
             self._made[number] = None
             listed = table.cells[number].items()

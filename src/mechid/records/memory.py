@@ -1,4 +1,4 @@
-"""What cannot be in memory, or on the disk while it is read, is refused before the machine stands still."""
+"""Checks for sufficient memory and disk space before a file is read."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from mechid.signal.stored import WORD, free_bytes
 from mechid.writing import cache_folder
 
 
-def refuse_no_room(fault: Callable[[str], RecordError], samples: int, columns: int) -> None:
-    """Refuse samples that are to be kept in a temporary file, and for which there is no room on the disk.
+def refuse_insufficient_disk(fault: Callable[[str], RecordError], samples: int, columns: int) -> None:
+    """Raise an error if the disk has not enough space for the temporary files of samples.
 
-    `fault` makes the error that says which file they are in.
+    `fault` creates the error with the name of the record's file.
 
     Raises
     ------
     RecordError
-        There is none.
+        There is not enough disk space.
     """
     needed, there = WORD * samples * columns, free_bytes()
     if needed > there:
         raise fault(
             f"{samples} samples of {columns} columns need {needed / GIB:.3g} GiB of disk while they are read, "
-            f"{there / GIB:.3g} GiB are free in {cache_folder()}; make room, name another folder in MECHID_CACHE, or "
-            "read a part with window_s"
+            f"{there / GIB:.3g} GiB are free in {cache_folder()}; free some space, set MECHID_CACHE to another folder, "
+            "or read a part with window_s"
         )
 
 
 def refuse_larger_than_memory(path: Path, label: str, kind: str) -> None:
-    """Refuse a file of a format that can only be read whole where it is larger than what reading may take.
+    """Raise an error if a file that can only be read as a whole exceeds the memory limit of the reading process.
 
     Raises
     ------
     RecordError
-        It is.
+        The file is too large.
     """
     size, there = path.stat().st_size, limit_bytes()
     if there is not None and size > there:

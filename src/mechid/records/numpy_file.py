@@ -1,4 +1,4 @@
-"""The reader of NumPy's own files: .npy, mapped and not loaded, and .npz."""
+"""Reader of NumPy files: .npy, which is memory-mapped, and .npz."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ import numpy as np
 from numpy.lib import format as npy
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import parsing
+from mechid.records.foreign import wrap_parser_errors
 from mechid.records.table import Column, Fact
 
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
 def open_npy(path: Path, label: str) -> ArrayTable:
-    """Read the head of the .npy file at `path`: one array, or one with a field for each channel."""
-    with parsing(label, "an .npy file"):
+    """Read the header of the .npy file at `path`: a plain array, or a structured array with a field per channel."""
+    with wrap_parser_errors(label, "an .npy file"):
         array = np.load(path, mmap_mode="r", allow_pickle=False)
     items = [_mapped_item(path, name, array) for name in array.dtype.names or ("",)]
     return array_table(label, "an .npy file", items, {}, is_ordered=True, is_sliced=True)
 
 
 def open_npz(path: Path, label: str) -> ArrayTable:
-    """Read the heads of the arrays in the .npz file at `path`; those of one number are metadata."""
+    """Read the headers of the arrays in the .npz file at `path`; single numbers are metadata."""
     items: list[Item] = []
     metadata: dict[str, Fact] = {}
-    with parsing(label, "an .npz file"):
+    with wrap_parser_errors(label, "an .npz file"):
         for name, shape, dtype in _members(path):
             found = fact(_load(path, name)[()]) if not shape and dtype.kind in "fiubU" else None
             if found is not None:
@@ -40,9 +40,10 @@ def open_npz(path: Path, label: str) -> ArrayTable:
 
 
 def _mapped_item(path: Path, name: str, array: np.ndarray[Any, Any]) -> Item:
-    """Return the array, or the field of it that is called so, mapped anew for each part: what was read is let go."""
+    """Return the item of an array, or of its field `name`."""
 
     def load(index: Index) -> Any:
+        # Mapped anew for each part: the pages of a permanent mapping would stay in memory.
         found = np.load(path, mmap_mode="r", allow_pickle=False)
         return (found[name] if name else found)[index]
 
@@ -63,7 +64,8 @@ def _load(path: Path, name: str) -> np.ndarray[Any, Any]:
 
 
 def _members(path: Path) -> Iterator[tuple[str, tuple[int, ...], np.dtype[Any]]]:
-    """Yield name, shape and kind of numbers of each array, from its first bytes alone."""
+    """Yield name, shape and number type of each array, reading only its header."""
+    # NumPy's own reader would decompress the samples of every array to return its shape.
     with zipfile.ZipFile(path) as archive:
         for member in archive.namelist():
             with archive.open(member) as file:

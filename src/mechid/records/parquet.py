@@ -1,4 +1,4 @@
-"""The reader of Parquet files, by PyArrow: only the chosen columns, row group after row group."""
+"""Reader of Parquet files by PyArrow: only the selected columns, one row group after the other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import library, parsing
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.table import Column, Fact
 
 KIND = "a Parquet file"
@@ -17,23 +17,23 @@ FIELD_ID = b"PARQUET:field_id"
 NOT_FOR_USERS = (b"pandas", b"ARROW:schema")
 DATE = "timestamp["
 BUFFER = 2**20
-"""Bytes read ahead: without it a column of a row group is in memory whole before it is decoded."""
+"""Size of the read buffer in bytes; without one, a complete column of a row group is held in memory for decoding."""
 BATCH = 2**18
-"""Rows decoded together: a row group may be as long as the file."""
+"""Number of rows decoded together; a row group may be as long as the file."""
 
 
 def open_parquet(path: Path, label: str) -> ArrayTable:
-    """Read the head of the Parquet file at `path`; units stand in the names or in a field's metadata."""
-    pq = library("pyarrow.parquet", "pyarrow", label)
-    with parsing(label, KIND), pq.ParquetFile(path) as file:
+    """Read the header of the Parquet file at `path`; units are in the names or in the metadata of the fields."""
+    pq = import_library("pyarrow.parquet", "pyarrow", label)
+    with wrap_parser_errors(label, KIND), pq.ParquetFile(path) as file:
         schema, samples = file.schema_arrow, file.metadata.num_rows
         items = [_item(pq, path, field, samples) for field in schema]
-        facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_told(key)}
+        facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_public(key)}
     metadata: dict[str, Fact] = {key: value for key, value in facts.items() if value is not None}
     return array_table(label, KIND, items, metadata, is_ordered=True, is_sliced=True)
 
 
-def _is_told(key: bytes) -> bool:
+def _is_public(key: bytes) -> bool:
     return key not in NOT_FOR_USERS
 
 
@@ -51,7 +51,7 @@ def _item(pq: Any, path: Path, field: Any, samples: int) -> Item:
 
 
 def _dtype(kind: Any) -> np.dtype[Any]:
-    """Return NumPy's type of a column; object where it holds no plain numbers."""
+    """Return the NumPy type of a column; object if it does not contain plain numbers."""
     if str(kind).startswith(DATE):
         return np.dtype("M8[ns]")
     try:
@@ -63,6 +63,7 @@ def _dtype(kind: Any) -> np.dtype[Any]:
 
 def _read(pq: Any, path: Path, name: str, rows: int | slice) -> Any:
     """Return rows of a column; empty cells are NaN."""
+    # Without pre-buffering, which would hold complete column chunks in memory.
     with pq.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False) as file:
         start, stop, _ = (rows if isinstance(rows, slice) else slice(rows, rows + 1)).indices(file.metadata.num_rows)
         parts = list(_parts(file, name, start, stop))
@@ -71,7 +72,7 @@ def _read(pq: Any, path: Path, name: str, rows: int | slice) -> Any:
 
 
 def _parts(file: Any, name: str, start: int, stop: int) -> Any:
-    """Yield what lies between two rows, and read no row group that does not."""
+    """Yield the values between two rows, reading only the row groups that contain them."""
     first = 0
     for group in range(file.num_row_groups):
         last = first + file.metadata.row_group(group).num_rows

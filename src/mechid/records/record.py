@@ -1,4 +1,4 @@
-"""A record: channels sampled on one regular clock, in SI, with where they came from."""
+"""Record: channels sampled on one regular clock, in SI units, with their provenance."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _FLOORS: WeakKeyDictionary[Channel, dict[float, float]] = WeakKeyDictionary()
-"""Floors of channels by their sample rate."""
+"""Cache of the noise floors of channels, by sample rate."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
-    """One measured quantity.
+    """Measured quantity of a record.
 
     Parameters
     ----------
@@ -36,18 +36,18 @@ class Channel:
     unit : str
         The SI unit of `data`, e.g. ``"N*m"``.
     data : Series of N samples
-        In `unit`, float64, finite; conversion and gain are applied. An array, contiguous, or where it is long a series
-        that is read piece by piece; ``data[:]`` is all of it in memory.
+        In `unit`, float64, finite, with conversion and gain applied. It is a contiguous array, or a series that is
+        read piece by piece if it is long; ``data[:]`` reads all of it into memory.
     role : Role
         Output or input.
     column : str
-        The column it was read from, as its header names it.
+        Name of the source column in the file.
     metadata : Mapping
-        What the file says of it: serial number, sensitivity, ...
+        Metadata of the column in the file, such as serial number and sensitivity.
     scale : float
-        What the file's numbers were multiplied by.
+        Factor by which the file's numbers were multiplied.
     bridged : ndarray of int, shape (M,)
-        The samples, ascending, that stand for missing ones: no measurement.
+        Indices, ascending, of samples that replace missing ones and are not measured.
     """
 
     quantity: str
@@ -62,32 +62,32 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Record:
-    """One test run.
+    """Record of one test run.
 
     Parameters
     ----------
     name : str
-        The record's name in the campaign.
+        Name of the record in the campaign.
     path : Path
-        The file it was read from.
+        Source file.
     digest : str
-        SHA-256 of that file, hexadecimal.
+        SHA-256 digest of the source file in hexadecimal notation.
     time_start_s : float
-        Record time of the first sample, 0 where the file has no time column.
+        Record time of the first sample; 0 if the file has no time column.
     sample_rate_hz : float
         Samples per second.
     channels : tuple of Channel
-        All of the same length, in the order of the campaign.
+        Channels of equal length, in the order of the campaign.
     warnings : tuple of str
-        What is odd about the file and yet usable, one line each.
+        Warnings about the file, one line each.
     start_time : str or None
-        Date and time of the first sample of the file, ISO 8601, where the file tells.
+        Date and time of the first sample of the file, ISO 8601, if the file states it.
     metadata : Mapping
-        What else the file says of itself.
+        Further metadata of the file.
     treatments : tuple of Mapping
-        What conditioning did to the samples, in order: ``step``, ``text``, and its figures.
+        Conditioning steps in order, each with ``step``, ``text``, and its figures.
     reading_s : float
-        How long it took to read, s.
+        Reading time in s.
     """
 
     name: str
@@ -104,9 +104,9 @@ class Record:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """Where the samples come from and what was done to them, of plain types.
+        """Source and conditioning of the samples, in plain types.
 
-        Metadata of the file's other arrays, whose keys are paths, are left out.
+        Metadata of the file's other arrays, whose keys are paths, are omitted.
         """
         return {
             "file": self.path.name,
@@ -124,26 +124,26 @@ class Record:
 
     @property
     def sample_interval_s(self) -> float:
-        """Seconds from one sample to the next."""
+        """Sample interval in s."""
         return 1.0 / self.sample_rate_hz
 
     @property
     def duration_s(self) -> float:
-        """Seconds from the first sample to the last."""
+        """Time from the first to the last sample in s."""
         return (self.samples - 1) / self.sample_rate_hz
 
     @property
     def outputs(self) -> tuple[Channel, ...]:
-        """The channels that the model has to explain."""
+        """Channels that the model must explain."""
         return tuple(channel for channel in self.channels if channel.role is Role.OUTPUT)
 
     @property
     def inputs(self) -> tuple[Channel, ...]:
-        """The channels that drive the model."""
+        """Channels that drive the model."""
         return tuple(channel for channel in self.channels if channel.role is Role.INPUT)
 
     def channel(self, quantity: str) -> Channel:
-        """Return the channel of `quantity`; RecordError where the record has none."""
+        """Return the channel of `quantity`; raise RecordError if the record has none."""
         found = {channel.quantity: channel for channel in self.channels}
         if quantity not in found:
             near = did_you_mean(quantity, found) or "; it has " + ", ".join(found)
@@ -151,13 +151,13 @@ class Record:
         return found[quantity]
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return the channels by quantity, SI, as a DataFrame indexed by time in s (needs the extra ``dataframes``)."""
+        """Return the channels in SI units as a DataFrame indexed by time in s (needs the extra ``dataframes``)."""
         import pandas as pd
 
         return pd.DataFrame({c.quantity: c.data[:] for c in self.channels}, index=pd.Index(self.time_s, name="time_s"))
 
     def to_xarray(self) -> xr.Dataset:
-        """Return the channels by quantity as a Dataset over time in s, ``units`` among the attributes (likewise)."""
+        """Return the channels as a Dataset over time in s with the attribute ``units`` (extra ``dataframes``)."""
         import xarray as xr
 
         channels = {c.quantity: ("time_s", c.data[:], {"units": c.unit}) for c in self.channels}
@@ -169,13 +169,14 @@ class Record:
         return self.time_start_s + np.arange(self.samples) / self.sample_rate_hz
 
     def plot(self, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draw a channel over time, the first where none is named; return the axes, new ones without `ax`.
+        """Plot a channel, by default the first one, over time and return the axes; without `ax`, new axes are created.
 
         Raises
         ------
         UsageError
             There is no such channel.
         """
+        # Imported here so that reading records does not load the plotting code.
         from mechid.ink.axes import Clock, axes_or_new, draw_over_time, one_of
         from mechid.ink.palette import MEASURED
 
@@ -191,16 +192,14 @@ class Record:
         return f"<Record {self.name}: {names}; {self.samples} samples at {self.sample_rate_hz:.9g} Hz>"
 
     def quiet_rms(self, quantity: str) -> float | None:
-        """Return the RMS of a channel in its quiet stretches, SI, with all colour; None where none are declared."""
+        """Return the broadband RMS of a channel in its quiet stretches, in SI units; None if none are declared."""
         found = [t["rms"] for t in self.treatments if t["step"] == "quiet" and t["channel"] == quantity]
         return float(found[0]) if found else None
 
     def noise_floor(self, quantity: str) -> float:
-        """Return the standard deviation of a channel's noise at its high-frequency floor, SI, beside bridged samples.
-
-        It is worked out once: many ask, and each time takes ten milliseconds.
-        """
+        """Return the standard deviation of a channel's white noise floor in SI units, without bridged samples."""
         channel = self.channel(quantity)
+        # Cached because many callers need it and each evaluation takes ten milliseconds.
         known = _FLOORS.setdefault(channel, {})
         if self.sample_rate_hz not in known:
             known[self.sample_rate_hz] = noise_floor(channel.data, self.sample_rate_hz, rejected=channel.bridged)

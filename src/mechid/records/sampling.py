@@ -1,4 +1,4 @@
-"""From the columns of a file to samples in SI on one regular clock, conditioned as the campaign says."""
+"""Conversion of a file's columns to conditioned samples in SI units on one regular clock."""
 
 from __future__ import annotations
 
@@ -9,24 +9,33 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.reading.memory import GIB, memory_bytes
-from mechid.records.clock import read_clock, refuse_no_clock, refuse_not_increasing, refuse_row_numbers
-from mechid.records.columns import ChosenColumn, Layout, time_beside
-from mechid.records.conditioning import Samples, condition, limited
+from mechid.records.clock import read_clock, refuse_implausible_clock, refuse_not_increasing, refuse_row_numbers
+from mechid.records.columns import ChosenColumn, Layout, find_time_column
+from mechid.records.conditioning import Samples, apply_limits, condition
 from mechid.records.health import refuse_not_finite
-from mechid.records.memory import refuse_no_room
+from mechid.records.memory import refuse_insufficient_disk
 from mechid.records.settings import STAMPS
 from mechid.records.spec import RecordSpec, TimeStamps
-from mechid.records.stamps import placed, resampled, resampled_clock
+from mechid.records.stamps import fit_regular_clock, resample, resampling_clock
 from mechid.records.table import ALL, Clock, Table, column_label
 from mechid.records.time_unit import TimeUnit, time_unit
 from mechid.signal.series import Series
-from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long, pieces_of, room_of, stretch_in_place
+from mechid.signal.stored import (
+    WORD,
+    SampleBuffer,
+    WritableSeries,
+    as_writable,
+    change_in_place,
+    is_long,
+    pieces_of,
+    stretch_in_place,
+)
 
 COPIES = 2
-"""Times that a column is in memory while it is read."""
-IF_MISSING = "; max_gap_s = ... allows to bridge missing samples, window_s to leave them out"
-LEAST_RESAMPLED = 4
-"""Samples through which there is one cubic spline."""
+"""Number of copies of a column in memory while it is read."""
+GAP_REMEDY = "; max_gap_s = ... allows to bridge missing samples, window_s to leave them out"
+MIN_SPLINE_SAMPLES = 4
+"""Minimum number of samples of a cubic spline."""
 
 
 def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
@@ -35,38 +44,40 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     Raises
     ------
     RecordError
-        The clock is no regular one, samples are missing, or a conditioning cannot be done.
+        The clock is not regular, samples are missing, or a conditioning step cannot be applied.
     """
     how = spec.conditioning
     rows, unit = _rows(table, layout, spec)
-    arrays = read_columns(table, [column.index for column in layout.chosen], rows)
+    arrays = read_columns(table, [column.index for column in layout.selected_columns], rows)
     if layout.time and unit is None:
         unit = time_unit(table, layout.time, spec, arrays[0])
-    if rows == ALL and unit and how.needed_s:  # a text file, which is read whole
-        rows = _inside(arrays[0], unit, how.needed_s)
+    # A text file, which is read as a whole.
+    if rows == ALL and unit and how.needed_s:
+        rows = _rows_within(arrays[0], unit, how.needed_s)
         arrays = [stretch_in_place(values, rows.start, rows.stop) for values in arrays]
     first = rows.start or 0
     _refuse_empty(table, arrays[0])
     channels = arrays[-len(layout.channels) :]
     data = [
-        _scaled(table, column, values, first, finite=how.max_gap_s is None)
+        _scale_to_si(table, column, values, first, finite=how.max_gap_s is None)
         for column, values in zip(layout.channels, channels, strict=True)
     ]
-    treatments = limited(layout, how, data)
+    # Limits are in SI units and apply to the scaled samples.
+    treatments = apply_limits(layout, how, data)
     if unit:
         if unit.treatment:
             treatments = [unit.treatment, *treatments]
-        _into_seconds(table, layout.chosen[0], arrays[0], unit, first)
-    samples = _clocked(table, layout, spec, unit, arrays, data, first)
-    refuse_no_clock(table, samples.clock)
+        _convert_to_seconds(table, layout.selected_columns[0], arrays[0], unit, first)
+    samples = _place_on_clock(table, layout, spec, unit, arrays, data, first)
+    refuse_implausible_clock(table, samples.clock)
     samples = replace(samples, treatments=(*treatments, *samples.treatments))
     return condition(table, layout, how, samples)
 
 
-def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[Room]:
-    """Read rows of columns, N samples each in the file's own unit, block by block: long ones into temporary files."""
+def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[WritableSeries]:
+    """Read rows of columns in the file's units block by block; long series are stored in temporary files."""
     _refuse_too_large(table, wanted, rows)
-    gathered = [Gathered() for _ in wanted]
+    gathered = [SampleBuffer() for _ in wanted]
     for block in table.blocks(wanted, rows):
         for one, part in zip(gathered, block, strict=True):
             one.append(part)
@@ -75,17 +86,18 @@ def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a column is sampled.
+    """Sampling of a column.
 
     Parameters
     ----------
     clock : Clock or None
-        The regular clock, where there is one and it is known.
+        Regular clock, if there is one and it is known.
     samples : int or None
+        Number of samples.
     irregular_hz : float or None
-        One over the median interval of stamps that are no regular clock.
+        Reciprocal of the median interval of irregular stamps.
     fault : str or None
-        Why there is no regular clock, or why the column cannot be read.
+        Reason why there is no regular clock, or why the column cannot be read.
     """
 
     clock: Clock | None = None
@@ -95,28 +107,30 @@ class Sampling:
 
 
 def samplings(table: Table) -> list[Sampling]:
-    """Return how each column of a file is sampled: by its own clock, else by the time column beside it.
+    """Return the sampling of each column of a file, from its own clock or else from its time column.
 
     Raises
     ------
     RecordError
-        Samples of a column have to be counted and it cannot be read.
+        The samples of a column must be counted, but it cannot be read.
     """
     by_time: dict[int, Sampling] = {}
     found = []
     for index, column in enumerate(table.columns):
-        time = None if column.fault or column.clock else time_beside(table, index)
+        time = None if column.fault or column.clock else find_time_column(table, index)
         if time is None:
-            found.append(_clocked_by_itself(table, index))
+            found.append(_sampling_without_stamps(table, index))
             continue
+        # Many columns may share a time column, whose stamps are examined once.
         if time.index not in by_time:
-            by_time[time.index] = _stamped(table, time)
+            by_time[time.index] = _sampling_from_stamps(table, time)
         found.append(by_time[time.index])
     return found
 
 
-def _clocked_by_itself(table: Table, index: int) -> Sampling:
-    """Return the sampling of a column without stamps; its first sample shows that it can be read."""
+def _sampling_without_stamps(table: Table, index: int) -> Sampling:
+    """Return the sampling of a column without time stamps."""
+    # Reading the first sample shows whether the column can be read, without the cost of reading all of it.
     column = table.columns[index]
     if column.fault:
         return Sampling(column.clock, column.samples)
@@ -129,12 +143,12 @@ def _clocked_by_itself(table: Table, index: int) -> Sampling:
     return Sampling(column.clock, column.samples)
 
 
-def _stamped(table: Table, time: ChosenColumn) -> Sampling:
+def _sampling_from_stamps(table: Table, time: ChosenColumn) -> Sampling:
     samples, rate_hz = table.columns[time.index].samples, None
     try:
         stamps = read_columns(table, [time.index])[0]
         unit = time_unit(table, time, RecordSpec(name="", path=""), stamps)
-        _into_seconds(table, time, stamps, unit)
+        _convert_to_seconds(table, time, stamps, unit)
         samples, rate_hz = stamps.size, _median_rate(stamps)
         return Sampling(read_clock(table, stamps, rounding_s=unit.rounding_s), samples)
     except RecordError as error:
@@ -152,11 +166,11 @@ def _refuse_empty(table: Table, data: Series) -> None:
 
 
 def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
-    """Refuse what has to be in memory or on the disk at once and cannot, before the machine stands still."""
+    """Raise an error if samples need more memory or disk space than there is."""
     samples = len(range(table.columns[wanted[0]].samples or 0)[rows])
     if table.is_sliced:
         if is_long(samples):
-            refuse_no_room(table.error, samples, len(wanted))
+            refuse_insufficient_disk(table.error, samples, len(wanted))
         return
     needed = WORD * COPIES * samples * len(wanted)
     there = memory_bytes()
@@ -168,23 +182,23 @@ def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
 
 
 def _rows(table: Table, layout: Layout, spec: RecordSpec) -> tuple[slice, TimeUnit | None]:
-    """Return the rows that a window needs, where the file can be read in part, and the time's unit if it was met."""
+    """Return the rows needed for the window, and the unit of the time column if it was determined for this."""
     needed, samples = spec.conditioning.needed_s, table.columns[layout.channels[0].index].samples
     if needed is None or samples is None:
         return ALL, None
     clock = layout.clock or (Clock(0.0, spec.sample_rate_hz) if spec.sample_rate_hz and not layout.time else None)
     if clock is not None:
-        rows = Samples(clock, ()).times(*needed)
+        rows = Samples(clock, ()).slice_between(*needed)
         return slice(rows.start, min(rows.stop, samples)), None
     if layout.time is None:
         return ALL, None
     stamps = read_columns(table, [layout.time.index])[0]
     unit = time_unit(table, layout.time, spec, stamps)
-    return _inside(stamps, unit, needed), unit
+    return _rows_within(stamps, unit, needed), unit
 
 
-def _inside(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slice:
-    """Return the rows from the first to the last stamp that is needed."""
+def _rows_within(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slice:
+    """Return the rows from the first to the last stamp within a time range."""
     ends: list[int] = []
     for part in pieces_of(time):
         seconds = unit.seconds(time[part])
@@ -193,33 +207,37 @@ def _inside(time: Series, unit: TimeUnit, needed_s: tuple[float, float]) -> slic
     return slice(ends[0], ends[-1]) if ends else slice(0, 0)
 
 
-def _scaled(table: Table, column: ChosenColumn, data: Room, first: int, *, finite: bool) -> Room:
-    """Return the column's samples in SI, changed in place."""
+def _scale_to_si(
+    table: Table, column: ChosenColumn, data: WritableSeries, first: int, *, finite: bool
+) -> WritableSeries:
+    """Convert a column's samples to SI units in place and return them."""
     if finite:
-        if_missing = "" if column.quantity == "time" else IF_MISSING
+        if_missing = "" if column.quantity == "time" else GAP_REMEDY
         refuse_not_finite(table, data, column_label(table.columns, column.index), first, if_missing)
     if column.scale != 1.0:
         change_in_place(data, lambda values, part: values * column.scale)
     return data
 
 
-def _into_seconds(table: Table, column: ChosenColumn, stamps: Room, unit: TimeUnit, first: int = 0) -> None:
-    """Convert a time column in place."""
+def _convert_to_seconds(
+    table: Table, column: ChosenColumn, stamps: WritableSeries, unit: TimeUnit, first: int = 0
+) -> None:
+    """Convert a time column to seconds in place."""
     refuse_not_finite(table, stamps, column_label(table.columns, column.index), first)
     if unit.scale != 1.0 or unit.origin:
         change_in_place(stamps, lambda values, part: unit.seconds(values))
 
 
-def _clocked(
+def _place_on_clock(
     table: Table,
     layout: Layout,
     spec: RecordSpec,
     unit: TimeUnit | None,
-    arrays: list[Room],
-    data: list[Room],
+    arrays: list[WritableSeries],
+    data: list[WritableSeries],
     first: int,
 ) -> Samples:
-    """Put the samples on a regular clock."""
+    """Assign the samples to a regular clock."""
     rate_hz, stamps = spec.sample_rate_hz, spec.conditioning.time_stamps
     if layout.time is None or unit is None:
         return Samples(_known_clock(table, layout, rate_hz, first), tuple(data))
@@ -230,11 +248,11 @@ def _clocked(
         return Samples(read_clock(table, time, rate_hz, first, rounding_s=unit.rounding_s), tuple(data))
     refuse_not_increasing(table, time, first)
     if rate_hz is not None:
-        refuse_no_clock(table, Clock(0.0, rate_hz))
+        refuse_implausible_clock(table, Clock(0.0, rate_hz))
     if stamps is TimeStamps.REGULAR:
-        return _on_nearest_clock(table, time, rate_hz, data, first)
+        return _place_on_nearest_clock(table, time, rate_hz, data, first)
     seconds = time[:]
-    clock, samples = resampled_clock(table, seconds, rate_hz)
+    clock, samples = resampling_clock(table, seconds, rate_hz)
     steps = np.diff(seconds)
     text = (
         f"interpolated by cubic splines from samples {steps.min():.4g} s to {steps.max():.4g} s apart onto "
@@ -242,25 +260,27 @@ def _clocked(
     )
     for column, values in zip(layout.channels, data, strict=True):
         known = int(np.count_nonzero(np.isfinite(values[:])))
-        if known < LEAST_RESAMPLED:
+        if known < MIN_SPLINE_SAMPLES:
             label = column_label(table.columns, column.index)
             raise table.error(
-                f"{label}: {known} samples; a cubic spline needs {LEAST_RESAMPLED}: give a longer record, or leave "
+                f"{label}: {known} samples; a cubic spline needs {MIN_SPLINE_SAMPLES}: give a longer record, or leave "
                 'time_stamps = "resample" out'
             )
     try:
-        spread = tuple(room_of(resampled(seconds, values[:], clock, samples)) for values in data)
+        spread = tuple(as_writable(resample(seconds, values[:], clock, samples)) for values in data)
     except np.linalg.LinAlgError as error:
         raise table.error(
             f"time stamps from {steps.min():.4g} s to {steps.max():.4g} s apart differ too much for a cubic spline; "
             'check their unit, or leave time_stamps = "resample" out'
         ) from error
     figures = {"shortest_s": float(steps.min()), "longest_s": float(steps.max()), "rate_hz": clock.rate_hz}
-    return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
+    return Samples(clock, ()).with_treatment("time_stamps", text, spread, taken="resample", **figures)
 
 
-def _on_nearest_clock(table: Table, time: Series, rate_hz: float | None, data: list[Room], first: int) -> Samples:
-    found = placed(table, time, rate_hz, first)
+def _place_on_nearest_clock(
+    table: Table, time: Series, rate_hz: float | None, data: list[WritableSeries], first: int
+) -> Samples:
+    found = fit_regular_clock(table, time, rate_hz, first)
     lost = found.samples - time.size
     text = (
         f"time stamps replaced by the nearest regular clock, {found.clock.rate_hz:.9g} Hz: jitter "
@@ -268,11 +288,13 @@ def _on_nearest_clock(table: Table, time: Series, rate_hz: float | None, data: l
     )
     figures = {"rate_hz": found.clock.rate_hz, "jitter_rms_s": found.jitter_rms_s, "jitter_max_s": found.jitter_max_s}
     spread = tuple(found.spread(values) for values in data)
-    return Samples(found.clock, ()).after("time_stamps", text, spread, taken="regular", lost_samples=lost, **figures)
+    return Samples(found.clock, ()).with_treatment(
+        "time_stamps", text, spread, taken="regular", lost_samples=lost, **figures
+    )
 
 
 def _known_clock(table: Table, layout: Layout, rate_hz: float | None, first: int) -> Clock:
-    """Return the clock that file or campaign state, at the first sample read."""
+    """Return the clock stated by file or campaign, starting at the first sample read."""
     clock = layout.clock or (Clock(0.0, rate_hz) if rate_hz else None)
     if clock is None:
         raise table.error("no time column; give sample_rate_hz")

@@ -1,9 +1,9 @@
-"""Scaling, offset and fill values that a file states in attributes beside its numbers.
+"""Scaling, offset and fill values in the attributes of an array.
 
-Those of the CF conventions (``scale_factor``, ``add_offset``, ``_FillValue``, ``missing_value``, ``valid_range``,
-``valid_min``, ``valid_max``, ``_Unsigned``) are applied: their meaning is defined. Of others, as ``gain`` or
-``sensitivity``, nothing says whether they multiply or divide, nor whether the numbers are scaled already: a column with
-such an attribute is read only where the campaign states its unit and gain.
+Attributes of the CF conventions (``scale_factor``, ``add_offset``, ``_FillValue``, ``missing_value``, ``valid_range``,
+``valid_min``, ``valid_max``, ``_Unsigned``) are applied, because their meaning is defined. For others, such as ``gain``
+or ``sensitivity``, it is not known whether they multiply or divide, or whether the numbers are scaled already. A column
+with such an attribute is read only if the campaign states its unit and gain.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ GAINS = (
 OFFSETS = ("offset", "addoffset", "intercept", "zerooffset")
 POLYNOMIALS = ("coefficients", "polynomial", "calibrationcoefficients", "scalecoefficients", "scalingcoefficients")
 INSTRUMENT = ("sensitivity", "resolution", "lsb", "bitresolution")
-"""Data of the instrument where numbers have a unit already; of integers, and of numbers without one, a scaling."""
+"""Attributes that describe the instrument if numbers have a unit, but a scaling of integers or unitless numbers."""
 NUMBER = re.compile(r"\s*[x×]?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s*(?![\d.:,-]).*)?", re.DOTALL)
-"""A number, perhaps with its unit behind it, and no date."""
+"""Number, optionally followed by a unit, but not a date."""
 NAMES = (*GAINS, *OFFSETS, *POLYNOMIALS, *INSTRUMENT)
 SINCE = re.compile(r"\s+since\s+\d.*", re.DOTALL)
-MOST_LETTERS = 60
-"""Of a text, in a message."""
+MAX_TEXT_LENGTH = 60
+"""Maximum length of a text value in messages."""
 UNLIMITED = (-np.inf, np.inf)
 
 Attributes = Mapping[str, Any]
@@ -45,17 +45,17 @@ Limits = tuple[float, float]
 
 @dataclass(frozen=True)
 class Packing:
-    """How stored numbers become measured values by the CF conventions: ``number * scale + offset``.
+    """Conversion of stored numbers to measured values by the CF conventions: ``number * scale + offset``.
 
     Attributes
     ----------
     scale, offset : float
     fills : tuple of float
-        Numbers that stand for a missing sample.
+        Numbers that represent missing samples.
     numbers, values : tuple of float
-        Least and largest valid number, and least and largest valid value.
+        Valid ranges of stored numbers and of measured values.
     is_unsigned : bool
-        Whether stored signed integers are unsigned ones.
+        Whether stored signed integers represent unsigned ones.
     """
 
     scale: float = 1.0
@@ -70,41 +70,44 @@ class Packing:
         """Whether values differ from the stored numbers."""
         return self.scale != 1.0 or self.offset != 0.0
 
-    def missing(self, stored: NDArray[Any]) -> BoolArray:
-        """Return where stored numbers, (N,), stand for missing samples."""
-        numbers = self._signed(stored)
-        found = ~_inside(numbers, self.numbers) | ~_inside(self._values(numbers), self.values)
+    def is_missing(self, stored: NDArray[Any]) -> BoolArray:
+        """Return the mask of stored numbers, (N,), that represent missing samples."""
+        numbers = self._reinterpret_sign(stored)
+        found = ~_is_within(numbers, self.numbers) | ~_is_within(self._values(numbers), self.values)
         fills = np.array(self.fills)
-        if stored.dtype.kind == "f":  # rounded as the numbers are: -999.9 of 32 bits is not that of 64
+        # Fill values are rounded like the stored numbers: -999.9 in 32 bits differs from -999.9 in 64 bits.
+        if stored.dtype.kind == "f":
             with np.errstate(over="ignore"):
                 fills = fills.astype(stored.dtype).astype(np.float64)
         return np.asarray(found | np.isin(numbers, fills))
 
     def unpack(self, stored: NDArray[Any]) -> FloatArray:
-        """Return the measured values of stored numbers, (N,); NaN where they stand for missing samples."""
-        values = self._values(self._signed(stored))
-        values[self.missing(stored)] = np.nan
+        """Return the measured values of stored numbers, (N,); NaN for missing samples."""
+        values = self._values(self._reinterpret_sign(stored))
+        values[self.is_missing(stored)] = np.nan
         return values
 
     def _values(self, numbers: FloatArray) -> FloatArray:
-        with np.errstate(over="ignore", invalid="ignore"):  # a scale of 1e308: what is not finite is refused later
+        # An absurd scale may overflow; values that are not finite are rejected later.
+        with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray(numbers * self.scale + self.offset)
 
-    def _signed(self, stored: NDArray[Any]) -> FloatArray:
+    def _reinterpret_sign(self, stored: NDArray[Any]) -> FloatArray:
         if self.is_unsigned and stored.dtype.kind == "i":
             stored = stored.view(stored.dtype.str.replace("i", "u"))
         return stored.astype(np.float64)
 
 
 def read_packing(attributes: Attributes, dtype: np.dtype[Any]) -> Packing | None:
-    """Return what the CF attributes of an array say; None where they say nothing that can be applied."""
+    """Return the packing described by the CF attributes of an array, or None if there is none to apply."""
     if dtype.kind not in "fiu" or not any(name in attributes for name in CF):
         return None
-    scale, offset = _one(attributes.get(SCALE), 1.0), _one(attributes.get(OFFSET), 0.0)
+    scale, offset = _single_factor(attributes.get(SCALE), 1.0), _single_factor(attributes.get(OFFSET), 0.0)
     is_unsigned = dtype.kind == "i" and str(_text(attributes.get(UNSIGNED))).lower() == "true"
     least, most = _limits(attributes)
     are_values = _are_of_values(attributes, dtype, (least, most), scale, offset)
     fills = [fill for name in FILLS for fill in _numbers(attributes.get(name))]
+    # Fill values and limits of unsigned data are stored as signed numbers too; negative ones are shifted by 2^bits.
     modulus = 2.0 ** (8 * dtype.itemsize) if is_unsigned else 0.0
     if is_unsigned and not are_values:
         least, most = (limit + modulus if -modulus < limit < 0.0 else limit for limit in (least, most))
@@ -119,19 +122,19 @@ def read_packing(attributes: Attributes, dtype: np.dtype[Any]) -> Packing | None
 
 
 def unapplied_scaling(attributes: Attributes, *, has_unit: bool, is_whole: bool, is_beside: bool = False) -> str | None:
-    """Return the scaling attributes that are not applied, as ``gain = 0.5``; None where there are none.
+    """Return the scaling attributes that are not applied, such as ``gain = 0.5``, or None.
 
     Parameters
     ----------
     attributes : Mapping
-        By name, in any spelling; a neutral value (a gain of 1, an offset of 0) states nothing.
+        Attributes by name, in any spelling; neutral values (a gain of 1, an offset of 0) are ignored.
     has_unit, is_whole : bool
         Whether the file states a unit of the numbers, and whether they are integers.
     is_beside : bool
-        Whether these stand beside the array and not at it, so that those of the conventions are not applied either.
+        Whether the attributes belong to a neighbouring object; then even those of the conventions are not applied.
     """
     found = [
-        f"{name} = {_words(value)}"
+        f"{name} = {_format_value(value)}"
         for name, value in attributes.items()
         if (is_beside or not is_applied(name, value))
         and _is_scaling(name, value)
@@ -141,12 +144,12 @@ def unapplied_scaling(attributes: Attributes, *, has_unit: bool, is_whole: bool,
 
 
 def is_scaling_name(name: str) -> bool:
-    """Whether an attribute of this name says how numbers become values, or which of them are none."""
+    """Return whether an attribute of this name describes a scaling, fill values or a valid range."""
     return name in CF or plain_name(name) in NAMES
 
 
 def is_applied(name: str, value: Any) -> bool:
-    """Whether `read_packing` applies an attribute: a factor has to be one number, and not 0; a range two."""
+    """Return whether `read_packing` applies an attribute: a factor must be one nonzero number, a range two numbers."""
     numbers = _numbers(value)
     if name in (SCALE, OFFSET):
         return len(numbers) == 1 and np.isfinite(numbers[0]) and not (name == SCALE and numbers[0] == 0.0)
@@ -154,10 +157,11 @@ def is_applied(name: str, value: Any) -> bool:
 
 
 def _is_scaling(name: str, value: Any) -> bool:
-    """Whether an attribute states a scaling that is not neutral."""
+    """Return whether an attribute states a scaling that is not neutral."""
     plain, numbers = plain_name(name), _numbers(value)
     if not numbers:
-        return name in (SCALE, OFFSET)  # a factor in words
+        # A factor stated as text.
+        return name in (SCALE, OFFSET)
     if plain in (*GAINS, *INSTRUMENT):
         return any(number != 1.0 for number in numbers)
     if plain in OFFSETS:
@@ -166,7 +170,7 @@ def _is_scaling(name: str, value: Any) -> bool:
 
 
 def plain_unit(unit: str) -> str:
-    """Return a unit without the date that the conventions count from.
+    """Return a unit without the reference date of the conventions.
 
     Examples
     --------
@@ -177,22 +181,22 @@ def plain_unit(unit: str) -> str:
 
 
 def plain_name(name: str) -> str:
-    """Return a name without capitals and separators: `ScaleFactor` and `scale-factor` are one."""
+    """Return a name in lower case without separators: `ScaleFactor` and `scale-factor` are equal."""
     return re.sub(r"[\s_.-]", "", name).lower()
 
 
 def _limits(attributes: Attributes) -> Limits:
-    """Return the least and the largest valid number."""
+    """Return the valid range."""
     span = _numbers(attributes.get(RANGE))
     least, most = span if len(span) == 2 else UNLIMITED
     return max(_numbers(attributes.get(LEAST)), default=least), min(_numbers(attributes.get(MOST)), default=most)
 
 
 def _are_of_values(attributes: Attributes, dtype: np.dtype[Any], limits: Limits, scale: float, offset: float) -> bool:
-    """Whether limits are those of the values and not of the stored numbers.
+    """Return whether limits apply to the measured values rather than to the stored numbers.
 
-    By the NetCDF user's guide they are where they have another type than stored integers. Some programs write all
-    attributes as floats: limits that no stored number could reach as a value are those of the numbers all the same.
+    According to the NetCDF user's guide they do if their type differs from that of the stored integers. Some programs
+    write all attributes as floats: limits beyond the values of all stored numbers apply to the stored numbers.
     """
     stated = [np.asarray(attributes[name]) for name in (RANGE, LEAST, MOST) if name in attributes]
     if dtype.kind not in "iu" or (scale, offset) == (1.0, 0.0) or not any(one.dtype.kind == "f" for one in stated):
@@ -201,14 +205,14 @@ def _are_of_values(attributes: Attributes, dtype: np.dtype[Any], limits: Limits,
     return limits[0] > reached[0] or limits[1] < reached[1]
 
 
-def _one(value: Any, neutral: float) -> float:
-    """Return a factor; the neutral one where none is stated or it is no single number."""
+def _single_factor(value: Any, neutral: float) -> float:
+    """Return a factor, or the neutral one if it is missing or not a single finite nonzero number."""
     numbers = _numbers(value)
     return numbers[0] if len(numbers) == 1 and np.isfinite(numbers[0]) and numbers[0] != 0.0 else neutral
 
 
 def _numbers(value: Any) -> list[float]:
-    """Return the numbers of an attribute: an array, a number, a text of numbers or one that begins with one."""
+    """Return the numbers of an attribute: an array, a number, a text of numbers, or a text that begins with one."""
     text = _text(value)
     if text is None:
         array = np.asarray(value)
@@ -220,22 +224,22 @@ def _numbers(value: Any) -> list[float]:
 
 
 def _text(value: Any) -> str | None:
-    """Return an attribute that is one text, None where it is none."""
+    """Return an attribute that is a single text, or None."""
     single = value.item() if isinstance(value, np.ndarray | np.generic) and value.size == 1 else value
     if isinstance(single, bytes):
         single = single.decode("utf-8", errors="replace")
     return single.strip("\0 ") if isinstance(single, str) else None
 
 
-def _words(value: Any) -> str:
-    """Return a value as it stands in a message."""
+def _format_value(value: Any) -> str:
+    """Return a value formatted for messages."""
     text = _text(value)
     return (
-        f'"{" ".join(text.split())[:MOST_LETTERS]}"'
+        f'"{" ".join(text.split())[:MAX_TEXT_LENGTH]}"'
         if text is not None
         else ", ".join(f"{number:.9g}" for number in _numbers(value)) or "..."
     )
 
 
-def _inside(values: FloatArray, limits: Limits) -> BoolArray:
+def _is_within(values: FloatArray, limits: Limits) -> BoolArray:
     return np.asarray((values >= limits[0]) & (values <= limits[1]))

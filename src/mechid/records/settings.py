@@ -1,4 +1,4 @@
-"""Thresholds by which the clock of a file and the step rate of a record are read."""
+"""Thresholds for the detection of a file's clock and of a record's step rate."""
 
 from __future__ import annotations
 
@@ -7,114 +7,114 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ClockRules:
-    """What counts as a regular clock, its unit and its gaps."""
+    """Detection of a regular clock, its unit and its gaps."""
 
     jitter: float = 1e-3
-    """Distance of a time stamp from the regular clock, in sample intervals, up to which the clock is regular."""
+    """Maximum deviation of a time stamp from a regular clock, in sample intervals."""
     jitter_of_rounded: float = 0.25
-    """The same where the stamps were printed with too few digits for that."""
+    """The same for stamps printed with too few digits."""
     most_rounded: float = 0.2
-    """Part of a digit that floating point may take before the digit is lost."""
+    """Maximum rounding error of floating point, in units of a digit, for the digit to be significant."""
     whole_rate: float = 1e-6
-    """Relative distance within which a rate is a whole number of hertz."""
+    """Relative tolerance for rounding a rate to a whole number of hertz."""
     shortest_s: float = 1e-12
-    """Sample interval below which a clock is refused, far from those of recorders."""
+    """Minimum sample interval, far below that of any recorder."""
     longest_s: float = 1e12
-    """The same, above."""
+    """Maximum sample interval."""
     most_stamps: int = 2**21
-    """First stamps from which a message reads the usual step."""
+    """Number of first stamps used for the usual interval."""
     most_jitter: float = 0.5
-    """Distance of a stamp from a regular clock, in sample intervals, beyond which its sample is not certain."""
+    """Maximum deviation of a stamp, in sample intervals, for its sample to be assigned unambiguously."""
     first_stamps: int = 512
-    """Stamps that the search for the interval begins with; it grows from there."""
+    """Number of stamps at the beginning of the search for the interval, which is extended from there."""
     refits: int = 3
-    """Lines fitted before it grows, each to places given by the line before."""
+    """Number of line fits before each extension, each with positions from the previous line."""
     interval_range: float = 0.1
-    """Relative distance from the median interval within which the interval is looked for."""
+    """Relative half-width of the search range around the median interval."""
     interval_trials: int = 1001
-    """Trials in that range."""
+    """Number of trial intervals in that range."""
     gap: float = 2.5
-    """Median intervals between two stamps beyond which samples are missing between them."""
+    """Distance of two stamps, in median intervals, beyond which samples are missing between them."""
     most_missing: int = 100
-    """Instants of a clock for each sample of the file, beyond which it is refused."""
+    """Maximum number of clock instants per sample of the file."""
     always_placed: int = 2**20
-    """Instants up to which a clock is not refused for that."""
+    """Number of instants up to which that limit does not apply."""
     same_increment: float = 1e-9
-    """Relative difference of two intervals that is rounding."""
+    """Relative difference of two intervals that are considered equal."""
     stamp_s: float = 2e-6
-    """Rounding of two stamps that are read in microseconds."""
+    """Rounding error of the difference of two stamps with a resolution of microseconds."""
     fastest_hz: float = 1e6
-    """Rate above which numbers without a unit are not seconds: torque is recorded at kilohertz."""
+    """Maximum rate for numbers without a unit to be seconds; torque is recorded at kilohertz."""
     fastest_from_date_hz: float = 1e5
-    """The same where the first number may be a date in days."""
+    """The same if the first number may be a date in days."""
     round_rate: float = 1e-4
-    """Relative distance from a whole rate in Hz, or a whole interval in s, within which people have set the clock."""
+    """Relative tolerance of a whole rate in Hz, or a whole interval in s, as set by users."""
     most_digits: int = 12
-    """Most digits of a stamp."""
+    """Maximum number of digits of a stamp."""
     fast_for_days_hz: float = 1e3
-    """Rate in seconds above which days are tried: 1 kHz would be one stamp in 86 s."""
+    """Least rate, if read in seconds, for which days are tried: 1 kHz would be one stamp per 86 s."""
 
 
 @dataclass(frozen=True)
 class StepRateRules:
-    """When lines, or a ridge, show the step rate of a record."""
+    """Detection of a record's step rate from spectral lines, or from a ridge in the spectrogram."""
 
     strongest: int = 12
-    """Strongest lines whose whole parts are tried as repetition frequency."""
+    """Number of the strongest lines whose integer fractions are tried as repetition frequency."""
     lowest: int = 4
-    """Lowest lines that are tried so."""
+    """Number of the lowest lines that are tried likewise."""
     parts: int = 8
-    """Whole parts that are tried."""
+    """Largest denominator of the fractions."""
     near_bins: float = 0.35
-    """Distance in bins within which a line is at a multiple."""
+    """Tolerance of a multiple in bins."""
     steady: float = 2e-4
-    """The same, relative to the frequency."""
+    """Tolerance of a multiple relative to the frequency."""
     least_bins: float = 3.0
-    """Least repetition frequency in bins: below, any line would be at a multiple."""
+    """Least repetition frequency in bins; below, any line would be near a multiple."""
     explained: float = 0.95
-    """Share of the lines, by the logarithm of their ratio, that are multiples."""
+    """Least share of the lines, weighted by the logarithm of their ratio, that are multiples."""
     wandering: float = 3e-3
-    """`steady` of a rate that wanders."""
+    """Value of `steady` for a rate that fluctuates."""
     most_power: float = 0.9
-    """Share of the lines' power that multiples of such a rate have."""
+    """Least share of the lines' power in multiples of such a rate."""
     mostly_explained: float = 0.6
-    """`explained` of such a rate."""
+    """Value of `explained` for such a rate."""
     fewest: int = 3
-    """Fewest lines."""
+    """Minimum number of lines."""
     by_chance: float = 5.0
-    """Decades by which it is unlikely that so many lines are that near to multiples by chance."""
+    """Least improbability, in decades, of as many lines being near multiples by chance."""
     contrast: float = 2.0
-    """Amplitude of lines of the step rate over that of the others, in the median."""
+    """Least ratio of the median amplitudes of even and odd multiples."""
     repeats: int = 4
-    """Full steps after which a motor repeats itself, at most: its coils carry the same currents again."""
+    """Maximum period in full steps; after four the coils carry the same currents again."""
     settles: float = 1e-3
-    """Part of a step by which a motor moves against its command while the motion of a record settles."""
+    """Shift of a motor relative to its command, in steps, while the motion of a record settles."""
     frequency_error: float = 0.7
-    """Standard error of a line's frequency in bins, over its relative error in amplitude."""
+    """Standard error of a line's frequency in bins, relative to its relative amplitude error."""
     least_error: float = 2e-2
-    """Least standard error of a line's frequency in bins, by a motor's start."""
+    """Least standard error of a line's frequency in bins, caused by the start of the motor."""
     readable: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0)
-    """Full steps after which a record may repeat itself at the declared rate."""
+    """Possible periods of a record at the declared rate, in full steps."""
     off: float = 0.01
-    """Relative distance from one of these up to which it does."""
+    """Relative tolerance of these periods."""
     window_s: float = 0.5
-    """Usual window of a ridge."""
+    """Default window of the spectrogram."""
     windows: int = 120
-    """Usual number of windows."""
+    """Default number of windows."""
     fewest_windows: int = 16
-    """Fewest windows, shorter where the record is short."""
+    """Minimum number of windows; they are shorter for a short record."""
     fastest_hz: float = 400.0
-    """Highest frequency at which a ridge ends."""
+    """Maximum frequency at the ends of a ridge."""
     trials: int = 101
-    """Ends of a ridge that are tried."""
+    """Number of trial frequencies for each end of a ridge."""
     lowest_bins: int = 4
-    """Bins of a window in which no line is separate from drift."""
+    """Number of lowest bins that are ignored, because lines cannot be separated from drift there."""
     stands_out: float = 1.0
-    """Decades of power of a ridge over the window's median."""
+    """Least power of a ridge over the window's median, in decades."""
     mostly: float = 0.6
-    """Share of the windows in which it stands out so."""
+    """Least share of windows with that power."""
     swept: float = 0.2
-    """Rise or fall of a ridge, over its largest rate, below which the rate is constant."""
+    """Least change of the rate along a ridge, relative to its largest rate; below, the rate is constant."""
 
 
 STAMPS = ClockRules()

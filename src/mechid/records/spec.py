@@ -1,4 +1,4 @@
-"""Declaration of a record file by the campaign: which column is which channel, the clock, the conditioning."""
+"""Declaration of a record file in the campaign: channels and their columns, clock, and conditioning."""
 
 from __future__ import annotations
 
@@ -10,43 +10,43 @@ from mechid.errors import RecordError
 
 
 class Role(StrEnum):
-    """Whether a channel is explained by the model, drives it, or is measured beside it."""
+    """Role of a channel: output explained by the model, input that drives it, or side measurement."""
 
     OUTPUT = "output"
     INPUT = "input"
     SIDE = "side"
-    """A force or moment beside the drive torque; its quantity says so."""
+    """Force or moment other than the drive torque, as implied by its quantity."""
 
 
 class TimeStamps(StrEnum):
-    """What the file's time stamps are taken for."""
+    """Interpretation of the file's time stamps."""
 
     STRICT = "strict"
-    """Regular as they are, or the record is refused."""
+    """The stamps must be regular."""
     REGULAR = "regular"
-    """Those of regular samples, stamped late or early: the regular clock nearest to them holds."""
+    """The samples are regular, but stamped late or early: the nearest regular clock is used."""
     RESAMPLE = "resample"
-    """True times of irregular samples: the channels are interpolated onto a regular clock."""
+    """The stamps are the true times of irregular samples: the channels are interpolated onto a regular clock."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelSpec:
-    """One channel as the campaign asks for it.
+    """Declaration of a channel in the campaign.
 
     Parameters
     ----------
     quantity : str
         One of the keys of `mechid.units.SI_UNIT`.
     column : str or int
-        The column's name, with or without its unit, its path, or its index from 0.
+        Name of the column, with or without its unit, its path, or its index from 0.
     unit : str or None
-        Unit of the file's numbers; None leaves it to the file, and to SI where that has none.
+        Unit of the file's numbers; None for the unit stated in the file, or SI if there is none.
     gain : float or None
-        Multiplies the converted values: polarity, or a calibration. None is 1, and says that nobody stated it.
+        Factor for the converted values, such as a polarity or a calibration. None means 1, not stated.
     role : Role
         Output by default.
     held : bool
-        Of an input: it is held from sample to sample; else it runs straight between them.
+        Whether an input is held constant between samples rather than interpolated linearly.
     """
 
     quantity: str
@@ -59,25 +59,25 @@ class ChannelSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class Conditioning:
-    """What is done to the samples before they count as measured, in the order of these entries.
+    """Conditioning of the samples, applied in the order of these entries.
 
     Parameters
     ----------
     time_stamps : TimeStamps
     limits : Mapping
-        By quantity, the range of its instrument in SI units: a sample on or beyond it is missing.
+        Range of the instrument in SI units, by quantity; samples at or beyond it are missing.
     max_gap_s : float or None
-        Missing samples (not finite, beyond the limits, never stamped) are bridged by a straight line
-        where they last no longer than this; None refuses any.
+        Maximum duration of gaps (samples not finite, beyond the limits, or never stamped) that are bridged by a
+        straight line; None rejects any gap.
     cumulate : tuple of str
-        Quantities whose samples are increments since the sample before: their running sum takes their place.
+        Quantities whose samples are increments, to be replaced by their running sum.
     quiet_s : Mapping
-        By quantity, stretches of record time at which it is known to be zero: the constant, or with
-        two stretches or more the straight line, through all of them is subtracted.
+        Stretches of record time in which a quantity is known to be zero, by quantity. The mean of one stretch, or the
+        straight line through several, is subtracted.
     window_s : (float, float) or None
-        Record time that is kept, both ends included; None keeps all.
+        Record time to keep, both ends included; None for all.
     decimate : int
-        Keeps every so manieth sample, behind an anti-alias filter.
+        Decimation factor, with an anti-alias filter.
     """
 
     time_stamps: TimeStamps = TimeStamps.STRICT
@@ -89,18 +89,19 @@ class Conditioning:
     decimate: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse a window that ends before it begins, or that is no number.
+        """Validate the window.
 
         Raises
         ------
         RecordError
+            The window ends before it begins, or an end is not a number.
         """
         if self.window_s is not None and not self.window_s[0] < self.window_s[1]:
             raise RecordError(f"window_s: found {list(self.window_s)}; write two numbers, the second above the first")
 
     @property
     def needed_s(self) -> tuple[float, float] | None:
-        """Record time that has to be read: the window and the quiet stretches; None is all."""
+        """Record time to be read, which covers the window and the quiet stretches; None for all."""
         if self.window_s is None:
             return None
         stretches = [self.window_s, *(stretch for each in self.quiet_s.values() for stretch in each)]
@@ -109,23 +110,23 @@ class Conditioning:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordSpec:
-    """A record as the campaign asks for it.
+    """Declaration of a record in the campaign.
 
     Parameters
     ----------
     name : str
-        The record's name in the campaign.
+        Name of the record in the campaign.
     path : str
-        The file as the campaign names it; messages say it so.
+        File name in the campaign, also used in messages.
     sample_rate_hz : float or None
-        None takes the rate from the file.
+        Sample rate; None for that of the file.
     channels : tuple of ChannelSpec
-        Empty means torque: in the second column, after the time, or in the first where
-        `sample_rate_hz` is given; in a file whose columns have no order, the one of that name.
+        Channels. If empty, the torque is read from the second column, after the time, or from the first one if
+        `sample_rate_hz` is given; in a file whose columns have no order, from the column of that name.
     time : ChannelSpec or None
-        The time column, where it is not to be found by its name.
+        Time column, if it cannot be found by its name.
     external_files : tuple of str
-        Other files that its numbers may come from, by the names that stand in the file.
+        Other files from which numbers may be taken, as named in the file.
     conditioning : Conditioning
     """
 

@@ -1,9 +1,9 @@
-"""The step rate that a record itself suggests, before anybody says how it was driven.
+"""Estimation of a record's step rate from its spectrum, without knowledge of the command.
 
-A motor that steps at a constant rate repeats itself: all its lines are multiples of one frequency, the repetition
-frequency. That is the step rate, or half or a quarter of it, as coils that differ and a detent of two steps repeat
-only then. Steps that are felt as blows fill the spectrum with multiples of the step rate; microsteps leave a few low
-lines, and one at the rate of the microsteps. A rate that rises or falls evenly draws straight ridges over time.
+The motion of a motor at a constant step rate is periodic: all its lines are multiples of the repetition frequency. This
+is the step rate, or half or a quarter of it if the coils differ or the detent has a period of two steps. Full steps act
+as impacts and fill the spectrum with multiples of the step rate; microsteps cause a few low lines and one at the rate
+of the microsteps. A rate that changes linearly causes straight ridges in the spectrogram.
 """
 
 from __future__ import annotations
@@ -25,31 +25,31 @@ from mechid.signal.series import Series
 from mechid.signal.spectrogram import spectrogram
 from mechid.signal.trend import Line as Constant
 
-FULL_ORDERS, MOST_OF_THEM = range(5, 13), 6
-"""Of a full step so many of these are lines, of microsteps hardly any."""
+FULL_ORDERS, LEAST_FULL_ORDERS = range(5, 13), 6
+"""Orders that are examined for full steps, and how many of them must be lines; microsteps have hardly any."""
 MICROSTEPS = (2, 4, 8, 16, 32, 64, 128, 256)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SuggestedRate:
-    """How a record seems to have been driven.
+    """Estimated command of a record.
 
     Attributes
     ----------
     profile : RateProfile
-        Full steps/s over record time from its first sample; of one rate, or a straight line between two.
+        Full steps/s over the time since the first sample: a constant rate, or a linear sweep.
     sigma : float
-        Standard error of a constant rate, full steps/s; NaN of a sweep.
+        Standard error of a constant rate in full steps/s; NaN for a sweep.
     repetition_hz : float
-        What all lines are multiples of; NaN of a sweep.
+        Frequency of which all lines are multiples; NaN for a sweep.
     stepping : str
-        ``"full"``, ``"micro"``, or empty where the record does not tell.
+        ``"full"``, ``"micro"``, or empty if it cannot be determined.
     microsteps : int or None
-        Steps a full step, where a line of theirs is seen.
+        Microsteps per full step, if their line is detected.
     others : tuple of float
-        Further rates that explain the same lines, full steps/s.
+        Other rates that explain the same lines, in full steps/s.
     share : float
-        Of the lines that it explains; of a sweep, of the windows in which its ridge stands out.
+        Share of the lines that are explained; for a sweep, share of the windows with a significant ridge.
     """
 
     profile: RateProfile
@@ -62,33 +62,33 @@ class SuggestedRate:
 
     @property
     def rate(self) -> float:
-        """The largest rate, full steps/s."""
+        """Largest rate in full steps/s."""
         return max(self.profile.rates)
 
     @property
     def is_constant(self) -> bool:
-        """Whether there is one rate."""
+        """Whether the rate is constant."""
         return len(self.profile.rates) == 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class RateReading:
-    """A constant rate as a record shows it beside the one declared: full steps/s, and steps after which it repeats."""
+    """Constant rate measured in a record with a declared rate: rate in full steps/s, and period in full steps."""
 
     rate: float
     sigma: float
     repeats: float
 
 
-def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | None:
-    """Return the record's own reading of a constant rate that is declared; None where its lines are at no part of it.
+def read_declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | None:
+    """Return the measured value of a declared constant rate, or None if the lines do not match it.
 
     Parameters
     ----------
     suggested : SuggestedRate
-        Of a constant rate.
+        Estimate of a constant rate.
     declared : float
-        Full steps/s, above 0.
+        Declared rate in full steps/s, above 0.
     """
     repeats = declared / suggested.repetition_hz
     nearest = min(STEP_RATE.readable, key=lambda whole: abs(repeats / whole - 1.0))
@@ -99,51 +99,53 @@ def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | No
     return RateReading(rate=rate, sigma=sigma, repeats=nearest)
 
 
-def suggested_beside_hum(data: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
-    """Return the rate that samples suggest without mains hum, or with it where that has the lines of full steps.
+def suggest_rate_without_hum(data: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+    """Estimate the step rate from the lines without mains hum.
+
+    If this fails, the mains lines are included, and the result is accepted if it has the lines of full steps.
 
     Parameters
     ----------
     data : Series of N samples
         In any unit.
     found : Prominence
-        Of the same samples.
+        Spectrum of the samples.
     lines : sequence of Line
-        Of its spectrum.
+        Lines of the spectrum.
     """
     hum = {round(one.line.frequency_hz / found.bin_hz) for one in mains_lines(found)}
     y = Remainder(data, Constant(mean(data)))
-    own = suggested_rate(y, found, [one for one in lines if round(one.frequency_hz / found.bin_hz) not in hum])
+    own = suggest_rate(y, found, [one for one in lines if round(one.frequency_hz / found.bin_hz) not in hum])
     if own or not hum:
         return own
-    with_hum = suggested_rate(y, found, lines)
+    with_hum = suggest_rate(y, found, lines)
     return with_hum if with_hum and with_hum.stepping == "full" else None
 
 
-def suggested_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
-    """Return how a record seems to have been driven, or None where it does not tell.
+def suggest_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+    """Estimate the step rate of a record; return None if it cannot be determined.
 
     Parameters
     ----------
     y : Series of N samples
-        Less its mean.
+        With zero mean.
     found : Prominence
-        Of the same samples.
+        Spectrum of the samples.
     lines : sequence of Line
-        Of its spectrum.
+        Lines of the spectrum.
     """
-    return _constant(found, lines) or _swept(y, found.sample_rate_hz)
+    return _find_constant_rate(found, lines) or _find_sweep(y, found.sample_rate_hz)
 
 
-def _constant(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+def _find_constant_rate(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     repetition = repetition_frequency(lines, found.bin_hz)
     if repetition is None:
         return None
     frequency, sigma, share = repetition
-    amplitude = _at_multiples(found, frequency, max(line.frequency_hz for line in lines))
-    repeats = _repeats(amplitude)
-    strong = repeats if repeats > 1 else _of_strongest(lines, frequency)
-    stepping, microsteps = _stepping(lines, strong * frequency, found.bin_hz)
+    amplitude = _multiple_amplitudes(found, frequency, max(line.frequency_hz for line in lines))
+    repeats = _repetition_steps(amplitude)
+    strong = repeats if repeats > 1 else _multiple_of_strongest(lines, frequency)
+    stepping, microsteps = _stepping_mode(lines, strong * frequency, found.bin_hz)
     others = () if repeats > 1 else tuple(m * frequency for m in (1, 2, 4) if m != strong)
     return SuggestedRate(
         profile=RateProfile.constant(strong * frequency),
@@ -157,7 +159,7 @@ def _constant(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
 
 
 def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, float, float] | None:
-    """Return the largest frequency that the lines are multiples of, its standard error, and the share of them that are.
+    """Return the largest frequency of which the lines are multiples, its standard error, and the share of such lines.
 
     Examples
     --------
@@ -165,16 +167,16 @@ def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, f
     >>> round(repetition_frequency(lines, 0.1)[0], 6)
     23.0
     """
-    steady = _largest_of_which(lines, bin_hz, STEP_RATE.steady, least=(STEP_RATE.explained, 0.0))
-    return steady or _largest_of_which(
+    steady = _find_fundamental(lines, bin_hz, STEP_RATE.steady, least=(STEP_RATE.explained, 0.0))
+    return steady or _find_fundamental(
         lines, bin_hz, STEP_RATE.wandering, least=(STEP_RATE.mostly_explained, STEP_RATE.most_power)
     )
 
 
-def _largest_of_which(
+def _find_fundamental(
     lines: Sequence[Line], bin_hz: float, near: float, least: tuple[float, float]
 ) -> tuple[float, float, float] | None:
-    """Return the largest frequency of which a least share of the lines and of their power are multiples."""
+    """Return the largest frequency of which at least given shares of the lines and of their power are multiples."""
     if len(lines) < STEP_RATE.fewest:
         return None
     frequencies, power = (np.array([getattr(line, key) for line in lines]) for key in ("frequency_hz", "amplitude"))
@@ -186,36 +188,38 @@ def _largest_of_which(
         for line in (*strongest, *lines[: STEP_RATE.lowest])
         for part in range(1, STEP_RATE.parts + 1)
     }
+    # The largest frequency is accepted first: all its multiples are also multiples of its integer fractions.
     for trial in sorted((t for t in trials if t >= STEP_RATE.least_bins * bin_hz), reverse=True):
-        best, sigma = _fitted(lines, trial, bin_hz, near)
-        own = _multiples(frequencies, best, bin_hz, near)
+        best, sigma = _fit_fundamental(lines, trial, bin_hz, near)
+        own = _are_multiples(frequencies, best, bin_hz, near)
         shares = weights[:, own].sum(axis=1)
         chance = 2.0 * np.maximum(STEP_RATE.near_bins * bin_hz, near * frequencies[own]) / best
-        unlikely = -float(np.sort(np.log10(np.minimum(chance, 1.0)))[1:].sum())  # one line has told the trial
+        # The trial was derived from one of the lines, which is therefore a multiple in any case and does not count.
+        unlikely = -float(np.sort(np.log10(np.minimum(chance, 1.0)))[1:].sum())
         if np.count_nonzero(own) >= STEP_RATE.fewest and np.all(shares >= least) and unlikely >= STEP_RATE.by_chance:
             return best, sigma, float(shares[0])
     return None
 
 
-def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEP_RATE.steady) -> BoolArray:
-    """Tell which frequencies are multiples."""
+def _are_multiples(
+    frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEP_RATE.steady
+) -> BoolArray:
+    """Return the mask of frequencies that are multiples of a fundamental."""
     off = np.abs(frequencies - np.rint(frequencies / fundamental) * fundamental)
     return np.asarray(
         (off <= np.maximum(STEP_RATE.near_bins * bin_hz, near * frequencies)) & (frequencies > 0.5 * fundamental)
     )
 
 
-def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> tuple[float, float]:
-    """Return a trial fitted to the lines that are its multiples, and its standard error by their scatter, Hz.
-
-    From the lowest lines on, so that the multiple of a high one can be told.
-    """
+def _fit_fundamental(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> tuple[float, float]:
+    """Fit a trial frequency to the lines that are its multiples; return it and its standard error in Hz."""
     frequencies = np.array([line.frequency_hz for line in lines])
     relative = np.array([line.sigma / line.amplitude for line in lines])
     error = bin_hz * np.hypot(STEP_RATE.frequency_error * np.minimum(relative, 1.0), STEP_RATE.least_error)
     best, sigma = trial, math.inf
+    # Low lines are fitted first: the order of a high line is unambiguous only for an accurate fundamental.
     for upto in (4.0, 16.0, math.inf):
-        own = _multiples(frequencies, best, bin_hz, near) & (frequencies <= upto * trial)
+        own = _are_multiples(frequencies, best, bin_hz, near) & (frequencies <= upto * trial)
         if own.any():
             multiple = np.rint(frequencies[own] / best)
             information = (multiple / error[own]) ** 2
@@ -226,15 +230,15 @@ def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> 
     return best, sigma
 
 
-def _at_multiples(found: Prominence, frequency: float, top_hz: float) -> FloatArray:
-    """Return the amplitude at each multiple of a frequency up to a top, (K,), the largest of three bins."""
+def _multiple_amplitudes(found: Prominence, frequency: float, top_hz: float) -> FloatArray:
+    """Return the amplitude at each multiple of a frequency up to a limit, (K,), as the maximum of three bins."""
     numbers = np.rint(np.arange(1, int(top_hz / frequency * 1.001) + 1) * frequency / found.bin_hz).astype(np.int64)
     numbers = numbers[numbers < found.amplitude.size - 1]
     return np.asarray(np.max([found.amplitude[numbers + k] for k in (-1, 0, 1)], axis=0), dtype=np.float64)
 
 
-def _repeats(amplitude: FloatArray) -> int:
-    """Return after how many steps a motor repeats itself: its even multiples stand out, and perhaps again of these."""
+def _repetition_steps(amplitude: FloatArray) -> int:
+    """Return the period of a motor in steps, doubled each time that the even multiples clearly exceed the odd ones."""
     repeats = 1
     while repeats < STEP_RATE.repeats and amplitude.size >= 2 * STEP_RATE.fewest:
         odd, even = amplitude[0::2], amplitude[1::2]
@@ -244,36 +248,38 @@ def _repeats(amplitude: FloatArray) -> int:
     return repeats
 
 
-def _of_strongest(lines: Sequence[Line], frequency: float) -> int:
-    """Return 1, 2 or 4: the multiple that the strongest line is, or 1."""
+def _multiple_of_strongest(lines: Sequence[Line], frequency: float) -> int:
+    """Return the order of the strongest line if it is 2 or 4, otherwise 1."""
     multiple = round(max(lines, key=lambda line: line.amplitude).frequency_hz / frequency)
     return multiple if multiple in (2, 4) else 1
 
 
-def _stepping(lines: Sequence[Line], rate: float, bin_hz: float) -> tuple[str, int | None]:
-    """Return the stepping that lines tell at a rate, and the microsteps."""
+def _stepping_mode(lines: Sequence[Line], rate: float, bin_hz: float) -> tuple[str, int | None]:
+    """Return the stepping mode at a rate according to the lines, and the microsteps per full step."""
     frequencies = np.array([line.frequency_hz for line in lines])
-    orders = set(np.rint(frequencies[_multiples(frequencies, rate, bin_hz)] / rate).astype(int).tolist())
+    orders = set(np.rint(frequencies[_are_multiples(frequencies, rate, bin_hz)] / rate).astype(int).tolist())
     inside = sum(order in orders for order in FULL_ORDERS)
-    if inside >= MOST_OF_THEM:
+    if inside >= LEAST_FULL_ORDERS:
         return "full", 1
     seen = [n for n in MICROSTEPS if n in orders and n > max(FULL_ORDERS[0], 4)]
     return ("micro", seen[0]) if seen and inside <= 2 else ("", None)
 
 
-def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
-    """Return the straight ridge that stands out most over time, where there is one that is no constant rate."""
+def _find_sweep(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
+    """Return the sweep with the strongest straight ridge in the spectrogram, or None if it is weak or constant."""
     window_s = min(STEP_RATE.window_s, y.size / sample_rate_hz / STEP_RATE.fewest_windows)
     time, frequency, amplitude = spectrogram(y, sample_rate_hz, window_s, STEP_RATE.windows)
     if frequency.size < 2 * STEP_RATE.fewest_windows or time.size < STEP_RATE.fewest_windows:
         return None
     power = amplitude**2 + np.finfo(float).tiny
+    # Relative to the median of each window, so that loud windows count no more than others; the clipping bounds the
+    # weight of a single strong bin.
     height = np.clip(np.log10(power / np.median(power, axis=0)), 0.0, 6.0)
     height[: STEP_RATE.lowest_bins] = 0.0
     lapse = time / (y.size / sample_rate_hz)
     top = min(STEP_RATE.fastest_hz, float(frequency[-1]) / 2.0)
     ends = _best_ends(height, lapse, float(frequency[1]), top)
-    along = _along(height, lapse, float(frequency[1]), *(np.array([end]) for end in ends))[0]
+    along = _ridge_heights(height, lapse, float(frequency[1]), *(np.array([end]) for end in ends))[0]
     share = float(np.mean(along > STEP_RATE.stands_out))
     if share < STEP_RATE.mostly or abs(ends[1] - ends[0]) < STEP_RATE.swept * max(ends):
         return None
@@ -284,21 +290,24 @@ def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
 
 
 def _best_ends(height: FloatArray, lapse: FloatArray, bin_hz: float, top: float) -> tuple[float, float]:
-    """Return the rates at both ends of the ridge that stands out most, in ever finer steps."""
+    """Return the rates at both ends of the strongest ridge, found by successively refined grid searches."""
     reach, middle = 0.5 * top, (0.5 * top, 0.5 * top)
     for trials in (STEP_RATE.trials, 21, 21, 21):
         first, last = (np.clip(np.linspace(m - reach, m + reach, trials), 0.0, top) for m in middle)
         starts, stops = (grid.ravel() for grid in np.meshgrid(first, last, indexing="ij"))
         score = np.zeros(starts.size)
+        # In parts, which bounds the memory for the heights of all trials.
         for part in np.array_split(np.arange(starts.size), max(starts.size // 2000, 1)):
-            score[part] = _along(height, lapse, bin_hz, starts[part], stops[part]).mean(axis=1)
+            score[part] = _ridge_heights(height, lapse, bin_hz, starts[part], stops[part]).mean(axis=1)
         best = int(np.argmax(score))
         middle, reach = (float(starts[best]), float(stops[best])), 3.0 * reach / trials
     return middle
 
 
-def _along(height: FloatArray, lapse: FloatArray, bin_hz: float, starts: FloatArray, stops: FloatArray) -> FloatArray:
-    """Return the heights along straight ridges, (trials, windows), between bins by straight lines."""
+def _ridge_heights(
+    height: FloatArray, lapse: FloatArray, bin_hz: float, starts: FloatArray, stops: FloatArray
+) -> FloatArray:
+    """Return the heights along straight ridges, (trials, windows), linearly interpolated between bins."""
     place = (starts[:, None] + (stops - starts)[:, None] * lapse) / bin_hz
     below = np.minimum(place.astype(np.int64), height.shape[0] - 2)
     window = np.arange(lapse.size)

@@ -1,4 +1,4 @@
-"""Table that a reader of a file format returns: columns, and the place of every sample in the file."""
+"""Common interface of opened files: description of columns, and access to their samples."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mechid.records.scaling import Packing
 from mechid.units import split_header
 
 Fact = str | int | float
-"""A serial number, a sensitivity, a start time: one entry of a file's metadata."""
+"""Value of a metadata entry, such as a serial number, a sensitivity or a start time."""
 Metadata = Mapping[str, Fact]
 ALL = slice(None)
 
 
 @dataclass(frozen=True)
 class Clock:
-    """Time of the first sample in s, and sample rate in Hz."""
+    """Regular clock: time of the first sample in s, and sample rate in Hz."""
 
     start_s: float
     rate_hz: float
@@ -27,34 +27,34 @@ class Clock:
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """One series of numbers in a file, as the file's head describes it.
+    """Series of numbers in a file, as described by the file's header.
 
     Parameters
     ----------
     name : str
-        As the file has it, perhaps with its unit; empty where it has none.
+        Name in the file, possibly with a unit; empty if there is none.
     path : str
-        What it is called among all columns, as ``"group/channel"``; the name where left out.
+        Unique name among all columns, such as ``"group/channel"``; defaults to the name.
     unit : str or None
-        The unit that the file states apart from the name.
+        Unit that the file states separately from the name.
     unit_doubts : Mapping of str to str
-        By quantity, words elsewhere in the file that may be the unit of a column that states none.
+        Text elsewhere in the file that may state the unit of a column without one, by quantity.
     samples : int or None
-        Their number; None where only reading tells.
+        Number of samples; None if it is known only after reading.
     clock : Clock or None
-        The regular clock that the file gives this column.
+        Regular clock that the file states for this column.
     start_time : str or None
         Date and time of the first sample, ISO 8601.
     whole : bool
-        Whether the numbers are stored as integers: perhaps raw counts.
+        Whether the numbers are stored as integers, which may be raw counts.
     fault : str or None
-        Why it cannot be a channel, as ``"complex numbers"``.
+        Reason why it cannot be a channel, such as ``"complex numbers"``.
     packing : Packing or None
-        How the stored numbers become measured values, where the file states it by the CF conventions.
+        Conversion of stored numbers to measured values according to the CF conventions.
     unapplied : str or None
-        Scaling that the file states and that is not applied, as ``"gain = 0.5"``.
+        Scaling that the file states but that is not applied, such as ``"gain = 0.5"``.
     metadata : Mapping
-        What else the file says of it.
+        Further metadata of the column.
     """
 
     name: str = ""
@@ -72,65 +72,65 @@ class Column:
 
     @property
     def key(self) -> str:
-        """What it is called among all columns."""
+        """Unique name among all columns."""
         return self.path or self.name
 
     @property
     def bare_name(self) -> str:
-        """The name without the unit that may stand in it."""
+        """Name without a unit."""
         return split_header(self.name)[0]
 
     @property
     def stated_unit(self) -> str | None:
-        """The unit that the file states, apart from the name or in it."""
+        """Unit that the file states, separately or in the name."""
         return self.unit or split_header(self.name)[1]
 
 
 class Table(Protocol):
-    """An opened file: its head is known, its samples are read on demand."""
+    """Opened file whose header is known and whose samples are read on demand."""
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The columns in the order of the file."""
+        """Columns in the order of the file."""
 
     @property
     def is_ordered(self) -> bool:
-        """Whether place means something: without other word the time is the first column, torque the second."""
+        """Whether the order of columns matters: by default the time is the first column, the torque the second."""
 
     @property
     def is_sliced(self) -> bool:
-        """Whether a part of the file can be read without the rest in memory."""
+        """Whether a part of the file can be read without having the rest in memory."""
 
     @property
     def metadata(self) -> Metadata:
-        """What the file says of itself."""
+        """Metadata of the file."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is odd about the file and yet usable."""
+        """Warnings about a usable file."""
 
     def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
-        """Return `rows` of the `wanted` columns, each of shape (N,) in the file's own unit, perhaps strided.
+        """Return `rows` of the `wanted` columns, each of shape (N,) in the file's unit, possibly strided.
 
         Raises
         ------
         RecordError
-            The file's rows are not what its head promises.
+            The content of the file does not match its header.
         """
 
     def blocks(self, wanted: Sequence[int], rows: slice = ALL) -> Iterator[list[FloatArray]]:
-        """Yield the same block after block: the file is read once, and where `is_sliced` no more than a block is held.
+        """Yield the same block by block; the file is read once, and if `is_sliced`, only one block is in memory.
 
         Raises
         ------
         RecordError
-            As `read`.
+            As for `read`.
         """
 
     def error(self, message: str, row: int | None = None) -> RecordError:
-        """Make the error that says file, place of sample `row` (None: of the head) and `message`."""
+        """Return an error with the file, the location of sample `row` (None for the header), and `message`."""
 
 
 def column_label(columns: Sequence[Column], index: int) -> str:
-    """Return how messages call a column: by its name, or by its index from 0 where it has none."""
+    """Return the name of a column in messages: its key, or its index from 0 if it has none."""
     return f'column "{columns[index].key}"' if columns[index].key else f"column {index}"

@@ -1,4 +1,4 @@
-"""Reader of National Instruments' TDMS files, by npTDMS: metadata first, a channel when it is wanted."""
+"""Reader of National Instruments' TDMS files by npTDMS: metadata first, channels on demand."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.clock import whole_rate
-from mechid.records.foreign import library, parsing
+from mechid.records.clock import round_rate
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.table import Clock, Column, Fact
 from mechid.records.tdms_segments import Part, first_start, parts_fault, read_parts
 
@@ -28,27 +28,27 @@ SCALES_KNOWN = (
     "Subtract",
     "AdvancedAPI",
 )
-"""Scalings that npTDMS applies; with another one it would return raw counts without a word."""
+"""Scalings that npTDMS applies; for any other one it would silently return raw counts."""
 NO_DATE = np.datetime64("1904-01-02")
-"""TDMS counts from 1904; a start before this is none."""
+"""Earliest valid start time; TDMS counts from 1904, so an earlier value means that there is none."""
 WAVEFORM = "wf_"
 
 
 def open_tdms(path: Path, label: str) -> ArrayTable:
-    """Read the head of the TDMS file at `path`; a channel's path is ``group/channel``.
+    """Read the header of the TDMS file at `path`; a channel's path is ``group/channel``.
 
-    The clock is that of the waveform's properties, the unit ``unit_string``; all other properties are
-    metadata. Scalings are applied. A channel whose segments differ in unit, rate or scaling, or lie apart in time,
-    has a fault that names both values.
+    The clock is taken from the waveform properties, the unit from ``unit_string``; all other properties are metadata.
+    Scalings are applied. A channel whose segments differ in unit, rate or scaling, or are not contiguous in time, has a
+    fault that names both values.
 
     Raises
     ------
     RecordError
-        The file is damaged, or its last segment is not whole.
+        The file is damaged, or its last segment is incomplete.
     """
-    nptdms = library("nptdms", "npTDMS", label)
-    with parsing(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
-        _refuse_cut(file, path, label)
+    nptdms = import_library("nptdms", "npTDMS", label)
+    with wrap_parser_errors(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
+        _refuse_truncated(file, path, label)
         opened.seek(0)
         parts = read_parts(opened, label) if len(file._reader._segments) > 1 else {}
         items = []
@@ -61,16 +61,17 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
     return array_table(label, KIND, items, metadata, is_sliced=True)
 
 
-def _refuse_cut(file: Any, path: Path, label: str) -> None:
-    """Refuse a file whose end is missing: npTDMS reads what is there and only logs the rest."""
-    segments = file._reader._segments  # there is no public word for where the last segment ends
+def _refuse_truncated(file: Any, path: Path, label: str) -> None:
+    """Raise an error for a truncated file, which npTDMS would read with no more than a log message."""
+    # There is no public attribute for the end of the last segment.
+    segments = file._reader._segments
     end = segments[-1].next_segment_pos if segments else 0
     if file.file_status.incomplete_final_segment or end != path.stat().st_size:
         raise RecordError(f"{label}: its last segment is not whole: the recording was cut off; write or copy it anew")
 
 
 def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, Any]], parts: Sequence[Part]) -> Item:
-    """Return a channel; `levels` are the properties of its group and of the file."""
+    """Return the item of a channel; `levels` are the properties of its group and of the file."""
     properties, group, name = first_start(parts, channel.properties), channel.group_name, channel.name
     attributes = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
     unit = attributes.pop("unit_string", None)
@@ -80,7 +81,7 @@ def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, A
         unit=str(unit) if unit else None,
         clock=_clock(properties),
         start_time=_start_time(properties),
-        fault=_fault((properties, *levels)) or parts_fault(parts),
+        fault=_scaling_fault((properties, *levels)) or parts_fault(parts),
         metadata=attributes,
     )
 
@@ -94,11 +95,11 @@ def _item(nptdms: Any, path: Path, channel: Any, levels: Sequence[Mapping[str, A
 
 
 def _clock(properties: Mapping[str, Any]) -> Clock | None:
-    """Return the clock of a waveform; None where the channel is none."""
+    """Return the clock of a waveform, or None if the channel is not a waveform."""
     interval = float(properties.get("wf_increment", 0.0))
     if not 0.0 < interval < np.inf or 1.0 / interval == np.inf:
         return None
-    return Clock(float(properties.get("wf_start_offset", 0.0)), whole_rate(1.0 / interval))
+    return Clock(float(properties.get("wf_start_offset", 0.0)), round_rate(1.0 / interval))
 
 
 def _start_time(properties: Mapping[str, Any]) -> str | None:
@@ -106,8 +107,9 @@ def _start_time(properties: Mapping[str, Any]) -> str | None:
     return str(start) if isinstance(start, np.datetime64) and start >= NO_DATE else None
 
 
-def _fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
-    """Return why a channel's scaling cannot be applied: that of the first level that states one, as npTDMS takes it."""
+def _scaling_fault(levels: Sequence[Mapping[str, Any]]) -> str | None:
+    """Return the reason why a channel's scaling cannot be applied, or None."""
+    # npTDMS applies the scaling of the first level that states one: channel, group or file.
     properties = next((level for level in levels if level.get("NI_Number_Of_Scales")), levels[0])
     if properties.get("NI_Scaling_Status") == "scaled":
         return None

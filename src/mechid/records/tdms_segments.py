@@ -1,8 +1,8 @@
-"""Properties of TDMS channels, segment by segment.
+"""Properties of TDMS channels by segment.
 
-Each segment of a TDMS file may state the properties of its channels anew. npTDMS merges them, so that the last value
-holds for all samples. That is right for a correction that is appended without samples, and wrong where samples with
-another unit, rate, scaling or start follow.
+Each segment of a TDMS file may redefine the properties of its channels. npTDMS merges them, so that the last value
+applies to all samples. This is correct for a correction that is appended without samples, but wrong if samples with a
+different unit, rate, scaling or start follow.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from mechid.errors import RecordError
-from mechid.records.foreign import library
+from mechid.records.foreign import import_library
 from mechid.records.scaling import is_scaling_name
 from mechid.records.settings import STAMPS
 from mechid.units import SI_UNIT, to_si_factor
@@ -25,8 +25,8 @@ from mechid.units import SI_UNIT, to_si_factor
 ROOT = "/"
 UNIT, INCREMENT, START, OFFSET = "unit_string", "wf_increment", "wf_start_time", "wf_start_offset"
 SCALING = re.compile(r"NI_(Scal|Number_Of_Scales)")
-"""Begins the properties that say how npTDMS is to scale raw numbers."""
-SPLIT = "save each part as a file of its own"
+"""Beginning of the names of properties that define the scaling of raw numbers."""
+REMEDY = "save each part as a file of its own"
 
 Properties = Mapping[str, Any]
 
@@ -40,7 +40,7 @@ class Part:
     first : int
         Number of the channel's samples before the part.
     properties : Mapping
-        Unit, clock and scaling, as they are in effect for these samples.
+        Unit, clock and scaling that apply to these samples.
     """
 
     first: int
@@ -48,18 +48,18 @@ class Part:
 
 
 def read_parts(file: BinaryIO, label: str) -> Mapping[str, Sequence[Part]]:
-    """Return the parts of each channel of an open TDMS file, by the channel's path in the file; samples are not read.
+    """Return the parts of each channel of an open TDMS file, by the channel's path; samples are not read.
 
     Raises
     ------
     RecordError
-        npTDMS reads segments in a way that cannot be followed.
+        The installed version of npTDMS does not expose the properties of each segment.
     """
-    nptdms = library("nptdms.reader", "npTDMS", label)
-    object_path = library("nptdms.common", "npTDMS", label).ObjectPath
+    nptdms = import_library("nptdms.reader", "npTDMS", label)
+    object_path = import_library("nptdms.common", "npTDMS", label).ObjectPath
 
     class Reader(nptdms.TdmsReader):  # type: ignore[name-defined]
-        """Reader that looks at the properties after each segment, before the next one replaces them."""
+        """Reader that records the properties after each segment, before the next one replaces them."""
 
         def __init__(self) -> None:
             super().__init__(file)
@@ -78,38 +78,42 @@ def read_parts(file: BinaryIO, label: str) -> Mapping[str, Sequence[Part]]:
                         self._add(path, before)
 
         def _add(self, path: str, before: int) -> None:
-            levels = (ROOT, object_path.from_string(path).group_path(), path)  # each may state a scaling
+            # Each may state a scaling.
+            levels = (ROOT, object_path.from_string(path).group_path(), path)
             stated = (self.object_metadata[level].properties for level in levels if level in self.object_metadata)
-            properties = {key: _plain(value) for level in stated for key, value in level.items() if _counts(key)}
+            properties = {
+                key: _to_numpy(value) for level in stated for key, value in level.items() if _is_relevant(key)
+            }
             parts = self.parts.setdefault(path, [])
             if not parts or parts[-1].properties != properties:
                 parts.append(Part(before, properties))
 
     reader = Reader()
     reader.read_metadata()
-    if reader.segments_seen != len(reader._segments):  # both are private to npTDMS and may change with its version
+    # Both are private to npTDMS and may change with its version.
+    if reader.segments_seen != len(reader._segments):
         raise RecordError(f"{label}: this version of npTDMS does not show the properties of each segment; install 1.13")
     return reader.parts
 
 
 def first_start(parts: Sequence[Part], properties: Properties) -> Properties:
-    """Return a channel's properties with the start of its first part, unless a correction followed the last one."""
+    """Return a channel's properties with the start of its first part, unless a correction follows the last part."""
     starts = [{key: part.properties[key] for key in (START, OFFSET) if key in part.properties} for part in parts]
     is_corrected = not starts or any(properties.get(key) != starts[-1].get(key) for key in (START, OFFSET))
     return properties if is_corrected else {**properties, **starts[0]}
 
 
 def parts_fault(parts: Sequence[Part]) -> str | None:
-    """Return why the parts of a channel are no one series, naming both values; None where they are one."""
+    """Return the reason why the parts of a channel do not form one series, with both values, or None."""
     for before, after in pairwise(parts):
         one, other = before.properties, after.properties
         for key in sorted(one.keys() | other.keys()):
             if key in (START, OFFSET) or _is_same(key, one.get(key), other.get(key)):
                 continue
-            shown = [_shown(properties.get(key)) for properties in (one, other)]
+            shown = [_format_value(properties.get(key)) for properties in (one, other)]
             return (
                 f"its segments differ: {key} is {shown[0]} before sample {after.first} and {shown[1]} from there on; "
-                f"{SPLIT}"
+                f"{REMEDY}"
             )
         fault = _start_fault(before, after)
         if fault:
@@ -118,7 +122,7 @@ def parts_fault(parts: Sequence[Part]) -> str | None:
 
 
 def _start_fault(before: Part, after: Part) -> str | None:
-    """Return why a part does not follow the one before it without a pause; a start that is repeated states nothing."""
+    """Return the reason why a part does not directly follow its predecessor, or None; a repeated start is ignored."""
     one, other = (_start(part.properties) for part in (before, after))
     interval = float(before.properties.get(INCREMENT, 0.0))
     if one == other or interval <= 0.0 or (one[0] is None) != (other[0] is None):
@@ -132,7 +136,7 @@ def _start_fault(before: Part, after: Part) -> str | None:
     return (
         f"its segments do not follow each other: from sample {before.first} to sample {after.first} it is "
         f"{expected:.9g} s by {INCREMENT} and {elapsed:.9g} s by {START} and {OFFSET} ({_start_words(*one)}; "
-        f"{_start_words(*other)}); {SPLIT}"
+        f"{_start_words(*other)}); {REMEDY}"
     )
 
 
@@ -141,12 +145,12 @@ def _start(properties: Properties) -> tuple[np.datetime64 | None, float]:
     return start if isinstance(start, np.datetime64) else None, float(properties.get(OFFSET, 0.0))
 
 
-def _counts(key: str) -> bool:
+def _is_relevant(key: str) -> bool:
     return key in (UNIT, INCREMENT, START, OFFSET) or SCALING.match(key) is not None or is_scaling_name(key)
 
 
-def _plain(value: Any) -> Any:
-    """Return a property's value, a stamp of npTDMS as NumPy's."""
+def _to_numpy(value: Any) -> Any:
+    """Return a property's value, with time stamps converted to NumPy's type."""
     return value.as_datetime64("us") if hasattr(value, "as_datetime64") else value
 
 
@@ -159,7 +163,7 @@ def _is_same(key: str, one: Any, other: Any) -> bool:
 
 
 def _factors(unit: str) -> dict[str, float]:
-    """Return what a unit is in SI, for each quantity that it measures."""
+    """Return the factor to SI for each quantity that a unit measures."""
     found = {}
     for quantity in SI_UNIT:
         with suppress(RecordError):
@@ -167,7 +171,7 @@ def _factors(unit: str) -> dict[str, float]:
     return found
 
 
-def _shown(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if value is None:
         return "not stated"
     text = " ".join(str(value).split())

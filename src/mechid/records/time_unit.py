@@ -1,8 +1,8 @@
-"""Unit of a time column that states none: seconds, unless its numbers can only be dates.
+"""Unit of a time column without a stated unit: seconds, unless its numbers must be dates.
 
-A spreadsheet writes dates as days, so that a record at 100 Hz seems to be one at 8.6 MHz; other programs write
-milliseconds or nanoseconds since 1970. Where the numbers leave no doubt the column is converted and a treatment of
-the record says so; where they only exclude seconds it is refused.
+Spreadsheets store dates in days, so that a record at 100 Hz appears to have 8.6 MHz; other programs store milliseconds
+or nanoseconds since 1970. If the numbers are unambiguous, the column is converted and a treatment is noted in the
+record; if they merely exclude seconds, it is rejected.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class Calendar:
-    """A way to write a date as a number: the range of numbers from about 1980 to 2080, and the unit in s."""
+    """Numeric representation of dates: range of numbers from about 1980 to 2080, and unit in s."""
 
     name: str
     first: float
@@ -35,12 +35,10 @@ class Calendar:
     unit_s: float
 
     def explains(self, usual: float, mean: float) -> bool:
-        """Tell whether usual and mean distance of numbers from this range can only be dates.
-
-        A count of seconds may begin where days do, but not at a rate above a kilohertz that is round in days.
-        """
+        """Return whether numbers in this range with given usual and mean intervals must be dates."""
         if self.unit_s < 1.0:
             return True
+        # Seconds may have values in the range of days, but not at a rate above a kilohertz that is round in days.
         return mean * STAMPS.fast_for_days_hz < 1.0 and (
             _is_round(usual * self.unit_s) or _is_round(mean * self.unit_s)
         )
@@ -60,18 +58,18 @@ CALENDARS = (
 
 @dataclass(frozen=True)
 class TimeUnit:
-    """How the numbers of a time column become record time: (number - origin) * scale.
+    """Conversion of the numbers of a time column to record time: (number - origin) * scale.
 
     Parameters
     ----------
     scale : float
-        Seconds in the column's unit.
+        Unit of the column in s.
     origin : float
-        The number at record time 0.
+        Number at record time 0.
     rounding_s : float
-        How far times may be off because numbers were rounded in the column's unit.
+        Rounding error in s of numbers in the column's unit.
     treatment : Mapping or None
-        What was done where the column does not state it.
+        Description of the conversion, if the column does not state its unit.
     """
 
     scale: float
@@ -85,23 +83,25 @@ class TimeUnit:
 
 
 def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series) -> TimeUnit:
-    """Return the unit of a time column; `stamps` are its numbers from the first row on, in whatever unit.
+    """Return the unit of a time column; `stamps` are its numbers from the first row on, in any unit.
 
     Raises
     ------
     RecordError
-        The column states no unit, and its numbers are no seconds and no dates for certain; or it states seconds,
-        and they are dates.
+        The column states no unit, and its numbers are neither seconds nor clearly dates; or it states seconds, but the
+        numbers are dates.
     """
     stated = table.columns[time.index].stated_unit
-    as_stated = TimeUnit(time.scale, rounding_s=_rounding(stamps, time.scale))
+    as_stated = TimeUnit(time.scale, rounding_s=_rounding_error(stamps, time.scale))
     if stamps.size < 2 or time.scale != 1.0 or (spec.time is not None and spec.time.unit):
-        return as_stated  # by a unit other than seconds, or by the campaign
+        # The unit is not seconds, or is declared by the campaign.
+        return as_stated
     start = sample_at(stamps, 0)
     usual = float(np.median(np.diff(stamps[: STAMPS.most_stamps])))
     mean = (sample_at(stamps, stamps.size - 1) - start) / (stamps.size - 1)
     if not (mean > 0.0 and np.isfinite(start)):
-        return as_stated  # reading the clock tells what is wrong with it
+        # The faulty clock is reported when it is read.
+        return as_stated
     label = column_label(table.columns, time.index)
     calendar = next((one for one in CALENDARS if one.first <= start <= one.last), None)
     if calendar is None or not calendar.explains(usual, mean):
@@ -118,21 +118,22 @@ def time_unit(table: Table, time: ChosenColumn, spec: RecordSpec, stamps: Series
         f"is its first number, {start:.14g}"
     )
     treatment = {"step": "time_unit", "text": text, "unit_s": calendar.unit_s, "origin": start}
-    return TimeUnit(calendar.unit_s, start, _rounding(stamps, calendar.unit_s), treatment)
+    return TimeUnit(calendar.unit_s, start, _rounding_error(stamps, calendar.unit_s), treatment)
 
 
-def _rounding(stamps: Series, unit_s: float) -> float:
-    """Return how far in s rounding moves stamps of a unit; `read_clock` finds decimal digits of a second itself."""
+def _rounding_error(stamps: Series, unit_s: float) -> float:
+    """Return the rounding error in s of stamps in a unit; `read_clock` itself detects decimal digits of seconds."""
     if unit_s == 1.0 or not stamps.size:
         return 0.0
     spacing = float(np.spacing(np.abs([sample_at(stamps, 0), sample_at(stamps, stamps.size - 1)]).max()))
     power = float(np.log10(unit_s))
+    # In units that are powers of ten the decimal digits remain such in seconds, where read_clock detects them.
     digit = 0.0 if abs(power - round(power)) < 1e-9 else last_digit(stamps, STAMPS.most_digits)
     return unit_s * max(digit, 2.0 * spacing)
 
 
 def _refuse_fast(table: Table, label: str, interval_s: float, calendar: Calendar | None) -> None:
-    """Refuse numbers without a unit that are too fast for seconds; those that begin as a date earlier than others."""
+    """Raise an error for numbers without a unit that are too fast for seconds; possible dates have a lower limit."""
     if interval_s * (STAMPS.fastest_from_date_hz if calendar else STAMPS.fastest_hz) >= 1.0 - STAMPS.round_rate:
         return
     example = "d" if calendar else "ms"
@@ -144,7 +145,7 @@ def _refuse_fast(table: Table, label: str, interval_s: float, calendar: Calendar
 
 
 def _is_round(interval_s: float) -> bool:
-    """Tell whether a sample interval, or its rate, is a whole number."""
+    """Return whether a sample interval, or its rate, is a whole number."""
     if interval_s <= 0.0:
         return False
     number = max(interval_s, 1.0 / interval_s)

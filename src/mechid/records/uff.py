@@ -1,4 +1,4 @@
-"""The reader of universal files, data sets 58 (ASCII) and 58b (binary), by pyuff."""
+"""Reader of universal files, data sets 58 (ASCII) and 58b (binary), by pyuff."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table
-from mechid.records.clock import whole_rate
-from mechid.records.foreign import library, parsing
+from mechid.records.clock import round_rate
+from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Clock, Column
 from mechid.units import to_si_factor
@@ -35,28 +35,28 @@ FUNCTIONS = {
     12: "spectrum",
 }
 COMPLEX = (5, 6)
-UNEVEN = 0
-NOTHING = ("", "NONE")
+UNEVEN_SPACING = 0
+EMPTY_TEXTS = ("", "NONE")
 END_MARK = b"-1"
 ENDS = ("rsp_ent_name", "rsp_node", "rsp_dir", "ref_ent_name", "ref_node", "ref_dir")
-TOLD = ("id1", "id2", "id3", "id4", "id5", *ENDS, "ordinate_axis_lab")
+METADATA_KEYS = ("id1", "id2", "id3", "id4", "id5", *ENDS, "ordinate_axis_lab")
 
 
 def open_uff(path: Path, label: str) -> ArrayTable:
-    """Read the heads of the data sets 58 in the universal file at `path`.
+    """Read the headers of the data sets 58 in the universal file at `path`.
 
-    A data set's path is ``number/name``, counted from 0 over all data sets; the name is that of the
-    response, else of the ordinate. An uneven abscissa is a column of its own, ``number/abscissa``.
+    A data set's path is ``number/name``, with numbers from 0 over all data sets; the name is that of the response, or
+    else of the ordinate. An uneven abscissa is a separate column, ``number/abscissa``.
 
     Raises
     ------
     RecordError
-        The file is damaged or cut off, or holds no data set 58.
+        The file is damaged or truncated, or contains no data set 58.
     """
-    pyuff = library("pyuff", "pyuff", label)
+    pyuff = import_library("pyuff", "pyuff", label)
     refuse_larger_than_memory(path, label, KIND)
-    with parsing(label, KIND):
-        _refuse_cut(path, label)
+    with wrap_parser_errors(label, KIND):
+        _refuse_truncated(path, label)
         file = pyuff.UFF(str(path))
         types = [int(kind) for kind in file.get_set_types()]
         _refuse_without(types, label)
@@ -66,8 +66,8 @@ def open_uff(path: Path, label: str) -> ArrayTable:
     return array_table(label, KIND, items, {})
 
 
-def _refuse_cut(path: Path, label: str) -> None:
-    """Refuse a file without its last mark: pyuff would leave out the last data set without a word."""
+def _refuse_truncated(path: Path, label: str) -> None:
+    """Raise an error for a file without its end mark; pyuff would silently omit the last data set."""
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 256, 0))
         tail = file.read().rstrip()
@@ -87,8 +87,8 @@ def _items(file: Any, number: int, head: dict[str, Any], *, alien: bool) -> Iter
         name=_name(head),
         path=f"{number}/{_name(head)}",
         unit=_unit(head["ordinate_axis_units_lab"], alien=alien),
-        fault=_fault(head),
-        metadata={key: head[key] for key in TOLD if head[key] not in NOTHING},
+        fault=_find_fault(head),
+        metadata={key: head[key] for key in METADATA_KEYS if head[key] not in EMPTY_TEXTS},
     )
 
     def load(key: str, index: Index) -> Any:
@@ -99,7 +99,7 @@ def _items(file: Any, number: int, head: dict[str, Any], *, alien: bool) -> Iter
         return values[rows]
 
     values = Item(column=column, shape=(samples,), load=lambda index: load("data", index))
-    if column.fault or head["abscissa_spacing"] != UNEVEN:
+    if column.fault or head["abscissa_spacing"] != UNEVEN_SPACING:
         yield replace(values, column=column if column.fault else _with_clock(column, head))
         return
     yield values
@@ -109,17 +109,17 @@ def _items(file: Any, number: int, head: dict[str, Any], *, alien: bool) -> Iter
 
 def _name(head: dict[str, Any]) -> str:
     given = (str(head[key]).strip() for key in ("rsp_ent_name", "ordinate_axis_lab", "id1"))
-    return next((name for name in given if name not in NOTHING), "")
+    return next((name for name in given if name not in EMPTY_TEXTS), "")
 
 
 def _unit(entry: str, *, alien: bool) -> str | None:
-    """Return a unit's label; where there is none but data set 164 says that units are not SI, that."""
-    if entry.strip() not in NOTHING:
+    """Return the label of a unit; without one, a note if data set 164 states that units are not SI, or None."""
+    if entry.strip() not in EMPTY_TEXTS:
         return entry.strip()
     return "that of data set 164" if alien else None
 
 
-def _fault(head: dict[str, Any]) -> str | None:
+def _find_fault(head: dict[str, Any]) -> str | None:
     function, abscissa = head["func_type"], head["abscissa_spec_data_type"]
     if head["ord_data_type"] in COMPLEX and function in (GENERAL, TIME_RESPONSE):
         return "complex numbers; a record needs real ones"
@@ -132,7 +132,7 @@ def _fault(head: dict[str, Any]) -> str | None:
 
 
 def _with_clock(column: Column, head: dict[str, Any]) -> Column:
-    """Return the column with the clock of its even abscissa, or with the reason why it has none."""
+    """Return the column with the clock of its even abscissa, or with a fault."""
     try:
         factor = to_si_factor(_unit(head["abscissa_axis_units_lab"], alien=False) or "s", "time")
     except RecordError as error:
@@ -140,4 +140,4 @@ def _with_clock(column: Column, head: dict[str, Any]) -> Column:
     interval = factor * float(head["abscissa_inc"])
     if not 0.0 < interval < np.inf:
         return replace(column, fault=f"its abscissa advances by {interval:.9g} s")
-    return replace(column, clock=Clock(factor * float(head["abscissa_min"]), whole_rate(1.0 / interval)))
+    return replace(column, clock=Clock(factor * float(head["abscissa_min"]), round_rate(1.0 / interval)))

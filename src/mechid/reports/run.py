@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mechid.analysis import validate
 from mechid.campaign import Campaign
-from mechid.holding import held
+from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.estimate_file import read_estimate, sign_provenance
@@ -135,7 +135,7 @@ def identify_into(
         with progress_listener(listener) as tell:
             yield tell
 
-    with held(out), line_receiver(say) as tell_line, working_on(executor):
+    with hold_folder(out), line_receiver(say) as tell_line, working_on(executor):
         audience = Audience(followed=followed, say=tell_line)
         run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume, truth=truth)
         return identify_into_folder(campaign, Path(out), audience, run)
@@ -180,7 +180,7 @@ def report(
     >>> mechid.report(mechid.load_fit("fit"), "again")  # doctest: +SKIP
     """
     own, folder = campaign or fit.required_campaign, Path(out)
-    with held(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
+    with hold_folder(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
         again = _is_there(fit, folder)
         was, known = read_truth(folder) if again and truth is None else (False, truth)
         fit = replace(fit, synthetic=fit.synthetic or synthetic or was or truth is not None)

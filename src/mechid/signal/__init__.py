@@ -1,9 +1,9 @@
-"""Plain numerics on arrays of samples: spectra, orders, noise, and how well a prediction agrees.
+"""Signal analysis of sample arrays: spectra, orders, noise floors, and measures of agreement.
 
-The names here load what they need when they are first used: the process that reads files needs few of them.
-`envelope` and `spectrogram` are named as their modules and are imported from there.
+Names are imported from their modules on first use, because the reading process needs only a few of them. The functions
+`envelope` and `spectrogram` share the names of their modules and are imported from there.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """
 
 from __future__ import annotations
@@ -65,9 +65,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name, its home imported."""
+    """Import a public name from its module on first use."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value: object = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    # Stored so that the next access finds the name without this function.
     globals()[name] = value
     return value

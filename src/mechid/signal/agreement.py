@@ -1,4 +1,4 @@
-"""How well a prediction agrees with a measurement: fit percent, and Theil's inequality with its parts."""
+"""Measures of agreement between prediction and measurement: fit percent and Theil's inequality."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.signal.series import Series, blocks, counting
+from mechid.signal.series import Series, blocks, drop_rejected
 
 
 @dataclass(frozen=True, kw_only=True)
 class TheilInequality:
-    """Theil's inequality coefficient, and the parts of the mean squared error, which sum to one.
+    """Theil's inequality coefficient, and the proportions of the mean squared error, which sum to one.
 
     Attributes
     ----------
     coefficient : float
-        From 0, agreement, to 1, none at all.
+        From 0 (perfect agreement) to 1 (no agreement).
     bias : float
-        Part of the squared error that is a difference of the means.
+        Proportion due to the difference of the means.
     variance : float
-        Part that is a difference of the standard deviations.
+        Proportion due to the difference of the standard deviations.
     covariance : float
-        What is left: missing correlation.
+        Remaining proportion, due to imperfect correlation.
     """
 
     coefficient: float
@@ -35,19 +35,19 @@ class TheilInequality:
 
 
 def theil_inequality(measured: Series, predicted: Series, rejected: IntArray | None = None) -> TheilInequality:
-    """Return Theil's inequality of a prediction [Theil1961]_, as used in [Jategaonkar2006]_.
+    """Return Theil's inequality coefficient of a prediction [Theil1961]_, as used in [Jategaonkar2006]_.
 
     Parameters
     ----------
     measured, predicted : Series of N samples
         In the same unit.
     rejected : (s,) of int or None
-        Samples that do not count, ascending.
+        Indices of samples to exclude, ascending.
 
     Returns
     -------
     TheilInequality
-        NaN throughout where a sample is not finite; the parts are NaN where there is no error at all.
+        All values are NaN if a sample is not finite; the proportions are NaN if the error is zero.
 
     References
     ----------
@@ -60,12 +60,13 @@ def theil_inequality(measured: Series, predicted: Series, rejected: IntArray | N
     1.0
     """
     n = measured.size - (0 if rejected is None else rejected.size)
+    # Two passes: moments about the mean lose no digits where the mean is large against the spread.
     means, error = np.zeros(2), 0.0
-    for both in _together(measured, predicted, rejected):
+    for both in _paired_blocks(measured, predicted, rejected):
         means += both.sum(axis=1) / n
         error += float(np.sum((both[0] - both[1]) ** 2)) / n
     covariance = np.zeros((2, 2))
-    for both in _together(measured, predicted, rejected):
+    for both in _paired_blocks(measured, predicted, rejected):
         covariance += (centred := both - means[:, None]) @ centred.T / n
     size = float(np.sqrt(np.diag(covariance) + means**2).sum())
     s_y, s_p = np.sqrt(np.diag(covariance)).tolist()
@@ -78,23 +79,33 @@ def theil_inequality(measured: Series, predicted: Series, rejected: IntArray | N
 
 
 def fit_percent(measured: Series, residual: Series, rejected: IntArray | None = None) -> float:
-    """Return 100 (1 - ||residual|| / ||measured - mean||), both of N samples; NaN where the measured is constant.
+    """Return the fit 100 (1 - ||residual|| / ||measured - mean||) in percent.
 
-    `rejected`, (s,) ascending, do not count.
+    Parameters
+    ----------
+    measured, residual : Series of N samples
+        In the same unit.
+    rejected : (s,) of int or None
+        Indices of samples to exclude, ascending.
+
+    Returns
+    -------
+    float
+        NaN if the measured series is constant.
     """
     n = measured.size - (0 if rejected is None else rejected.size)
     means, squares = np.zeros(2), np.zeros(2)
-    for both in _together(measured, residual, rejected):
+    for both in _paired_blocks(measured, residual, rejected):
         means[0] += both[0].sum() / n
-    for both in _together(measured, residual, rejected):
+    for both in _paired_blocks(measured, residual, rejected):
         squares += np.sum((both - means[:, None]) ** 2, axis=1)
     return 100.0 * (1.0 - _ratio(math.sqrt(squares[1]), math.sqrt(squares[0])))
 
 
-def _together(one: Series, other: Series, rejected: IntArray | None) -> Iterator[FloatArray]:
-    """Yield the samples of two series that count, (2, n) a block."""
+def _paired_blocks(one: Series, other: Series, rejected: IntArray | None) -> Iterator[FloatArray]:
+    """Yield blocks, (2, n), of the accepted samples of two series."""
     for part in blocks(one.size):
-        yield counting(np.stack((one[part], other[part])), part, rejected)
+        yield drop_rejected(np.stack((one[part], other[part])), part, rejected)
 
 
 def _ratio(part: float, whole: float) -> float:

@@ -15,15 +15,15 @@ from mechid.signal.series import BLOCK, Series, mean_of, stretch_of
 from mechid.signal.stored import pieces_of
 from mechid.signal.trend import Line
 
-LONG = 4096
-"""Samples after which a response counts no more: differences of a few samples, for which it is used, are settled."""
+RESPONSE_SAMPLES = 4096
+"""Length of the impulse response used for covariances; covariances at lags of a few samples have converged by then."""
 
 
 @dataclass(frozen=True)
 class Autoregression:
-    """r_k + a_1 r_(k-1) + ... + a_n r_(k-n) = e_k, e white with standard deviation `sigma`.
+    """Autoregressive model r_k + a_1 r_(k-1) + ... + a_n r_(k-n) = e_k, e white with standard deviation `sigma`.
 
-    `coefficients` is (n + 1,) with the leading one; order 0 means that the series is white already.
+    `coefficients`, (n + 1,), include the leading one. A model of order 0 describes a white series.
     """
 
     coefficients: FloatArray
@@ -31,34 +31,39 @@ class Autoregression:
 
     @property
     def order(self) -> int:
-        """Number of past samples that matter."""
+        """Order n of the model."""
         return self.coefficients.size - 1
 
-    def whitened(self, rows: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return e of rows of r, (..., m), and the filter's memory behind them, (..., n); at first that is zeros."""
-        from scipy.signal import lfilter  # takes 0.4 s to load, which only those pay whose noise has a colour
+    def whiten_rows(self, rows: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return e for rows of r, (..., m), and the final filter state, (..., n); the initial state is zero."""
+        # Imported here because scipy.signal takes 0.4 s to load and is needed for coloured noise only.
+        from scipy.signal import lfilter
 
         white, memory = lfilter(self.coefficients, [1.0], rows, zi=memory)
         return white, memory
 
-    def coloured(self, rows: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return r of rows of e, the inverse of `whitened`."""
+    def colour_rows(self, rows: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return r for rows of e, and the final filter state; the inverse of `whiten_rows`."""
         from scipy.signal import lfilter
 
         rows, memory = lfilter([1.0], self.coefficients, rows, zi=memory)
         return rows, memory
 
     def covariance(self, lags: int) -> FloatArray:
-        """Return the autocovariance of r at lags 0 to `lags`, in sigma^2; slow parts count for `LONG` samples."""
-        response, _ = self.coloured(np.eye(1, LONG)[0], np.zeros(self.order))
-        return np.array([response[: LONG - k] @ response[k:] for k in range(lags + 1)])
+        """Return the autocovariance of r at lags 0 to `lags`, (lags + 1,), in units of sigma^2.
+
+        The impulse response is truncated to `RESPONSE_SAMPLES` samples.
+        """
+        response, _ = self.colour_rows(np.eye(1, RESPONSE_SAMPLES)[0], np.zeros(self.order))
+        return np.array([response[: RESPONSE_SAMPLES - k] @ response[k:] for k in range(lags + 1)])
 
 
 def autocovariance(series: Series, lags: int, mean: float = 0.0) -> FloatArray:
-    """Return the biased autocovariance of a series about `mean`, at lags 0 to `lags` or as many as there are."""
+    """Return the biased autocovariance of a series about `mean`, at lags 0 to `lags` or to the longest possible lag."""
     n, most = series.size, min(lags, series.size - 1)
     total = np.zeros(most + 1)
-    for start in range(0, n, BLOCK):  # a long series is never copied whole
+    # Blocks overlap by the longest lag, so that a long series is never copied as a whole.
+    for start in range(0, n, BLOCK):
         size = min(BLOCK, n - start)
         ahead = np.zeros(size + most)
         part = series[start : start + size + most]
@@ -68,56 +73,59 @@ def autocovariance(series: Series, lags: int, mean: float = 0.0) -> FloatArray:
 
 
 def autocorrelation(series: Series, lags: int) -> FloatArray:
-    """Return the autocorrelation at lags 0 to `lags`, (lags + 1,), mean removed; NaN of a constant series."""
+    """Return the autocorrelation about the mean at lags 0 to `lags`, (lags + 1,); NaN for a constant series."""
     covariance = autocovariance(series, lags, mean_of(series))
     return np.asarray(covariance / covariance[0], dtype=np.float64)
 
 
-def autocovariance_among(series: Series, lags: int, rejected: IntArray) -> tuple[int, FloatArray]:
-    """Return how many samples count, and the autocovariance about their mean over the pairs of which both do.
+def autocovariance_of_accepted(series: Series, lags: int, rejected: IntArray) -> tuple[int, FloatArray]:
+    """Return the number of accepted samples, and their autocovariance about their mean over all accepted pairs.
 
-    Biased like that of a whole series, so that it stays the covariance of something where few are missing.
+    The estimate is biased like that of a complete series, so that it remains close to positive semidefinite if few
+    samples are missing.
     """
     n = series.size - rejected.size
     counted = Remainder(series, rejected=rejected)
     mean = mean_of(counted) * series.size / max(n, 1)
     found = autocovariance(Remainder(series, Line(mean), rejected=rejected), lags)
+    # The sum contains only accepted pairs: it is scaled to the number of pairs that a complete series would have.
     expected = 1.0 - np.arange(found.size) / series.size
     pairs = np.array([_pairs(series.size, rejected, lag) for lag in range(found.size)]) / series.size
     return n, found * expected / np.maximum(pairs, 1e-300)
 
 
 def _pairs(samples: int, rejected: IntArray, lag: int) -> int:
-    """Return how many pairs of samples are `lag` apart and both count."""
+    """Return the number of pairs of accepted samples at a lag."""
     one = int(np.sum(rejected < samples - lag) + np.sum(rejected >= lag))
     return samples - lag - one + np.intersect1d(rejected, rejected + lag, assume_unique=True).size
 
 
 def fit_autoregression(series: Series, most: int = 40, rejected: IntArray | None = None) -> Autoregression:
-    """Return the model by Burg's method whose order, up to `most`, minimises the Bayesian criterion.
+    """Fit an autoregressive model by Burg's method, with the order that minimises the Bayesian information criterion.
 
-    Burg's recursion on the products of lagged samples (covariance lattice: Makhoul 1977), so the series is read once
-    and never copied whole. Unlike Yule-Walker's, it is not blunted by a spectrum that spans many decades, and unlike
-    least squares it is always stable.
+    The recursion uses the products of lagged samples (covariance lattice, Makhoul 1977), so the series is read once
+    and never copied as a whole. In contrast to the Yule-Walker method, it remains accurate for spectra that span many
+    decades; in contrast to least squares, the model is always stable.
 
     Parameters
     ----------
     series : Series of n samples
         Residual without offset and drift.
     most : int
-        Highest order tried.
+        Maximum order.
     rejected : (s,) of int or None
-        Samples that do not count: the products are those within the stretches between them.
+        Indices of samples to exclude; products are formed within the stretches between them.
 
     References
     ----------
     J. Makhoul, Stable and Efficient Lattice Methods for Linear Prediction, IEEE Transactions on Acoustics, Speech, and
     Signal Processing 25 (1977), pp. 423-428, doi:10.1109/TASSP.1977.1162979.
     """
+    # At least 20 samples per coefficient, and stretches of at least twice the order, leave enough products.
     most = min(most, max(series.size // 20, 0))
     stretches = [series]
     if rejected is not None and rejected.size:
-        stretches = _between(series, rejected)
+        stretches = _stretches_between(series, rejected)
         most = min(most, int(np.median([x.size for x in stretches])) // 2) if stretches else 0
     mean = sum(map(total, stretches)) / max(sum(x.size for x in stretches), 1)
     stretches = [x for x in stretches if x.size > most]
@@ -129,7 +137,7 @@ def fit_autoregression(series: Series, most: int = 40, rejected: IntArray | None
     return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
 
 
-def _between(series: Series, rejected: IntArray) -> list[Series]:
+def _stretches_between(series: Series, rejected: IntArray) -> list[Series]:
     """Return the stretches between rejected samples, as views."""
     stops = np.append(rejected, series.size)
     starts = np.insert(rejected + 1, 0, 0)
@@ -137,7 +145,7 @@ def _between(series: Series, rejected: IntArray) -> list[Series]:
 
 
 def _lagged_products(x: Series, most: int, mean: float = 0.0) -> FloatArray:
-    """Return phi_ij, the sum of x_(k-i) x_(k-j) about `mean`, k from `most` to the end, (most + 1, most + 1)."""
+    """Return phi_ij, the sum over k >= `most` of x_(k-i) x_(k-j) about `mean`, (most + 1, most + 1)."""
     n = x.size
     phi = np.zeros((most + 1, most + 1))
     for start in range(most, n, BLOCK):
@@ -145,13 +153,14 @@ def _lagged_products(x: Series, most: int, mean: float = 0.0) -> FloatArray:
         phi[0] += [part[most:] @ part[most - j : part.size - j] for j in range(most + 1)]
     phi[:, 0] = phi[0]
     head, tail = x[:most][::-1] - mean, x[n - most :][::-1] - mean
-    for i in range(most):  # a lag more on both sides: one product enters at the beginning, one leaves at the end
+    # Increasing both lags by one adds a product at the beginning and removes one at the end: no further sums over x.
+    for i in range(most):
         phi[i + 1, 1:] = phi[i, :-1] + head[i] * head - tail[i] * tail
     return phi
 
 
 def _burg(phi: FloatArray, samples: int) -> Iterator[Autoregression]:
-    """Yield the models of all orders; forward and backward errors of each are quadratic forms in phi."""
+    """Yield the models of all orders; their forward and backward errors are quadratic forms in phi."""
     a = np.ones(1)
     yield Autoregression(a, math.sqrt(phi[0, 0] / samples))
     for order in range(1, phi.shape[0]):

@@ -1,4 +1,4 @@
-"""Clipped stretches: equal samples, one after the other, at an extreme of a series."""
+"""Detection of clipping: runs of equal samples at an extreme of a series."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
 CLIPPED_RUN = 8
-"""So many equal samples at an extreme are a clipped peak."""
+"""Least number of consecutive equal samples at an extreme that counts as clipping."""
 
 
 def clipped_runs(y: Series) -> Runs:
-    """Return the runs of `CLIPPED_RUN` equal samples or more at the least or the largest of a series, in their order.
+    """Return the runs of at least `CLIPPED_RUN` samples equal to the minimum or the maximum of a series, in order.
 
-    Zero is rest, not a limit.
+    An extreme of zero is not a limit: it is the value at rest.
 
     Parameters
     ----------
@@ -37,14 +37,16 @@ def _runs_at(y: Series, limit: float) -> list[tuple[int, int]]:
     for part in pieces_of(y):
         for start, stop in _runs_within(y[part], limit):
             first = part.start + start
-            if found and found[-1][1] == first:  # the run goes on from the piece before
+            # The run continues from the previous piece.
+            if found and found[-1][1] == first:
                 first = found.pop()[0]
             found.append((first, part.start + stop))
     return [(start, stop) for start, stop in found if stop - start >= CLIPPED_RUN]
 
 
 def _runs_within(y: FloatArray, limit: float) -> list[tuple[int, int]]:
-    """Return the runs in a piece of a series that are long enough, or may go on beyond it."""
+    """Return the runs in a piece of a series that are long enough or touch its ends."""
+    # A sample below the limit is added at both ends, so that runs at the ends have a start and a stop too.
     at_limit = np.zeros(y.size + 2, dtype=np.int8)
     at_limit[1:-1] = y == limit
     steps = np.diff(at_limit)

@@ -1,4 +1,4 @@
-"""Where in frequency a residual lies: Welch's power density, and the RMS in third-octave bands."""
+"""Power density by Welch's method, and RMS values in third-octave bands."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from mechid.signal.window import windowed_density
 
 LONGEST_SEGMENT = 8192
 SEGMENTS = 2
+"""Least length of a record in segments; with half overlap it then has three of them."""
 AT_ONCE = 16
-"""Segments that are transformed together."""
-"""A record is at least this many segments long; half overlapping they are three."""
+"""Number of segments transformed together."""
 THIRD = 10.0**0.1
-"""Ratio of neighbouring third-octave bands, base ten (IEC 61260-1)."""
+"""Frequency ratio of adjacent third-octave bands, base ten (IEC 61260-1)."""
 
 
 def power_density(y: Series, sample_rate: float) -> tuple[FloatArray, FloatArray]:
-    """Return the power density by Welch's method: Hann window, half overlap.
+    """Return the power density by Welch's method, with a Hann window and half overlap.
 
     Parameters
     ----------
@@ -46,21 +46,22 @@ def power_density(y: Series, sample_rate: float) -> tuple[FloatArray, FloatArray
     density = np.zeros(length // 2 + 1)
     for first in range(0, segments, AT_ONCE):
         n = min(AT_ONCE, segments - first)
+        # A read-only view on the overlapping segments: only their spectra need memory.
         part = y[first * hop : (first + n + 1) * hop]
         rows = np.lib.stride_tricks.sliding_window_view(part, length)[::hop]
         density += windowed_density(rows, sample_rate).sum(axis=0) / segments
     return np.arange(density.size) * (sample_rate / length), density
 
 
-def in_groups(frequency: FloatArray, density: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
-    """Return the mean density in groups of bins equally wide on a logarithmic axis; the bin at 0 is left out.
+def average_in_groups(frequency: FloatArray, density: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
+    """Return the mean density in groups of bins of equal width on a logarithmic axis, without the bin at 0.
 
     Parameters
     ----------
     frequency, density : ndarray, shape (M,)
         As from `power_density`.
     most : int
-        Groups at most, at least 2; no group is narrower than a bin.
+        Maximum number of groups, at least 2; no group is narrower than a bin.
 
     Returns
     -------
@@ -75,7 +76,7 @@ def in_groups(frequency: FloatArray, density: FloatArray, most: int) -> tuple[Fl
 
 @dataclass(frozen=True, kw_only=True)
 class Band:
-    """The RMS of a signal within lower to upper frequency, Hz; `rms` in the signal's unit."""
+    """RMS of a signal between two frequencies in Hz; `rms` is in the signal's unit."""
 
     centre_hz: float
     lower_hz: float
@@ -84,7 +85,7 @@ class Band:
 
 
 def rms_below(frequency: FloatArray, density: FloatArray, bands: Sequence[Band]) -> float:
-    """Return the RMS below the first third octave, which with those of the bands makes up all of the density."""
+    """Return the RMS outside the third-octave bands, that is, below the first one."""
     width = float(frequency[1])
     edges = np.append(np.maximum(frequency - 0.5 * width, 0.0), float(frequency[-1]))
     all_of_it = float(np.sum(density * np.diff(edges)))
@@ -92,7 +93,7 @@ def rms_below(frequency: FloatArray, density: FloatArray, bands: Sequence[Band])
 
 
 def third_octaves(frequency: FloatArray, density: FloatArray) -> tuple[Band, ...]:
-    """Return the RMS in third-octave bands from the first that spans a bin up to half the sample rate.
+    """Return the RMS in third-octave bands, from the first that is as wide as a bin up to half the sample rate.
 
     Parameters
     ----------
@@ -104,6 +105,7 @@ def third_octaves(frequency: FloatArray, density: FloatArray) -> tuple[Band, ...
     centre = 10.0 ** (step / 10.0)
     lower, upper = centre / THIRD**0.5, np.minimum(centre * THIRD**0.5, end)
     edges = np.append(np.maximum(frequency - 0.5 * width, 0.0), end)
+    # Interpolating the cumulative power splits the bins at the edges of the bands, so that no power is lost.
     power = np.concatenate([[0.0], np.cumsum(density * np.diff(edges))])
     rms = np.sqrt(np.interp(upper, edges, power) - np.interp(lower, edges, power))
     columns = (column.tolist() for column in (centre, lower, upper, rms))

@@ -1,4 +1,4 @@
-"""Fewer points that draw the same line: extremes of every column of a picture, peaks of a spectrum."""
+"""Reduction of curves for plotting: extremes per pixel column, and groups of spectral bins."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 from mechid.arrays import IntArray
 from mechid.signal.series import Series
 
-MOST_AT_ONCE = 2**17
-"""Samples that are looked at together, which bounds the memory that it takes."""
+BLOCK_SAMPLES = 2**17
+"""Number of samples processed together, which bounds the memory."""
 
 
 def envelope(y: Series, columns: int) -> IntArray:
-    """Return the samples that draw a curve in so many columns: the least and the largest of each, in order.
+    """Return the indices of the minimum and the maximum of each column of a plotted curve.
 
     Parameters
     ----------
     y : Series of N samples
         In any unit.
     columns : int
-        At least 1. Where a column would hold fewer than four samples, all samples are returned.
+        At least 1. If there are at most four samples per column, all samples are returned.
 
     Returns
     -------
@@ -29,30 +29,31 @@ def envelope(y: Series, columns: int) -> IntArray:
     if y.size <= 4 * columns:
         return np.arange(y.size, dtype=np.int64)
     edges = np.arange(columns + 1, dtype=np.int64) * y.size // columns
-    at_once = max(MOST_AT_ONCE * columns // y.size, 1)
+    at_once = max(BLOCK_SAMPLES * columns // y.size, 1)
     both = [_extremes(y, edges[a : a + at_once + 1]) for a in range(0, columns, at_once)]
     return np.unique(np.concatenate(both, axis=1))
 
 
 def _extremes(y: Series, edges: IntArray) -> IntArray:
-    """Return the first least and the first largest sample of each column between edges, (2, columns)."""
+    """Return the indices of the first minimum and the first maximum between adjacent edges, (2, columns)."""
     widest = int(np.diff(edges).max())
-    inside = np.minimum(edges[:-1, None] + np.arange(widest), edges[1:, None] - 1)  # a short column ends twice
+    # Column widths differ by at most one sample; shorter columns repeat their last sample, which changes no extreme.
+    inside = np.minimum(edges[:-1, None] + np.arange(widest), edges[1:, None] - 1)
     values = y[slice(edges[0], edges[-1])][inside - edges[0]]
     return np.asarray(edges[:-1] + np.array([values.argmin(axis=1), values.argmax(axis=1)]), dtype=np.int64)
 
 
 def peak_groups(bins: int, most: int) -> IntArray:
-    """Return the first bin of groups that are equally wide on a logarithmic axis, or of one bin where those are wider.
+    """Return the first bins of groups of equal width on a logarithmic axis; no group is narrower than a bin.
 
-    `numpy.maximum.reduceat` over them keeps every peak of an amplitude spectrum.
+    `numpy.maximum.reduceat` with these groups keeps every peak of an amplitude spectrum.
 
     Parameters
     ----------
     bins : int
-        Equally spaced from 0.
+        Number of bins, equally spaced from 0.
     most : int
-        Groups at most, at least 2; where there are no more bins than that, each is its own group.
+        Maximum number of groups, at least 2. If there are no more bins than this, each bin is a group.
 
     Returns
     -------

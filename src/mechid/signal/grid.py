@@ -1,8 +1,8 @@
-"""Frequency of the electric grid as its hum shows it in several series, and how it drifts within one.
+"""Estimation of the mains frequency from the hum in several series, and of its drift within one series.
 
-Hum stands at multiples of one frequency in all series, whatever else differs between them, so that all of them tell it
-together. It drifts by some mHz in a minute: within a long series its line is broader than a sine's, and a few sines
-close to one another follow it.
+The lines of hum are at multiples of one frequency in all series, so all series contribute to its estimate. The mains
+frequency drifts by a few mHz per minute: in a long series its line is broader than that of a sine, and is modelled by
+a few closely spaced sines.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from mechid.signal.window import hann
 
 
 @dataclass(frozen=True, eq=False)
-class Hummed:
-    """A series in which hum is looked for.
+class HumSeries:
+    """Series to be searched for hum.
 
     Attributes
     ----------
     series : Series of N samples
     sample_rate_hz : float
     is_clear : callable
-        Tells of a frequency and a reach, Hz, whether nothing else has a line there.
+        Function of a frequency and a half-width in Hz, True if no other source has a line in this band.
     """
 
     series: Series
@@ -40,11 +40,11 @@ class Hummed:
 
     @property
     def duration_s(self) -> float:
-        """Of its samples that are looked at."""
-        return min(self.series.size, stored.IN_MEMORY) / self.sample_rate_hz
+        """Duration of the analysed samples."""
+        return min(self.series.size, stored.MAX_IN_MEMORY) / self.sample_rate_hz
 
     def reaches(self, hz: float) -> bool:
-        """Whether its samples are close enough for a frequency, and many enough for its surroundings."""
+        """Return whether the sample rate covers a frequency and the series is long enough for its surroundings."""
         return (
             hz + HUM.around_hz < min(HUM.highest_hz, 0.45 * self.sample_rate_hz)
             and self.series.size > 4 * HUM.around_bins
@@ -53,15 +53,16 @@ class Hummed:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a series says of a grid's frequency.
+    """Evidence for the mains frequency in a series.
 
     Attributes
     ----------
     frequency_hz : (F,)
+        Candidate frequencies.
     gain : (F,)
-        Power over that of the noise around, summed over the multiples that are clear.
+        Power relative to that of the surrounding noise, summed over the clear multiples.
     summed : int
-        How many these are.
+        Number of these multiples.
     """
 
     frequency_hz: FloatArray
@@ -70,7 +71,7 @@ class Evidence:
 
     @property
     def best_hz(self) -> float:
-        """Frequency of the largest gain, between those looked at by a parabola."""
+        """Frequency of the largest gain, refined by parabolic interpolation."""
         at = int(np.argmax(self.gain))
         if not 0 < at < self.gain.size - 1:
             return float(self.frequency_hz[at])
@@ -85,22 +86,23 @@ class Evidence:
 
     @property
     def is_evident(self) -> bool:
-        """Whether the largest gain is more than noise makes: of noise each part is exponentially distributed."""
+        """Whether the largest gain is significantly above that of noise."""
+        # For noise each summand is exponentially distributed, so their sum follows a gamma distribution.
         return self.summed > 0 and self.at(self.best_hz) > float(gammainccinv(self.summed, HUM.by_chance))
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid whose hum is evident in series.
+    """Mains frequency detected in a set of series.
 
     Attributes
     ----------
     hz : float
-        Its frequency, common to all series.
+        Common frequency of all series.
     own_hz : tuple of float
-        That in each series: another than the common one where it tells so.
+        Frequency in each series, equal to the common one unless the series differs significantly.
     shown : tuple of bool
-        Whether each series shows it by itself.
+        Whether the hum is detectable in each series by itself.
     """
 
     hz: float
@@ -108,14 +110,14 @@ class Grid:
     shown: tuple[bool, ...]
 
 
-def evident_grid(some: Sequence[Hummed], nominal_hz: float) -> Grid | None:
-    """Return the grid that several series show together; None where no hum is evident.
+def evident_grid(some: Sequence[HumSeries], nominal_hz: float) -> Grid | None:
+    """Return the mains frequency estimated jointly from several series, or None if no hum is detected.
 
     Parameters
     ----------
-    some : sequence of Hummed
+    some : sequence of HumSeries
     nominal_hz : float
-        About which it is looked for.
+        Nominal mains frequency, the centre of the search.
     """
     longest = max((one.duration_s for one in some), default=0.0)
     if longest == 0.0:
@@ -123,27 +125,27 @@ def evident_grid(some: Sequence[Hummed], nominal_hz: float) -> Grid | None:
     count = int(2.0 * HUM.off_hz * HUM.fine * max(HUM.multiples) * longest) + 3
     frequency = nominal_hz + np.linspace(-HUM.off_hz, HUM.off_hz, count)
     each = [_evidence(one, frequency, nominal_hz) for one in some]
-    together = Evidence(frequency, np.sum([e.gain for e in each], axis=0), sum(e.summed for e in each))
-    if not together.is_evident:
+    joint = Evidence(frequency, np.sum([e.gain for e in each], axis=0), sum(e.summed for e in each))
+    if not joint.is_evident:
         return None
-    hz = together.best_hz
-    return Grid(hz, tuple(_own(e, hz) for e in each), tuple(e.at(hz) > HUM.of_its_own for e in each))
+    hz = joint.best_hz
+    return Grid(hz, tuple(_own_frequency(e, hz) for e in each), tuple(e.at(hz) > HUM.of_its_own for e in each))
 
 
-def _own(evidence: Evidence, common_hz: float) -> float:
+def _own_frequency(evidence: Evidence, common_hz: float) -> float:
     best = evidence.best_hz
     is_own = evidence.is_evident and evidence.at(best) > evidence.at(common_hz) + HUM.of_its_own
     return best if is_own else common_hz
 
 
-def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence:
-    """Return power over noise at frequencies, (F,), summed over the multiples that are clear."""
+def _evidence(one: HumSeries, frequency: FloatArray, nominal_hz: float) -> Evidence:
+    """Return the signal-to-noise power ratio at candidate frequencies, (F,), summed over the clear multiples."""
     total = np.zeros(frequency.size)
     multiples = [k for k in HUM.multiples if one.reaches(k * nominal_hz)]
     clear = [k for k in multiples if one.is_clear(k * nominal_hz, k * HUM.off_hz + 2.0 / one.duration_s)]
     if not clear:
         return Evidence(frequency, total, 0)
-    y = np.asarray(one.series[: stored.IN_MEMORY])
+    y = np.asarray(one.series[: stored.MAX_IN_MEMORY])
     y = (y - y.mean()) * hann(y.size)
     for k in clear:
         reach = min(max(HUM.around_hz, HUM.around_bins / one.duration_s), k * nominal_hz)
@@ -151,6 +153,7 @@ def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence
         outside = np.abs(surroundings - k * nominal_hz) > k * HUM.off_hz + 2.0 / one.duration_s
         if not outside.any():
             continue
+        # The median of exponentially distributed power is ln 2 times its mean, and insensitive to other lines.
         level = float(np.median(_power(y, one.sample_rate_hz, surroundings)[outside])) / math.log(2.0)
         if level > 0.0:
             total += _power(y, one.sample_rate_hz, k * frequency) / level
@@ -158,13 +161,12 @@ def _evidence(one: Hummed, frequency: FloatArray, nominal_hz: float) -> Evidence
 
 
 def _power(y: FloatArray, sample_rate_hz: float, hz: FloatArray) -> FloatArray:
-    """Return |sum of y exp(-2 pi i hz t)|^2 at evenly spaced frequencies, (m,), by Bluestein's chirp.
-
-    `scipy.signal.zoom_fft` does the same and takes 0.4 s to import, which every identification would pay.
-    """
+    """Return |sum of y exp(-2 pi i hz t)|^2 at evenly spaced frequencies, (m,), by Bluestein's chirp transform."""
+    # scipy.signal.zoom_fft does the same, but its import would add 0.4 s to every identification.
     n, m = y.size, hz.size
     first, step = hz[0] / sample_rate_hz, (hz[-1] - hz[0]) / max(m - 1, 1) / sample_rate_hz
     k = np.arange(max(n, m))
+    # Phases are reduced to one turn before the exponential: k^2 is large enough to cost digits otherwise.
     chirp = np.exp(1j * np.pi * ((step * k * k) % 2.0))
     turned = y * np.exp(-2j * np.pi * ((first * k[:n]) % 1.0)) / chirp[:n]
     size = next_fast_len(n + m - 1)
@@ -175,10 +177,10 @@ def _power(y: FloatArray, sample_rate_hz: float, hz: FloatArray) -> FloatArray:
     return np.asarray(np.abs(found) ** 2, dtype=np.float64)
 
 
-def drifting_lines(one: Hummed, hz: float) -> tuple[float, ...]:
-    """Return the lines in Hz that follow a line of slowly drifting phase and size: itself, and others close to it.
+def drifting_lines(one: HumSeries, hz: float) -> tuple[float, ...]:
+    """Return the frequencies in Hz of closely spaced lines that model a line of slowly drifting phase and amplitude.
 
-    As many are taken as pay for themselves by the Bayesian criterion.
+    The Bayesian information criterion selects their number.
     """
     n = one.series.size
     duration_s = n / one.sample_rate_hz
@@ -188,22 +190,23 @@ def drifting_lines(one: Hummed, hz: float) -> tuple[float, ...]:
     t = np.arange(1, slow.size + 1) / HUM.envelope_hz
     best, least = 0, np.inf
     for beside in range(HUM.most_beside + 1):
-        columns = np.exp(2j * np.pi * np.outer(t, _beside(beside, duration_s)))
+        columns = np.exp(2j * np.pi * np.outer(t, _satellite_offsets(beside, duration_s)))
+        # Lines half an inverse duration apart are nearly collinear: small singular values are cut off.
         left = slow - columns @ np.linalg.lstsq(columns, slow, rcond=1e-6)[0]
         power = max(float(np.mean(np.abs(left) ** 2)), 1e-300)
         score = slow.size * np.log(power) + (2 * beside + 1) * np.log(2.0 * slow.size)
         if score < least:
             best, least = beside, score
-    return tuple((hz + _beside(best, duration_s)).tolist())
+    return tuple((hz + _satellite_offsets(best, duration_s)).tolist())
 
 
-def together(lines: Sequence[tuple[float, float, float]]) -> float:
-    """Return the amplitude of a sine of the power that lines of one drift have together, in their unit.
+def combined_amplitude(lines: Sequence[tuple[float, float, float]]) -> float:
+    """Return the amplitude of the sine that has the power of several closely spaced lines, in their unit.
 
     Parameters
     ----------
     lines : sequence of (float, float, float)
-        Frequency in Hz, amplitude, and phase at the first sample in rad, as `drifting_lines` sets them apart.
+        Frequency in Hz, amplitude, and phase at the first sample in rad, with the spacing of `drifting_lines`.
     """
     hz, size, phase = np.array(lines).T
     if hz.size == 1:
@@ -214,14 +217,14 @@ def together(lines: Sequence[tuple[float, float, float]]) -> float:
     return float(np.sqrt(np.mean(np.abs(envelope) ** 2)))
 
 
-def _beside(count: int, duration_s: float) -> FloatArray:
+def _satellite_offsets(count: int, duration_s: float) -> FloatArray:
     return np.asarray(np.arange(-count, count + 1) * HUM.apart / duration_s, dtype=np.float64)
 
 
-def _envelope(one: Hummed, hz: float) -> ComplexArray:
-    """Return the slow complex envelope of a line, under Hann windows of half a second that overlap by half.
+def _envelope(one: HumSeries, hz: float) -> ComplexArray:
+    """Return the slow complex envelope of a line, averaged by Hann windows of half a second with half overlap.
 
-    The windows keep lines farther away, as other multiples are, from appearing as slow changes of this one.
+    The windows prevent distant lines, such as other multiples, from leaking into the envelope.
     """
     each = max(int(one.sample_rate_hz / HUM.envelope_hz), 1)
     windows, weights = max(one.series.size // each - 1, 1), hann(2 * each) / each
@@ -229,6 +232,7 @@ def _envelope(one: Hummed, hz: float) -> ComplexArray:
     for part in blocks(min((windows + 1) * each, one.series.size)):
         k = np.arange(part.start, part.stop)
         turned = np.asarray(one.series[part]) * np.exp(-2j * np.pi * ((hz / one.sample_rate_hz * k) % 1.0))
-        for window in (k // each, k // each + 1):  # the one that a sample is late in, and the one that it is early in
+        # With half overlap each sample belongs to two windows.
+        for window in (k // each, k // each + 1):
             np.add.at(found, window, weights[k - (window - 1) * each] * turned)
     return np.asarray(found[1 : windows + 1])

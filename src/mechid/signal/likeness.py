@@ -1,4 +1,4 @@
-"""Spectral distance of two series: phases, offsets and small shifts of time do not count."""
+"""Spectral distance of two series, insensitive to phases, offsets and small time shifts."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from mechid.signal.trend import fit_line
 
 
 def power_over_time(y: FloatArray, pieces: int) -> FloatArray:
-    """Return the power around each frequency, (pieces, F), of equal pieces of a series, each without offset and drift.
+    """Return the smoothed power spectra, (pieces, F), of equal pieces of a series, each detrended.
 
     Parameters
     ----------
     y : (N,)
-        In any unit; what does not fill the last piece is left out, and so are a few
-        samples for the transform's sake.
+        In any unit. Samples beyond the last complete piece are ignored; pieces are shortened by a few samples to a
+        length that is fast to transform.
     pieces : int
     """
     size = int(prev_fast_len(max(y.size // pieces, 1), real=True))
@@ -26,25 +26,31 @@ def power_over_time(y: FloatArray, pieces: int) -> FloatArray:
 
 
 def _power(y: FloatArray) -> FloatArray:
-    fit_line(y, 2).take_from(y)
+    fit_line(y, 2).subtract_from(y)
     _, amplitude = amplitude_spectrum(y, 1.0, "hann")
     return np.convolve(0.5 * amplitude**2, np.ones(SERIES.smoothed), "same")[SERIES.lowest_bin :]
 
 
 def noise_power(sigma: float, samples: int) -> float:
-    """Return what white noise gives in each entry of `power_over_time` in the mean, for pieces of so many samples."""
+    """Return the expected value of `power_over_time` for white noise in pieces of a given number of samples."""
+    # A Hann window's noise bandwidth is 1.5 bins, hence 2 * 1.5 sigma^2 / samples for each of the summed bins.
     return SERIES.smoothed * 3.0 * sigma**2 / samples
 
 
 def spectral_distance(measured: FloatArray, modelled: FloatArray, noise: float) -> float:
-    """Return the mean square of the decades between two powers where either stands above the noise; 0 without such.
+    """Return the mean square of the log10 ratio of two power spectra over the bins above the noise.
 
     Parameters
     ----------
     measured, modelled : arrays of equal shape
-        Powers; the first with noise, the second without.
+        Powers, with noise and without.
     noise : float
         Power of the noise in each entry.
+
+    Returns
+    -------
+    float
+        In decades squared; 0 if too few bins are above the noise.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Lines of a spectrum: sines that stand above what surrounds them, each with its error.
+"""Detection of spectral lines: sines above the surrounding noise, with their standard errors.
 
-A bin of the periodogram under a Hann window is set against the running median of its neighbours. Of noise alone,
-whatever its colour, the ratio is exponentially distributed with median 1: it exceeds r with probability 2^-r.
+Each bin of the Hann-windowed periodogram is compared with the running median of its neighbours. For noise of any
+colour the ratio is exponentially distributed with median 1: it exceeds r with probability 2^-r.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from mechid.signal.settings import SERIES
 from mechid.signal.spectrum import amplitude_spectrum
 
 NEIGHBOURS = 401
-"""Bins whose median is the level that a line stands above."""
+"""Number of bins of the running median."""
 LEAST_RATIO = 30.0
-"""From which a peak is a line: of a million bins of noise one in a thousand records has one."""
+"""Least ratio of a line; a record of noise with a million bins exceeds it with a probability of 0.001."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """A sine in a series.
+    """Sine in a series.
 
     Attributes
     ----------
     frequency_hz : float
     amplitude, sigma : float
-        And its standard error from the noise around it, in the series' unit.
+        Amplitude and its standard error from the surrounding noise, in the series' unit.
     ratio : float
-        Power over the median of the bins around it.
+        Power relative to the median of the surrounding bins.
     """
 
     frequency_hz: float
@@ -46,15 +46,15 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prominence:
-    """The spectrum of a series under a Hann window, beside the level of its surroundings.
+    """Hann-windowed spectrum of a series with its local noise level.
 
     Attributes
     ----------
     samples : int
-        N, of which the spectrum was taken.
+        Number N of transformed samples.
     sample_rate_hz : float
     amplitude, level : (N // 2 + 1,)
-        A sine's in the series' unit; the median power of the bins around, that unit squared.
+        Amplitude of a sine, in the series' unit; median power of the surrounding bins, in that unit squared.
     """
 
     samples: int
@@ -64,19 +64,19 @@ class Prominence:
 
     @property
     def bin_hz(self) -> float:
-        """Distance of two bins."""
+        """Spacing of the bins."""
         return self.sample_rate_hz / self.samples
 
     @property
     def ratio(self) -> FloatArray:
-        """Power over the level around, (N // 2 + 1,); 0 where there is none."""
+        """Power relative to the local level, (N // 2 + 1,); 0 where the level is zero."""
         return np.divide(self.amplitude**2, self.level, out=np.zeros_like(self.level), where=self.level > 0.0)
 
     def line_at(self, number: int) -> Line:
-        """Return the line whose peak is in a bin, between which its frequency and height are interpolated.
+        """Return the line that peaks in a bin, with interpolated frequency and amplitude.
 
-        Under a Hann window a sine d bins off reads sinc(d) / (1 - d^2) of its amplitude, and the larger neighbour's
-        share a of the peak tells d = (2 a - 1) / (a + 1).
+        Under a Hann window a sine at a distance of d bins appears with sinc(d) / (1 - d^2) of its amplitude. The ratio
+        a of the larger neighbour to the peak determines d = (2 a - 1) / (a + 1).
         """
         left, peak, right = self.amplitude[number - 1 : number + 2].tolist()
         share = max(left, right) / peak if peak > 0.0 else 0.5
@@ -90,9 +90,10 @@ class Prominence:
 
 
 def prominence(y: Series, sample_rate: float) -> Prominence:
-    """Return the spectrum of a series beside its surroundings; the last few samples are left out.
+    """Return the spectrum of a series with its local noise level.
 
-    Of a long series it is that of its beginning, `stored.IN_MEMORY` samples: a bin is then some mHz wide.
+    The last few samples are ignored, to obtain a length that is fast to transform. Of a long series only the first
+    `stored.MAX_IN_MEMORY` samples are used; a bin is then a few mHz wide.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def prominence(y: Series, sample_rate: float) -> Prominence:
     sample_rate : float
         In Hz.
     """
-    series = y[: int(prev_fast_len(min(y.size, stored.IN_MEMORY), real=True))]
+    series = y[: int(prev_fast_len(min(y.size, stored.MAX_IN_MEMORY), real=True))]
     amplitude = amplitude_spectrum(series - series.mean(), sample_rate, "hann")[1]
     width = min(NEIGHBOURS, amplitude.size)
     level = median_filter(amplitude**2, width, mode="mirror")
@@ -109,7 +110,7 @@ def prominence(y: Series, sample_rate: float) -> Prominence:
 
 
 def spectral_lines(found: Prominence, least_ratio: float = LEAST_RATIO, most: int = 200) -> tuple[Line, ...]:
-    """Return the lines of a series by frequency: peaks above `least_ratio`, the `most` largest of them."""
+    """Return the `most` largest peaks with at least `least_ratio`, sorted by frequency."""
     power, ratio = found.amplitude, found.ratio
     inside = np.arange(SERIES.lowest_bin, power.size - 1)
     peaks = inside[(power[inside] >= power[inside - 1]) & (power[inside] > power[inside + 1])]

@@ -12,7 +12,7 @@ from mechid.signal.settings import HUM
 
 @dataclass(frozen=True, kw_only=True)
 class MainsLine:
-    """A line at a multiple of the mains' frequency: 50 or 60 Hz, which multiple, and the line."""
+    """Line at a multiple of the mains frequency, which is 50 or 60 Hz."""
 
     mains_hz: float
     multiple: int
@@ -20,23 +20,33 @@ class MainsLine:
 
 
 def mains_lines(found: Prominence, least_ratio: float = HUM.least_ratio) -> tuple[MainsLine, ...]:
-    """Return the lines of mains from 20 to 1000 Hz, by frequency; a multiple of both grids goes to the stronger one.
+    """Return the mains lines from 20 to 1000 Hz, sorted by frequency.
+
+    A line at a common multiple of 50 and 60 Hz is attributed to the grid with the stronger lines.
 
     Parameters
     ----------
     found : Prominence
-        As `mechid.signal.lines.prominence` makes it.
+        From `mechid.signal.lines.prominence`.
     """
-    lines = [line for mains in HUM.mains_hz for line in _of_one_grid(_near(found, mains, least_ratio), found.bin_hz)]
+    lines = [
+        line
+        for mains in HUM.mains_hz
+        for line in _lines_of_one_grid(_lines_near(found, mains, least_ratio), found.bin_hz)
+    ]
     strength = {mains: sum(line.line.ratio for line in lines if line.mains_hz == mains) for mains in HUM.mains_hz}
     own: dict[int, MainsLine] = {}
+    # Sorted by strength: where two lines share a bin, that of the stronger grid is written last and remains.
     for line in sorted(lines, key=lambda line: strength[line.mains_hz]):
         own[round(line.line.frequency_hz / found.bin_hz)] = line
     return tuple(sorted(own.values(), key=lambda line: line.line.frequency_hz))
 
 
-def _of_one_grid(lines: list[MainsLine], bin_hz: float) -> list[MainsLine]:
-    """Return the lines that one grid makes: none where there are but multiples, which anything may be near."""
+def _lines_of_one_grid(lines: list[MainsLine], bin_hz: float) -> list[MainsLine]:
+    """Return the lines that are consistent with one mains frequency.
+
+    The list is empty without the fundamental or two low multiples: any signal may have lines near high multiples.
+    """
     low = [one for one in lines if one.multiple <= HUM.low_multiples]
     if len(low) < 2 and not any(one.multiple == 1 for one in low):
         return []
@@ -47,7 +57,7 @@ def _of_one_grid(lines: list[MainsLine], bin_hz: float) -> list[MainsLine]:
     return [one for one, off in zip(lines, apart, strict=True) if off <= near]
 
 
-def _near(found: Prominence, mains: float, least_ratio: float) -> list[MainsLine]:
+def _lines_near(found: Prominence, mains: float, least_ratio: float) -> list[MainsLine]:
     top = min(HUM.highest_hz, 0.5 * found.sample_rate_hz - 2.0 * found.bin_hz)
     ratio, lines = found.ratio, []
     for multiple in range(1, int(top / mains) + 1):

@@ -1,4 +1,4 @@
-"""Mean, spread and extremes of a series; where it is not long, to the last bit as NumPy has them of an array."""
+"""Mean, spread and extremes of a series; for series held in memory, bitwise equal to NumPy's results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.signal.series import Series, counting
+from mechid.signal.series import Series, drop_rejected
 from mechid.signal.stored import pieces_of
 
 
@@ -23,7 +23,7 @@ def mean(series: Series) -> float:
 
 
 def standard_deviation(series: Series, rejected: IntArray | None = None) -> float:
-    """Return the standard deviation of a series about its mean; `rejected`, (s,) ascending, are samples without."""
+    """Return the standard deviation of a series; `rejected`, (s,) ascending, are indices of samples to exclude."""
     n = series.size - (0 if rejected is None else rejected.size)
     middle = sum(float(values.sum()) for values in _pieces(series, rejected)) / n
     return math.sqrt(sum(float(np.sum((values - middle) ** 2)) for values in _pieces(series, rejected)) / n)
@@ -40,11 +40,11 @@ def norm(series: Series) -> float:
 
 
 def extremes(series: Series) -> tuple[float, float]:
-    """Return the least and the largest sample of a series; NaN where any is none."""
+    """Return the minimum and the maximum of a series; NaN if any sample is NaN."""
     low, high = zip(*((values.min(), values.max()) for values in _pieces(series)), strict=True)
     return float(np.min(low)), float(np.max(high))
 
 
 def _pieces(series: Series, rejected: IntArray | None = None) -> Iterator[FloatArray]:
     for part in pieces_of(series):
-        yield counting(series[part], part, rejected)
+        yield drop_rejected(series[part], part, rejected)

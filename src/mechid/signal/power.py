@@ -1,4 +1,4 @@
-"""Power of a record over frequency and over time: one-sided densities, cumulative and windowed RMS."""
+"""Power of a record over frequency and time: one-sided densities, cumulative and windowed RMS."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 
 JUMP = 10.0
-"""So many times the median step from sample to sample, on both its sides, a sample holds a jump."""
+"""Least difference of a jump's sample to both neighbours, relative to the median difference of adjacent samples."""
 
 
 def power_density(y: FloatArray, sample_rate: float) -> tuple[FloatArray, FloatArray]:
@@ -28,13 +28,14 @@ def power_density(y: FloatArray, sample_rate: float) -> tuple[FloatArray, FloatA
     density : (N // 2 + 1,) unit of `y` squared per Hz
     """
     power = np.abs(np.fft.rfft(y)) ** 2 / (y.size * sample_rate)
-    power[1 : -1 if y.size % 2 == 0 else None] *= 2.0  # but for mean and Nyquist, each has a mirror image
+    # All bins except mean and Nyquist have a mirror image.
+    power[1 : -1 if y.size % 2 == 0 else None] *= 2.0
     frequency = np.arange(power.size) * (sample_rate / y.size)
     return frequency.astype(np.float64), np.asarray(power, dtype=np.float64)
 
 
 def cumulative_rms(frequency: FloatArray, density: FloatArray) -> FloatArray:
-    """Return the RMS of all that lies at or below each frequency, (n,), the mean left out.
+    """Return the RMS of all components at or below each frequency, (n,), without the mean.
 
     Parameters
     ----------
@@ -49,9 +50,9 @@ def cumulative_rms(frequency: FloatArray, density: FloatArray) -> FloatArray:
 
 
 def windowed_rms(y: FloatArray, sample_rate: float, window_s: float) -> FloatArray:
-    """Return the RMS about its own mean in every window that fits, (N - n + 1,), n samples a window.
+    """Return the RMS about the window's mean in all windows of n samples, (N - n + 1,).
 
-    What a sweep does over time; the k-th window begins at sample k.
+    It shows the course of a sweep over time. The k-th window begins at sample k.
 
     Parameters
     ----------
@@ -59,9 +60,10 @@ def windowed_rms(y: FloatArray, sample_rate: float, window_s: float) -> FloatArr
     sample_rate : float
         Hz.
     window_s : float
-        s; at least a sample, at most all of them are taken.
+        Length of the window in s, limited to between one sample and all of them.
     """
     n = min(max(round(window_s * sample_rate), 1), y.size)
+    # Differences of cumulative sums cost O(N) for any window; the mean is removed first to keep their digits.
     centred = y - y.mean()
     sums, squares = (np.concatenate([[0.0], np.cumsum(part)]) for part in (centred, centred**2))
     mean, square = (sums[n:] - sums[:-n]) / n, (squares[n:] - squares[:-n]) / n
@@ -69,10 +71,10 @@ def windowed_rms(y: FloatArray, sample_rate: float, window_s: float) -> FloatArr
 
 
 def periodic_power(y: FloatArray) -> float:
-    """Return the mean square about the mean of samples over whole periods, of which some hold a jump.
+    """Return the mean square about the mean of interval-averaged samples over whole periods of a signal with jumps.
 
-    Where the signal jumps from a to b within a sample's interval the sample is the mean over it, m. Its square is then
-    too small by (m - a)(b - m), which neighbours tell.
+    If the signal jumps from a to b within a sample's interval, the sample is the mean m over the interval. Its square
+    is then too small by (m - a)(b - m), where a and b are taken from the neighbours.
 
     Parameters
     ----------

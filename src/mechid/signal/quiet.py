@@ -1,4 +1,4 @@
-"""Quiet stretches: where a series is far below what it does elsewhere."""
+"""Detection of quiet stretches, in which a series is far below its usual level."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mechid.signal.stored import AT_ONCE
 
 @dataclass(frozen=True, kw_only=True)
 class QuietStretch:
-    """The samples from `first` to before `stop`, and their RMS about their own mean, in the series' unit."""
+    """Samples from `first` to before `stop`, and their RMS about their mean, in the series' unit."""
 
     first: int
     stop: int
@@ -25,7 +25,7 @@ class QuietStretch:
 
 
 def quiet_stretches(y: Series, sample_rate: float) -> tuple[QuietStretch, ...]:
-    """Return the stretches in which nothing moves, in their order; none where no window stands out as quiet.
+    """Return the stretches without motion, in order; empty if no window is clearly quieter than the series.
 
     Parameters
     ----------
@@ -45,14 +45,15 @@ def quiet_stretches(y: Series, sample_rate: float) -> tuple[QuietStretch, ...]:
     found = runs_of(np.flatnonzero(rms <= SERIES.quiet_alike * least))
     long = ((a * n, b * n) for a, b in found if b - a >= SERIES.least_windows)
     stretches = (QuietStretch(first=a, stop=b, rms=standard_deviation(stretch_of(y, a, b))) for a, b in long)
-    return tuple(one for one in stretches if one.rms <= SERIES.far_below * whole)  # a ramp is none
+    # The windows of a slow ramp are all quiet, but the ramp as a whole is not.
+    return tuple(one for one in stretches if one.rms <= SERIES.far_below * whole)
 
 
 def quiet_rms(stretches: Sequence[QuietStretch]) -> float | None:
-    """Return the RMS over the quietest stretch and those like it, None where there is none.
+    """Return the RMS over the quietest stretch and those of a similar level, or None if there are no stretches.
 
-    What is louder may be a weak signal. Of coloured noise it is up to a quarter too low: windows near the quietest
-    are picked.
+    Louder stretches are excluded because they may contain a weak signal. For coloured noise the result is up to a
+    quarter too low, because it selects the quietest windows.
     """
     least = min((one.rms for one in stretches), default=0.0)
     alike = [(one.stop - one.first, one.rms) for one in stretches if one.rms <= SERIES.like_the_quietest * least]

@@ -1,4 +1,4 @@
-"""What is left of a series when offset, drift and a model are taken from it."""
+"""Remainder of a series after subtraction of offset, drift and a model, computed on access."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mechid.signal.trend import Line
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """A series less a line and a model, worked out where it is looked at, in the series' unit.
+    """Series minus a line and a model, computed on access, in the series' unit.
 
     Attributes
     ----------
@@ -19,7 +19,7 @@ class Remainder:
     line : Line
     model : Series or None
     rejected : (s,) of int
-        Samples, ascending, that do not count: there it is 0.
+        Indices of rejected samples, ascending, at which the remainder is 0.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The step in which samples are written: that of a converter, of a counter, or of printed digits."""
+"""Amplitude resolution of samples: the step of a converter, of a counter, or of printed digits."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
-WHOLE = 1e-3
-"""Of a step: how far a sample may be off a whole number of them."""
-REPEATED = 4
-"""So many samples a level on average; samples that hardly ever repeat tell no step."""
+MULTIPLE_TOLERANCE = 1e-3
+"""Maximum distance of a sample from a whole number of steps, in steps."""
+LEAST_REPETITIONS = 4
+"""Least average number of samples per level; samples that rarely repeat do not reveal a step."""
 ROUNDING = 1e-12
-"""Of the largest sample: levels nearer to one another than this are one."""
+"""Levels closer than this, relative to the largest sample, are considered equal."""
 
 
 def resolution(y: Series) -> float:
-    """Return the step that all samples are whole multiples of, apart from a constant; 0 where there is none.
+    """Return the step of which all samples are whole multiples, apart from a constant; 0 if there is none.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def resolution(y: Series) -> float:
     levels = np.zeros(0)
     for part in pieces_of(y):
         levels = np.union1d(levels, y[part])
-        if REPEATED * levels.size > y.size:
+        if LEAST_REPETITIONS * levels.size > y.size:
             return 0.0
     apart = np.diff(levels)
     apart = apart[apart > ROUNDING * float(np.abs(levels[[0, -1]]).max())]
@@ -39,6 +39,7 @@ def resolution(y: Series) -> float:
         return 0.0
     step = float(apart.min())
     steps = (levels - levels[0]) / step
+    # The full range divided by its number of steps has a smaller relative error than the smallest difference.
     step *= float(steps[-1] / np.rint(steps[-1]))
     off = np.abs(steps - np.rint(steps))
-    return float(f"{step:.9g}") if float(off.max()) < WHOLE * max(float(steps[-1]), 1.0) ** 0.5 else 0.0
+    return float(f"{step:.9g}") if float(off.max()) < MULTIPLE_TOLERANCE * max(float(steps[-1]), 1.0) ** 0.5 else 0.0

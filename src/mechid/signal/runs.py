@@ -1,4 +1,4 @@
-"""Samples by number, as runs: first and last-plus-one of each stretch without a hole."""
+"""Runs of consecutive sample indices: pairs of first index and last index plus one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Runs = tuple[tuple[int, int], ...]
 
 
 def runs_of(samples: IntArray) -> Runs:
-    """Return the runs of samples, (n,) ascending.
+    """Return the runs of sample indices, (n,) ascending.
 
     Examples
     --------
@@ -24,7 +24,7 @@ def runs_of(samples: IntArray) -> Runs:
 
 
 def samples_of(runs: Sequence[Sequence[int]]) -> IntArray:
-    """Return the samples of runs, (n,) ascending.
+    """Return the sample indices of runs, (n,) ascending.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Series of samples that are read piece by piece: what is worked out from arrays need never be held whole."""
+"""Protocol of sample series that are read slice by slice, so that computed series are never held in memory."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from mechid.arrays import FloatArray, IntArray
 
 BLOCK = 65536
-"""Samples looked at together."""
+"""Number of samples processed together."""
 
 
 class Series(Protocol):
-    """Samples by number: an array, (n,), or what works a slice of them out when it is asked for."""
+    """Sequence of samples: an array, (n,), or an object that computes slices on access."""
 
     @property
     def size(self) -> int:
@@ -27,7 +27,7 @@ class Series(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The samples of a series from `first` to before `stop`."""
+    """View on the samples of a series from `first` to before `stop`."""
 
     series: Series
     first: int
@@ -45,7 +45,7 @@ class Stretch:
 
 
 def stretch_of(series: Series, first: int, stop: int) -> Series:
-    """Return the samples of a series from `first` to before `stop`, or its end: a view of an array."""
+    """Return a view on the samples of a series from `first` to before `stop`, limited to its length."""
     first, stop, _ = slice(first, stop).indices(series.size)
     return series[first:stop] if isinstance(series, np.ndarray) else Stretch(series, first, max(stop, first))
 
@@ -57,12 +57,12 @@ def blocks(samples: int, size: int = BLOCK) -> Iterator[slice]:
 
 
 def no_samples() -> IntArray:
-    """Return the numbers of no samples, (0,)."""
+    """Return an empty array of sample indices, (0,)."""
     return np.zeros(0, dtype=np.int64)
 
 
-def counting(values: FloatArray, part: slice, rejected: IntArray | None) -> FloatArray:
-    """Return the samples of a block, (..., n), without those that do not count: `rejected`, (s,) ascending."""
+def drop_rejected(values: FloatArray, part: slice, rejected: IntArray | None) -> FloatArray:
+    """Return a block of samples, (..., n), without the rejected ones; `rejected`, (s,), are ascending indices."""
     if rejected is None or not rejected.size:
         return values
     first, stop = np.searchsorted(rejected, (part.start, part.stop))
@@ -70,7 +70,7 @@ def counting(values: FloatArray, part: slice, rejected: IntArray | None) -> Floa
 
 
 def mean_of(series: Series, samples: int | None = None) -> float:
-    """Return the mean of a series, or of its first samples."""
+    """Return the mean of a series, or of its first `samples` samples."""
     n = series.size if samples is None else samples
     return sum(float(series[part].sum()) for part in blocks(n)) / n
 

@@ -1,4 +1,4 @@
-"""Thresholds of signal analysis: noise floors, mains hum, quiet stretches, and how well a model follows a signal."""
+"""Thresholds of signal analysis: noise floors, mains hum, quiet stretches, and the test of following a signal."""
 
 from __future__ import annotations
 
@@ -7,128 +7,128 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FloorSettings:
-    """Reading of the noise floor at high frequencies and between impacts."""
+    """Estimation of the noise floor at high frequencies and between impacts."""
 
     minimum_samples: int = 16
-    """Samples below which a series has no floor."""
+    """Minimum number of samples of a series."""
     lowest: float = 0.6
-    """Lower end of the band, as a share of the Nyquist frequency: above most of what mechanisms do."""
+    """Lower end of the band, relative to the Nyquist frequency: above most of the signals of mechanisms."""
     highest: float = 0.98
-    """Upper end of the band: clear of the Nyquist frequency, where bins are real and not complex."""
+    """Upper end of the band: it excludes the Nyquist frequency, whose bin is real rather than complex."""
     segments: tuple[int, ...] = (512, 128, 2048)
-    """Lengths of the spectra in samples; the first is taken unless another is significantly lower."""
+    """Segment lengths in samples; the first is used unless another gives a significantly lower floor."""
     between_gaps: tuple[int, ...] = (64, 32)
-    """Further lengths where there are gaps."""
+    """Additional segment lengths for series with gaps."""
     enough: int = 8
-    """Whole segments of a length, where there are gaps, from which it is used."""
+    """Minimum number of complete segments of a length, and of windows, for it to be used."""
     parts: tuple[int, ...] = (1, 2, 4)
-    """Numbers of parts into which the band is cut, in search of a quieter one."""
+    """Numbers of sub-bands into which the band is divided, in search of a quieter one."""
     significant: float = 3.0
-    """Standard errors by which another floor must be lower; otherwise the lowest is so by chance."""
+    """Number of standard errors by which another floor must be lower; the lowest of many is so by chance."""
     quiet: int = 8
-    """Samples of a window between two impacts: 0.8 ms at 10 kHz."""
+    """Length in samples of a window between two impacts: 0.8 ms at 10 kHz."""
     differences: int = 4
-    """Order of the differences: they keep the upper half of the band, and 2e-6 of a signal at a hundredth of the sample
+    """Order of the differences: they pass the upper half of the band, and 2e-6 of a signal at a hundredth of the sample
     rate."""
     alike: float = 0.1
-    """Relative difference beyond chance of the power in a tenth and in a quarter of the windows if both are noise."""
+    """Relative tolerance, beyond chance, between the noise powers inferred from the first decile and quartile."""
     piece: int = 16384
-    """Samples of which differences are made at once."""
+    """Number of samples differenced at once."""
     block: int = 256
-    """Segments transformed at once: the spectra of a long record are never all in memory."""
+    """Number of segments transformed at once, so that the spectra of a long record are never all in memory."""
 
 
 @dataclass(frozen=True)
 class HumRules:
-    """Lines of the electric grid, its frequency and its drift."""
+    """Detection of mains lines, and estimation of the mains frequency and its drift."""
 
     mains_hz: tuple[float, ...] = (50.0, 60.0)
-    """Nominal frequencies of grids."""
+    """Nominal mains frequencies."""
     lowest_hz: float = 20.0
-    """Lowest multiple that is looked for."""
+    """Lowest frequency of the search."""
     highest_hz: float = 1000.0
-    """Highest multiple that is looked for."""
+    """Highest frequency of the search."""
     least_ratio: float = 20.0
-    """Ratio to the surroundings from which a multiple is a line: hum gave 29 and more, benches without at most 9.4."""
+    """Least power of a line relative to its surroundings: benches with hum had 29 or more, others at most 9.4."""
     wander: float = 0.002
-    """Relative distance from its nominal frequency at which a grid is looked for."""
+    """Maximum relative deviation of the mains frequency from its nominal value."""
     low_multiples: int = 3
-    """Lowest multiples: a grid shows its own frequency, or two of these."""
+    """Highest of the low multiples; a grid counts as detected by its fundamental or by two of these."""
     alike: float = 5e-4
-    """Difference of their relative distances from nominal: all are off by the same share."""
+    """Maximum difference of the relative deviations of multiples, which all share the same deviation."""
     bins: float = 1.5
-    """The same as `wander` in bins of a peak, where a short record resolves no better."""
+    """Maximum deviation of a peak in bins; it replaces `wander` for short records."""
     interpolated: float = 0.35
-    """The same as `alike` in bins, of the frequency interpolated between them."""
+    """Maximum deviation of an interpolated frequency in bins; it replaces `alike` for short records."""
     off_hz: float = 0.2
-    """Distance from its nominal frequency within which the frequency of a grid is estimated."""
+    """Half-width of the band in which the mains frequency is estimated."""
     multiples: tuple[int, ...] = (1, 2, 3)
-    """Multiples from which it is estimated."""
+    """Multiples used for the estimate."""
     by_chance: float = 1e-8
-    """Chance that noise alone explains as much as hum that counts as evident."""
+    """Probability that noise alone passes for hum."""
     of_its_own: float = 9.0
-    """Gain of a frequency of its own for a series: three standard errors."""
+    """Least gain for a separate frequency of a series: three standard errors."""
     around_hz: float = 2.0
-    """Reach of the surroundings of a line."""
+    """Half-width of the surroundings of a line."""
     around_bins: float = 20.0
-    """The same in inverse durations; the larger of the two counts."""
+    """The same in inverse durations; the larger value is used."""
     fine: int = 8
-    """Frequencies looked at in an inverse duration."""
+    """Number of candidate frequencies per inverse duration."""
     apart: float = 0.5
-    """Distance of the sines that follow a drift, in inverse durations; with three on each side 20 mHz in 60 s leave
-    0.3 % of the third multiple."""
+    """Spacing of the sines that model a drift, in inverse durations; with three on each side, a drift of 20 mHz in 60 s
+    leaves 0.3 % of the third multiple."""
     most_beside: int = 10
-    """Most sines on each side."""
+    """Maximum number of sines on each side."""
     shortest_s: float = 8.0
-    """Duration from which a drift can be seen."""
+    """Minimum duration for a drift to be detectable."""
     envelope_hz: float = 4.0
-    """Sample rate of the slow envelope."""
+    """Sample rate of the complex envelope."""
 
 
 @dataclass(frozen=True)
 class SeriesRules:
-    """Quiet stretches, likeness of two series, how far a model follows one, and where its power is."""
+    """Quiet stretches, spectral distance, the test that a model follows a series, and its strongest parts."""
 
     quiet_window_s: float = 0.02
-    """Window in which a quiet stretch is looked for."""
+    """Window of the search for quiet stretches."""
     least_samples: int = 16
-    """Least samples of such a window."""
+    """Minimum number of samples of such a window."""
     least_windows: int = 3
-    """Windows of a quiet stretch; a shorter one may be a signal that passes through zero."""
+    """Minimum number of windows of a quiet stretch; a shorter one may be a signal that passes through zero."""
     far_below: float = 0.1
-    """RMS of a quiet stretch, and of the quietest window, over that of the whole series."""
+    """Maximum RMS of a quiet stretch, and of the quietest window, relative to that of the series."""
     quiet_alike: float = 2.0
-    """RMS of a window over that of the quietest one, up to which it is quiet too."""
+    """Maximum RMS of a quiet window, relative to that of the quietest one."""
     like_the_quietest: float = 1.5
-    """RMS of a stretch over that of the quietest one, up to which it is like it."""
+    """Maximum RMS of a stretch that is averaged with the quietest one, relative to it."""
     smoothed: int = 3
-    """Bins that are summed, so that a line between two of them makes no difference."""
+    """Number of bins summed, so that the position of a line between bins does not matter."""
     above_noise: float = 10.0
-    """Power over the noise from which bins of two spectra are compared."""
+    """Least power, relative to the noise, of bins that are compared."""
     fewest_bins: int = 4
-    """Such bins from which spectra can be compared."""
+    """Minimum number of such bins for a comparison."""
     lowest_bin: int = 3
-    """Bin below which a spectrum shows drift."""
+    """First bin that is used; lower ones are dominated by drift."""
     follow_window_s: float = 0.05
     """Window in which a residual is compared with the measured signal."""
     of_window: float = 0.5
-    """Share of the measured RMS in the window up to which a residual follows."""
+    """Maximum residual RMS, relative to the measured RMS in the window."""
     of_record: float = 0.125
-    """Share of the measured RMS over the record up to which it does in any case."""
+    """Residual RMS that is always accepted, relative to the measured RMS over the record."""
     most_of_record: float = 0.5
-    """Share of it beyond which it does not."""
+    """Upper bound of the tolerance for constant model errors, relative to the measured RMS over the record."""
     throughout: float = 2.0
-    """RMS of a residual in a window over the median of all windows: what is there throughout is not lost."""
+    """Tolerance for model errors present in all windows, relative to the median residual RMS of the windows."""
     block_windows: int = 128
-    """Windows looked at together."""
+    """Number of windows processed together."""
     most_named: int = 3
-    """Lines or bands that are named as the strongest."""
+    """Maximum number of lines or bands that are reported as the strongest."""
     in_lines: float = 0.5
-    """Share of a series' power from which its lines are named and not its bands."""
+    """Share of the power in lines from which lines rather than bands are reported."""
     least_of_largest: float = 0.1
-    """Power over that of the strongest line or band below which one is not named."""
+    """Least power of a reported line or band, relative to the strongest one."""
     shortest: int = 64
-    """Samples below which none are named."""
+    """Minimum number of samples for a report."""
 
 
 FLOOR = FloorSettings()

@@ -9,18 +9,18 @@ from mechid.signal.series import Series
 from mechid.signal.window import hann
 
 WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 240, 8
-"""Usual length and number of the windows; of a short record there are so many at least, and shorter."""
+"""Default length and number of windows; a short record has at least `FEWEST_WINDOWS` shorter ones."""
 
 
 def usual_window_s(duration_s: float) -> float:
-    """Return the length of a record's windows in s."""
+    """Return the default length of a record's windows in s."""
     return min(WINDOW_S, duration_s / FEWEST_WINDOWS)
 
 
 def spectrogram(
     y: Series, sample_rate: float, window_s: float, columns: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the single-sided amplitude in windows along a record: a sine of amplitude A on a bin reads A.
+    """Return the single-sided amplitude in windows along a record; a sine of amplitude A on a bin has the value A.
 
     Parameters
     ----------
@@ -29,9 +29,9 @@ def spectrogram(
     sample_rate : float
         In Hz.
     window_s : float
-        Length of the Hann window, s; at most the record's.
+        Length of the Hann window in s, limited to that of the record.
     columns : int
-        About so many windows, their centres equally far apart.
+        Approximate number of windows; their centres are equidistant.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def spectrogram(
     frequency : ndarray, shape (F,)
         Hz, from 0.
     amplitude : ndarray, shape (F, C)
-        In the unit of `y`. Beyond the record's ends it is taken as zero.
+        In the unit of `y`. The record is extended by zeros at its ends.
     """
     length = min(max(int(window_s * sample_rate), 2), y.size)
     hop = max(y.size // max(columns, 1), 1)
@@ -51,12 +51,13 @@ def spectrogram(
         inside, samples = slice(max(first, 0), min(first + length, y.size)), np.zeros(length)
         samples[inside.start - first : inside.stop - first] = y[inside]
         amplitude[:, column] = np.abs(np.fft.rfft(samples * window))
-    amplitude[1 : (length + 1) // 2] *= 2.0  # mean and Nyquist bin have no mirror image
+    # Mean and Nyquist bin have no mirror image.
+    amplitude[1 : (length + 1) // 2] *= 2.0
     amplitude /= window.sum()
     frequency = np.arange(amplitude.shape[0]) * (sample_rate / length)
     return centres / sample_rate, frequency.astype(np.float64), amplitude
 
 
 def largest_rows(amplitude: FloatArray, each: int) -> FloatArray:
-    """Return the largest of every so many bins, (F, C) to (ceil(F / each), C), so that no line is lost."""
+    """Return the maximum of each group of `each` bins, (F, C) to (ceil(F / each), C), so that no line is lost."""
     return np.asarray(np.maximum.reduceat(amplitude, np.arange(0, len(amplitude), each)), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Amplitudes of sines in a record: over all frequencies, or of one line."""
+"""Amplitude spectra of a record, and the amplitude of a single line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.errors import UsageError, did_you_mean
 from mechid.signal.envelope import peak_groups
 from mechid.signal.series import Series
-from mechid.signal.transform import transformed
+from mechid.signal.transform import transform_blocks
 
 WINDOWS: Mapping[str, Callable[[int], FloatArray]] = {
     "boxcar": np.ones,
@@ -19,11 +19,11 @@ WINDOWS: Mapping[str, Callable[[int], FloatArray]] = {
     "hamming": lambda size: np.hamming(size + 1)[:-1],
     "blackman": lambda size: np.blackman(size + 1)[:-1],
 }
-"""Windows by name, each periodic: the last sample is not the first one again."""
+"""Periodic windows by name: the last sample does not repeat the first one."""
 
 
 def amplitude_spectrum(y: FloatArray, sample_rate: float, window: str = "boxcar") -> tuple[FloatArray, FloatArray]:
-    """Return the single-sided amplitude spectrum: a sine of amplitude A on a bin reads A.
+    """Return the single-sided amplitude spectrum; a sine of amplitude A on a bin has the value A.
 
     Parameters
     ----------
@@ -51,17 +51,18 @@ def amplitude_spectrum(y: FloatArray, sample_rate: float, window: str = "boxcar"
         raise UsageError(f'unknown window "{window}"{known}')
     weights = WINDOWS[window](y.size)
     amplitude = np.abs(np.fft.rfft(y * weights)) * (2.0 / weights.sum())
-    single = [0, -1] if y.size % 2 == 0 else [0]  # mean and Nyquist bin have no mirror image
+    # Mean and Nyquist bin have no mirror image.
+    single = [0, -1] if y.size % 2 == 0 else [0]
     amplitude[single] /= 2.0
     frequency = np.arange(amplitude.size) * (sample_rate / y.size)
     return frequency.astype(np.float64), amplitude.astype(np.float64)
 
 
 def peak_spectrum(y: Series, sample_rate: float, most: int) -> tuple[FloatArray, FloatArray]:
-    """Return the peaks of the single-sided amplitude spectrum in groups of bins, however long the record is.
+    """Return the maxima of the single-sided amplitude spectrum in groups of bins, for records of any length.
 
-    The last samples, hardly ever more than a few, are left out: the transform of a length with a large prime factor
-    takes several times the memory.
+    The last samples, rarely more than a few, are ignored: the transform of a length with a large prime factor needs
+    several times the memory.
 
     Parameters
     ----------
@@ -70,12 +71,12 @@ def peak_spectrum(y: Series, sample_rate: float, most: int) -> tuple[FloatArray,
     sample_rate : float
         In Hz.
     most : int
-        Groups at most, equally wide on a logarithmic axis.
+        Maximum number of groups, of equal width on a logarithmic axis.
 
     Returns
     -------
     frequency : ndarray, shape (M,)
-        In Hz, of the middle of each group, without that at 0.
+        Centre of each group in Hz, without the bin at 0.
     amplitude : ndarray, shape (M,)
         In the unit of `y`.
     """
@@ -83,20 +84,22 @@ def peak_spectrum(y: Series, sample_rate: float, most: int) -> tuple[FloatArray,
     bins = size // 2 + 1
     starts = peak_groups(bins, most)
     peaks = np.zeros(starts.size)
-    for numbers, values in transformed(y, size):
-        single = np.where(2 * numbers == size, 1.0, 2.0) / size  # the Nyquist bin has no mirror image
+    for numbers, values in transform_blocks(y, size):
+        # The Nyquist bin has no mirror image.
+        single = np.where(2 * numbers == size, 1.0, 2.0) / size
         some = numbers > 0
         group = np.searchsorted(starts, numbers[some], side="right") - 1
-        with np.errstate(invalid="ignore"):  # a sample that is none leaves no bin
+        # One NaN sample makes all bins NaN, which the caller sees; NumPy's warning would add nothing.
+        with np.errstate(invalid="ignore"):
             np.maximum.at(peaks, group, (np.abs(values) * single)[some])
     middle = (starts + np.append(starts[1:], bins) - 1) // 2
     return middle * (sample_rate / size), peaks
 
 
 def line_amplitude(y: FloatArray, sample_rate: float, frequency: float) -> float:
-    """Return the amplitude of the sine at `frequency` that fits `y` best beside a constant.
+    """Return the amplitude of the sine at `frequency`, fitted to `y` jointly with a constant by least squares.
 
-    On a bin of the record's spectrum it is that bin's amplitude, and it is exact for a sine between bins.
+    At a bin of the record's spectrum it equals that bin's amplitude; for a sine between bins it is exact too.
 
     Parameters
     ----------
@@ -111,7 +114,7 @@ def line_amplitude(y: FloatArray, sample_rate: float, frequency: float) -> float
         The frequency is out of that range.
     """
     if not 0.0 < frequency < sample_rate / 2.0:
-        raise UsageError(f"a line of {frequency} Hz is not between 0 and {sample_rate / 2.0} Hz")
+        raise UsageError(f"the frequency of a line, {frequency} Hz, is not between 0 and {sample_rate / 2.0} Hz")
     phase = 2.0 * np.pi * frequency / sample_rate * np.arange(y.size)
     columns = np.column_stack((np.cos(phase), np.sin(phase), np.ones(y.size)))
     cosine, sine, _ = np.linalg.solve(columns.T @ columns, columns.T @ y)

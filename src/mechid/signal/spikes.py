@@ -1,4 +1,4 @@
-"""Spikes: single samples far off their neighbours, and samples far off a residual's spread."""
+"""Detection of spikes: isolated samples far from their neighbours, and outliers of a residual."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from mechid.signal import stored
 from mechid.signal.series import Series, blocks
 
 NEIGHBOURHOOD = 51
-"""Samples whose median bend tells how much a smooth signal bends there."""
+"""Number of samples whose median second difference measures the curvature of the smooth signal."""
 AROUND = NEIGHBOURHOOD // 2 + 2
-"""Samples on either side that a verdict on one rests on."""
+"""Number of samples on either side that the decision on a sample depends on."""
 SHARP = 8.0
-"""How many times larger than its neighbourhood's a bend must be to be none of the signal's."""
+"""Least second difference of a spike, relative to that of its neighbourhood."""
 
 
 def isolated_spikes(series: Series, sigma: float) -> IntArray:
-    """Return the samples that stand alone off a smooth signal in noise, as numbers, ascending.
+    """Return the indices of isolated outliers from a smooth signal in noise, ascending.
 
-    A spike of height d bends a series by -2 d, and by d at both neighbours; a step or a line bends it otherwise.
+    A spike of height d has second differences of -2 d, and of d at both neighbours; a step or a line differs.
 
     Parameters
     ----------
@@ -33,14 +33,16 @@ def isolated_spikes(series: Series, sigma: float) -> IntArray:
     found = []
     for part in blocks(series.size):
         first = max(part.start - AROUND, 0)
-        spikes = first + _isolated(series[first : part.stop + AROUND], sigma)
+        # Blocks overlap, so that every sample is judged with its full neighbourhood, and each is reported once.
+        spikes = first + _find_isolated(series[first : part.stop + AROUND], sigma)
         found.append(spikes[(spikes >= part.start) & (spikes < part.stop)])
     return np.concatenate(found)
 
 
-def _isolated(series: FloatArray, sigma: float) -> IntArray:
+def _find_isolated(series: FloatArray, sigma: float) -> IntArray:
     bend = np.zeros(series.size)
     bend[1:-1] = series[:-2] - 2.0 * series[1:-1] + series[2:]
+    # 1.4826 scales a median magnitude to a standard deviation; second differences of white noise have sqrt(6) sigma.
     usual = np.maximum(1.4826 * median_filter(np.abs(bend), NEIGHBOURHOOD, mode="nearest"), np.sqrt(6.0) * sigma)
     sharp = np.abs(bend) > SHARP * usual
     sides = np.zeros(series.size)
@@ -50,14 +52,14 @@ def _isolated(series: FloatArray, sigma: float) -> IntArray:
 
 
 def outliers(residual: Series, limit: float) -> IntArray:
-    """Return the samples more than `limit` robust standard deviations off, as numbers, ascending.
+    """Return the indices of samples beyond `limit` robust standard deviations, ascending.
 
     Parameters
     ----------
     residual : Series of n samples
-        About zero. The median magnitude of one in a file is that of samples that lie evenly over it.
+        With zero mean. The median magnitude of a long series is that of an even selection of its samples.
     limit : float
-        In standard deviations as the median magnitude tells them for Gaussian noise.
+        In standard deviations, estimated from the median magnitude for Gaussian noise.
     """
     least = limit * 1.4826 * _median_magnitude(residual) + np.finfo(float).tiny
     far = [part.start + np.flatnonzero(np.abs(residual[part]) > least) for part in blocks(residual.size)]
@@ -65,6 +67,6 @@ def outliers(residual: Series, limit: float) -> IntArray:
 
 
 def _median_magnitude(series: Series) -> float:
-    step = max(-(-series.size // stored.IN_MEMORY), 1)
+    step = max(-(-series.size // stored.MAX_IN_MEMORY), 1)
     some = [series[part.start + -part.start % step : part.stop : step] for part in blocks(series.size)]
     return float(np.median(np.abs(np.concatenate(some)), overwrite_input=True))

@@ -1,7 +1,7 @@
-"""Series that are too long for memory: kept in a temporary file, written and read piece by piece.
+"""Series too long for memory, stored in a temporary file and accessed piece by piece.
 
-The file has no name where the system allows that, so that nothing of it stays however a process ends. It lies in
-mechid's cache folder (``MECHID_CACHE`` overrides it), since a system's folder for temporary files may itself be memory.
+If the system allows, the file has no name, so that nothing remains of it however the process ends. It is in mechid's
+cache folder (``MECHID_CACHE`` overrides it), because the system's folder for temporary files may be in memory.
 """
 
 from __future__ import annotations
@@ -22,33 +22,33 @@ from mechid.errors import UsageError
 from mechid.signal.series import Series, Stretch, blocks
 from mechid.writing import cache_folder
 
-IN_MEMORY = 2**21
-"""Samples of a series up to which it is an array in memory: 16 MiB."""
+MAX_IN_MEMORY = 2**21
+"""Maximum number of samples of a series held as an array in memory: 16 MiB."""
 AT_ONCE = 2**18
-"""Samples of a longer one that are in memory together, as a rule."""
+"""Usual number of samples of a longer series that are in memory at once."""
 WORD = 8
-"""Bytes a sample."""
+"""Bytes per sample."""
 
 
-class Room(Series, Protocol):
-    """Series of a known number of samples, to be written by slices: an array, or a temporary file."""
+class WritableSeries(Series, Protocol):
+    """Series that is written by slices: an array, or a temporary file."""
 
     def __setitem__(self, part: slice, values: FloatArray | float, /) -> None:
         """Write the samples of a slice."""
 
 
-class Stored:
-    """Samples in a temporary file; several threads may read it at once.
+class StoredSeries:
+    """Series in a temporary file, which several threads may read at once.
 
     Parameters
     ----------
     size : int
-        Number of samples; 0 until they are written.
+        Number of samples, which are 0 until they are written.
 
     Raises
     ------
     UsageError
-        The cache folder cannot be written to, or has no room for them.
+        The cache folder cannot be written to, or has not enough free space.
     """
 
     def __init__(self, size: int) -> None:
@@ -64,7 +64,7 @@ class Stored:
         self._alone = Lock()
 
     def __getitem__(self, part: slice, /) -> FloatArray:
-        """Return the samples of a slice with a positive step, an array of their own."""
+        """Return a copy of the samples of a slice with a positive step."""
         start, stop, step = part.indices(self.size)
         values = np.empty(max(stop - start, 0))
         self._read(values, WORD * start)
@@ -83,15 +83,16 @@ class Stored:
         except OSError as error:
             raise _refusal(error) from error
 
-    def __reduce__(self) -> tuple[Callable[[int, list[bytes]], Stored], tuple[int, list[bytes]]]:
-        """Go to another process as the samples themselves."""
-        return _restored, (self.size, [self[part].tobytes() for part in blocks(self.size, AT_ONCE)])
+    def __reduce__(self) -> tuple[Callable[[int, list[bytes]], StoredSeries], tuple[int, list[bytes]]]:
+        """Pickle the samples themselves, since another process cannot open the file."""
+        return _restore, (self.size, [self[part].tobytes() for part in blocks(self.size, AT_ONCE)])
 
     def _read(self, values: FloatArray, place: int) -> None:
-        """Fill an array from a place of the file in bytes."""
+        """Fill an array from a position of the file in bytes."""
         left = _bytes_of(values)
         while left:
-            if hasattr(os, "preadv"):  # without the file's own place, which threads and forked processes share
+            # preadv does not move the file's position, which threads and forked processes share.
+            if hasattr(os, "preadv"):
                 done = os.preadv(self._file.fileno(), [left], place)
             else:
                 with self._alone:
@@ -103,9 +104,9 @@ class Stored:
 
 
 class StoredStretch(Stretch):
-    """A stretch of samples in a temporary file, that is written too."""
+    """Writable view on a stretch of a stored series."""
 
-    series: Room
+    series: WritableSeries
 
     def __setitem__(self, part: slice, values: FloatArray | float, /) -> None:
         """Write the samples of a slice with step 1."""
@@ -114,55 +115,55 @@ class StoredStretch(Stretch):
 
 
 def free_bytes() -> int:
-    """Return how many bytes are free where long series are kept; the folder is made."""
+    """Return the free space in bytes of the cache folder, which is created if necessary."""
     cache_folder().mkdir(parents=True, exist_ok=True)
     return shutil.disk_usage(cache_folder()).free
 
 
-def room_for(samples: int) -> Room:
-    """Return room for so many samples: an array, or a temporary file where they are more than `IN_MEMORY`."""
-    return Stored(samples) if is_long(samples) else np.empty(samples)
+def allocate_series(samples: int) -> WritableSeries:
+    """Return a series to be written: an array, or a temporary file for more than `MAX_IN_MEMORY` samples."""
+    return StoredSeries(samples) if is_long(samples) else np.empty(samples)
 
 
-def room_of(values: FloatArray) -> Room:
-    """Return samples, (n,), as room: themselves, or a temporary file where they are many."""
+def as_writable(values: FloatArray) -> WritableSeries:
+    """Return samples, (n,), as a writable series: the array itself, or a temporary file if it is long."""
     if not is_long(values.size):
         return values
-    room = room_for(values.size)
+    room = allocate_series(values.size)
     for part in blocks(values.size, AT_ONCE):
         room[part] = values[part]
     return room
 
 
 def is_long(samples: int) -> bool:
-    """Return whether so many samples are too many to be in memory at once."""
-    return samples > IN_MEMORY
+    """Return whether a number of samples exceeds `MAX_IN_MEMORY`."""
+    return samples > MAX_IN_MEMORY
 
 
 def pieces_of(series: Series) -> Iterable[slice]:
-    """Return the slices in which a series is looked at: all of it at once where that is not long, else blocks.
+    """Return the slices in which a series is processed: a single one, or blocks of a long series.
 
-    So sums over it are to the last bit those of NumPy's own functions where they are over an array.
+    Sums over a series in memory are thereby bitwise equal to those of NumPy's functions.
     """
     return blocks(series.size, AT_ONCE) if is_long(series.size) else [slice(0, series.size)]
 
 
-class Gathered:
-    """Samples that come piece by piece: in memory until there are more than `IN_MEMORY`, then in a temporary file."""
+class SampleBuffer:
+    """Buffer of samples that arrive piece by piece, moved to a temporary file beyond `MAX_IN_MEMORY` samples."""
 
     def __init__(self) -> None:
         self._parts: list[FloatArray] = []
         self._held = 0
-        self._stored: Stored | None = None
+        self._stored: StoredSeries | None = None
 
     def append(self, part: FloatArray) -> None:
-        """Add samples, (n,), at the end."""
+        """Append samples, (n,)."""
         self._parts.append(np.array(part, dtype=np.float64))
         self._held += part.size
         if self._held > AT_ONCE if self._stored else is_long(self._held):
             self._spill()
 
-    def series(self) -> Room:
+    def series(self) -> WritableSeries:
         """Return all samples."""
         if self._stored is None:
             return self._parts[0] if len(self._parts) == 1 else np.concatenate([np.empty(0), *self._parts])
@@ -171,42 +172,42 @@ class Gathered:
 
     def _spill(self) -> None:
         if self._stored is None:
-            self._stored = Stored(0)
+            self._stored = StoredSeries(0)
         stored, parts, self._parts, self._held = self._stored, self._parts, [], 0
         for part in parts:
             start, stored.size = stored.size, stored.size + part.size
             stored[start : stored.size] = part
 
 
-def changed(series: Series, change: Callable[[FloatArray, slice], FloatArray]) -> Room:
-    """Return what a change of its samples makes of a series, piece by piece; the slice says which they are."""
-    out = room_for(series.size)
+def map_samples(series: Series, change: Callable[[FloatArray, slice], FloatArray]) -> WritableSeries:
+    """Apply a function of samples and their slice to a series, piece by piece, and return the resulting series."""
+    out = allocate_series(series.size)
     for part in pieces_of(out):
         out[part] = change(series[part], part)
     return out
 
 
-def change_in_place(room: Room, change: Callable[[FloatArray, slice], FloatArray]) -> None:
-    """Change the samples of a series, piece by piece; the slice says which they are."""
+def change_in_place(room: WritableSeries, change: Callable[[FloatArray, slice], FloatArray]) -> None:
+    """Apply a function of samples and their slice to a series in place, piece by piece."""
     for part in pieces_of(room):
         room[part] = change(room[part], part)
 
 
-def stretch_in_place(room: Room, first: int, stop: int) -> Room:
-    """Return the samples from `first` to before `stop`, to be changed as the room itself: they are the same."""
+def stretch_in_place(room: WritableSeries, first: int, stop: int) -> WritableSeries:
+    """Return a writable view on the samples from `first` to before `stop`."""
     if isinstance(room, np.ndarray):
         return np.ascontiguousarray(room[first:stop])
     return StoredStretch(room, *slice(first, stop).indices(room.size)[:2])
 
 
 def samples_at(series: Series, numbers: IntArray) -> FloatArray:
-    """Return the samples of some numbers, (m,) ascending."""
-    found = [series[part][_inside(numbers, part)] for part in pieces_of(series)]
+    """Return the samples at indices, (m,) ascending."""
+    found = [series[part][_positions_within(numbers, part)] for part in pieces_of(series)]
     return np.concatenate(found) if found else np.empty(0)
 
 
-def write_at(room: Room, numbers: IntArray, to_write: FloatArray | float) -> None:
-    """Write the samples of some numbers, (m,) ascending."""
+def write_at(room: WritableSeries, numbers: IntArray, to_write: FloatArray | float) -> None:
+    """Write samples at indices, (m,) ascending."""
     values = np.broadcast_to(to_write, numbers.shape)
     for part in pieces_of(room):
         first, stop = np.searchsorted(numbers, (part.start, part.stop))
@@ -216,18 +217,18 @@ def write_at(room: Room, numbers: IntArray, to_write: FloatArray | float) -> Non
             room[part] = piece
 
 
-def _inside(numbers: IntArray, part: slice) -> IntArray:
+def _positions_within(numbers: IntArray, part: slice) -> IntArray:
     first, stop = np.searchsorted(numbers, (part.start, part.stop))
     return np.asarray(numbers[first:stop] - part.start, dtype=np.int64)
 
 
 def _bytes_of(values: FloatArray) -> memoryview:
-    """Return the bytes of an array, to be read or written."""
+    """Return a view on the bytes of an array."""
     return memoryview(values.data).cast("B") if values.size else memoryview(b"")
 
 
-def _restored(size: int, parts: list[bytes]) -> Stored:
-    stored, start = Stored(size), 0
+def _restore(size: int, parts: list[bytes]) -> StoredSeries:
+    stored, start = StoredSeries(size), 0
     for part in parts:
         values = np.frombuffer(part)
         stored[start : start + values.size] = values
@@ -237,7 +238,6 @@ def _restored(size: int, parts: list[bytes]) -> Stored:
 
 def _refusal(error: OSError) -> UsageError:
     return UsageError(
-        f"{cache_folder()}: the samples of a long record cannot be kept there while they are read "
-        f"({error.strerror or error}); make room, name another folder in MECHID_CACHE, "
-        "or use a part of the record with window_s"
+        f"{cache_folder()}: cannot store the samples of a long record temporarily ({error.strerror or error}); "
+        "free some space, set MECHID_CACHE to another folder, or use a part of the record with window_s"
     )

@@ -1,4 +1,4 @@
-"""Offset, linear drift and lines of a series: fitted and taken away block by block, whatever its length."""
+"""Offset, linear drift and sines of a series, fitted and subtracted block by block for any length."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.signal.series import Series, blocks, counting, mean_of, no_samples
-from mechid.signal.stored import Room
+from mechid.signal.series import Series, blocks, drop_rejected, mean_of, no_samples
+from mechid.signal.stored import WritableSeries
 
-TOLD_APART = 1e-10
-"""Relative size of what a series tells of a combination of offset, drift and waves, squared, below which it is none."""
+RANK_TOLERANCE = 1e-10
+"""Relative cut-off of the singular values of the normal equations of offset, drift and waves."""
 
 
 @dataclass(frozen=True)
 class Wave:
-    """cosine * cos(2 pi turns k) + sine * sin(2 pi turns k) over the sample's number k, in the samples' unit."""
+    """Wave cosine * cos(2 pi turns k) + sine * sin(2 pi turns k) over the sample index k, in the samples' unit."""
 
     turns: float
     cosine: float
@@ -26,14 +26,14 @@ class Wave:
 
 @dataclass(frozen=True)
 class Line:
-    """offset + slope k over the sample's number k, and waves upon it, in the samples' unit."""
+    """Line offset + slope k over the sample index k, plus waves, in the samples' unit."""
 
     offset: float = 0.0
     slope: float = 0.0
     waves: tuple[Wave, ...] = ()
 
     def at(self, start: int, stop: int, step: int = 1) -> FloatArray:
-        """Return its values at every `step`-th k from `start` to `stop`, (n,)."""
+        """Return the values at every `step`-th k from `start` to before `stop`, (n,)."""
         k = np.arange(start, stop, step)
         values = np.asarray(self.offset + self.slope * k, dtype=np.float64)
         for wave, (cosine, sine) in zip(self.waves, waves_at(self.turns, k), strict=True):
@@ -42,37 +42,38 @@ class Line:
 
     @property
     def turns(self) -> tuple[float, ...]:
-        """Of its waves, a sample."""
+        """Frequencies of the waves in turns per sample."""
         return tuple(wave.turns for wave in self.waves)
 
     def __neg__(self) -> Line:
         return Line(-self.offset, -self.slope, tuple(Wave(w.turns, -w.cosine, -w.sine) for w in self.waves))
 
-    def take_from(self, series: Room) -> None:
-        """Subtract it from a series in place."""
+    def subtract_from(self, series: WritableSeries) -> None:
+        """Subtract the line from a series in place."""
         for part in blocks(series.size):
             series[part] = series[part] - self.at(part.start, part.stop)
 
 
 def waves_at(turns: Sequence[float], k: IntArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield cosine and sine, (n,) each, of waves of so many turns a sample at samples of these numbers."""
+    """Yield cosine and sine, (n,) each, of waves with given turns per sample at sample indices k."""
     for each in turns:
+        # Whole turns are removed first: the sine of a large argument would lose digits.
         angle = 2.0 * np.pi * ((each * k) % 1.0)
         yield np.cos(angle), np.sin(angle)
 
 
 def fit_line(series: Series, terms: int, rejected: IntArray | None = None, turns: Sequence[float] = ()) -> Line:
-    """Return the line nearest to a series, (n,), in least squares.
+    """Fit a line to a series, (n,), by least squares.
 
     Parameters
     ----------
     series : Series
     terms : int
-        0: nothing, 1: an offset, 2: offset and slope.
+        0: no terms, 1: offset, 2: offset and slope.
     rejected : (s,) of int or None
-        Samples that do not count, ascending.
+        Indices of samples to exclude, ascending.
     turns : sequence of float
-        Of the waves upon it, a sample.
+        Frequencies of additional waves in turns per sample.
     """
     n = series.size
     if turns and n:
@@ -80,7 +81,8 @@ def fit_line(series: Series, terms: int, rejected: IntArray | None = None, turns
     if terms == 0 or n == 0:
         return Line()
     if rejected is not None and rejected.size:
-        return _fit_line_through(series, terms, rejected)
+        return _fit_accepted_samples(series, terms, rejected)
+    # About the middle of the series offset and slope are orthogonal, so each follows from one sum.
     mean, middle = mean_of(series), 0.5 * (n - 1)
     if terms == 1 or n == 1:
         return Line(mean)
@@ -89,14 +91,14 @@ def fit_line(series: Series, terms: int, rejected: IntArray | None = None, turns
     return Line(mean - slope * middle, slope)
 
 
-def _fit_line_through(series: Series, terms: int, rejected: IntArray) -> Line:
-    """Return the line nearest to those samples of a series that count."""
+def _fit_accepted_samples(series: Series, terms: int, rejected: IntArray) -> Line:
+    """Fit a line to the accepted samples of a series."""
     n = series.size - rejected.size
     if n == 0:
         return Line()
 
     def both(part: slice) -> FloatArray:
-        return counting(np.stack((np.arange(part.start, part.stop), series[part])), part, rejected)
+        return drop_rejected(np.stack((np.arange(part.start, part.stop), series[part])), part, rejected)
 
     centre = sum((both(part).sum(axis=1) for part in blocks(series.size)), np.zeros(2)) / n
     spread = moment = 0.0
@@ -110,16 +112,17 @@ def _fit_line_through(series: Series, terms: int, rejected: IntArray) -> Line:
 
 
 def _fit_with_waves(series: Series, terms: int, rejected: IntArray, turns: Sequence[float]) -> Line:
-    """Return the nearest line with waves, by normal equations; what a short series does not tell apart is least."""
+    """Fit a line with waves by normal equations; terms that a short series cannot resolve get the minimum norm."""
+    # The index is centred and scaled to [-1, 1], which keeps the normal equations well conditioned.
     middle, half = 0.5 * (series.size - 1), max(0.5 * series.size, 1.0)
     products = np.zeros((terms + 2 * len(turns) + 1,) * 2)
     for part in blocks(series.size):
         k = np.arange(part.start, part.stop)
         powers = [np.ones(k.size), (k - middle) / half][:terms]
         columns = np.stack([*powers, *(one for pair in waves_at(turns, k) for one in pair), series[part]])
-        columns = counting(columns, part, rejected)
+        columns = drop_rejected(columns, part, rejected)
         products += columns @ columns.T
-    found = np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=TOLD_APART)[0]
+    found = np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=RANK_TOLERANCE)[0]
     slope = float(found[1]) / half if terms > 1 else 0.0
     offset = float(found[0]) - slope * middle if terms else 0.0
     pairs = found[terms:].reshape(-1, 2).tolist()

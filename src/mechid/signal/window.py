@@ -1,6 +1,6 @@
-"""Hann's window and the power density under it.
+"""Hann window and Hann-windowed power density.
 
-`scipy.signal` has both and takes 0.4 s to import, with `scipy.stats` behind it, which every command would pay.
+`scipy.signal` offers both, but its import, with that of `scipy.stats`, would add 0.4 s to every command.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 
 
 def hann(size: int) -> FloatArray:
-    """Return Hann's window, (size,), periodic: the sample behind the last would be the first one again.
+    """Return the periodic Hann window, (size,), whose period equals its size.
 
     Examples
     --------
@@ -23,7 +23,7 @@ def hann(size: int) -> FloatArray:
 
 
 def windowed_density(rows: FloatArray, sample_rate: float) -> FloatArray:
-    """Return the single-sided power density of stretches under Hann's window, their means removed.
+    """Return the single-sided power density of Hann-windowed stretches with their means removed.
 
     Parameters
     ----------
@@ -41,5 +41,6 @@ def windowed_density(rows: FloatArray, sample_rate: float) -> FloatArray:
     window = hann(n)
     bins = np.fft.rfft((rows - rows.mean(axis=-1, keepdims=True)) * window)
     density = (bins.real**2 + bins.imag**2) / (sample_rate * np.sum(window**2))
-    density[..., 1 : (n + 1) // 2] *= 2.0  # neither the mean nor the Nyquist bin has a mirror image
+    # Mean and Nyquist bin have no mirror image.
+    density[..., 1 : (n + 1) // 2] *= 2.0
     return np.asarray(density, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""As many integration steps a sample as the promised accuracy needs."""
+"""Choice of the number of integration steps per sample from the promised accuracy."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command import Timing
-from mechid.signal.stored import Room, room_for
+from mechid.signal.stored import WritableSeries, allocate_series
 from mechid.simulation.simulator import ON_TIME, Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 SUBSTEPS = (1, 2, 4, 8)
 PROMISE = 1e-5
-"""RMS error that is promised, relative to the record's RMS torque."""
+"""Promised RMS error, relative to the record's RMS torque."""
 ENOUGH = 0.1 * PROMISE
 
 
 def simulate_accurately(simulator: Simulator, p: FloatArray, *, timing: Timing = ON_TIME) -> Trajectory:
-    """Return the run, without sensitivities, with so many steps a sample that twice as many would not change it.
+    """Simulate without sensitivities, with so many steps per sample that doubling them would not change the result.
 
-    Tried are 1, 2, 4 and 8; the first that differs from its double by at most `ENOUGH` will do, and it
-    is the double that is returned, whose error is some fifteen times smaller than the difference. Where
-    a switch falls either way within rounding no number is enough: `difference` then stays large.
+    The step counts 1, 2, 4 and 8 are tried in turn until the result differs from that of twice the steps by at most
+    `ENOUGH`. The finer result is returned; its error is about fifteen times smaller than the difference. If a switch
+    falls either way within rounding, no step count suffices and `difference` stays large.
 
     Parameters
     ----------
@@ -40,34 +40,36 @@ def simulate_accurately(simulator: Simulator, p: FloatArray, *, timing: Timing =
 
 def accurate_outputs(
     simulator: Simulator, p: FloatArray, *, timing: Timing = ON_TIME
-) -> tuple[tuple[Room, ...], Run, float | None]:
-    """Return the plant's outputs alone, n samples each, as `simulate_accurately` chooses them.
+) -> tuple[tuple[WritableSeries, ...], Run, float | None]:
+    """Return the plant's outputs, n samples each, with the step count of `simulate_accurately`.
 
-    Also their run, and its difference. Each run is written over the one with half as many steps: outputs are kept once.
+    Also return their run and its difference. Each run overwrites the one with half as many steps, so that the outputs
+    are stored once.
     """
-    y, none = tuple(room_for(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
+    y, none = tuple(allocate_series(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
     begun = partial(simulator.run, p, timing=timing, directions=none)
     run = begun(substeps=SUBSTEPS[0])
-    _written(y, run)
+    _write_outputs(y, run)
     for substeps in SUBSTEPS:
         coarse = run
         run = begun(substeps=2 * substeps)
-        change = _written_over(y, run)
+        change = _overwrite_outputs(y, run)
+        # Runs that ended early cannot be compared.
         difference = change if coarse.outcome is run.outcome is SimulationOutcome.COMPLETE else None
         if difference is not None and difference <= ENOUGH:
             break
     return y, run, difference
 
 
-def _written(y: Sequence[Room], run: Run) -> None:
+def _write_outputs(y: Sequence[WritableSeries], run: Run) -> None:
     """Write a run's outputs, n samples each."""
     for block in run.blocks():
         for one, values in zip(y, block.y.T, strict=True):
             one[block.start : block.stop] = values
 
 
-def _written_over(y: Sequence[Room], run: Run) -> float:
-    """Write a run's outputs over earlier ones, n samples each, and return the relative RMS change of the worst."""
+def _overwrite_outputs(y: Sequence[WritableSeries], run: Run) -> float:
+    """Overwrite outputs, n samples each, with those of a run and return the largest relative RMS change."""
     size, change = np.zeros(len(y)), np.zeros(len(y))
     for block in run.blocks():
         part = slice(block.start, block.stop)

@@ -1,4 +1,4 @@
-"""Runs of one simulator with other parameters each, side by side in one kernel."""
+"""Simultaneous runs of one simulator at several parameter points, in one vectorised kernel."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from mechid.kernel.batch.compiled import BatchKernel, allocate_batch, batch_kern
 from mechid.kernel.batch.source import SETS
 from mechid.kernel.compiled import DIVERGED, SUCCESS
 from mechid.simulation.block import Block
-from mechid.simulation.interruption import ask
-from mechid.simulation.noted import NO_JUMPS, Jumps, joined
+from mechid.simulation.interruption import check_interruption
+from mechid.simulation.noted import NO_JUMPS, Jumps, concatenate_jumps
 from mechid.simulation.simulator import Run, outcome_of
 from mechid.simulation.trajectory import SimulationOutcome
 from mechid.simulation.work import count_batch
 
 BLOCK = 4096
-"""Samples a block of a batch: what it gives stays in the processor's cache."""
+"""Samples per block of a batch, so that the outputs of a block stay in the processor's cache."""
 
 
 class Batch:
-    """Runs side by side that have begun and gone no further.
+    """Prepared runs that are simulated side by side.
 
     Parameters
     ----------
     runs : sequence of Run
-        At most `SETS`, without directions, of one kernel, one command and one number of samples. They end as if each
-        had gone alone.
+        At most `SETS` fresh runs without directions, of one kernel, one command and one number of samples. They end in
+        the same state as if each had been simulated alone.
     """
 
     def __init__(self, runs: Sequence[Run]) -> None:
@@ -40,14 +40,14 @@ class Batch:
         self.buffers = allocate_batch(self.kernel, events=runs[0].buffers.events.size)
         self._at_first: list[Jumps] = []
 
-    def each(self, begin: int = 0) -> list[OfBatch]:
-        """Return the runs one by one. They are consumed in step: a block of all of them before the next of any.
+    def each(self, begin: int = 0) -> list[BatchMember]:
+        """Return the runs one by one. They must be consumed in step: one block of all of them before the next of any.
 
-        Blocks that end at `begin` or before are simulated and not returned: a reader that needs none of them would
-        fall out of step.
+        Blocks that end at `begin` or before are simulated but not returned, since a reader that skips blocks would fall
+        out of step.
         """
         shared = _Shared(self._blocks_behind(begin))
-        return [OfBatch(self, k, shared) for k in range(len(self.runs))]
+        return [BatchMember(self, k, shared) for k in range(len(self.runs))]
 
     def _blocks_behind(self, begin: int) -> Iterator[tuple[int, int, FloatArray]]:
         for start, stop, y in self.blocks():
@@ -55,12 +55,13 @@ class Batch:
                 yield start, stop, y
                 continue
             for k in range(len(self.runs)):
+                # The kernel's log of a block is cleared when it is read; the next block starts with an empty one.
                 self.jumps_of(k, start, stop)  # those of the next block are noted anew
 
     def blocks(self) -> Iterator[tuple[int, int, FloatArray]]:
-        """Yield first sample, last plus one, and outputs, (runs, n, n_y), which the next block overwrites.
+        """Yield first sample, last sample plus one, and outputs, (runs, n, n_y), which the next block overwrites.
 
-        After a failure the samples of a run are NaN. It is asked before each block whether to go on.
+        After a failure the samples of a run are NaN. The interruption check is called before each block.
         """
         n_y, excitation = self.runs[0].buffers.outputs, self.runs[0].simulator.excitation
         resting = max(run.resting for run in self.runs)
@@ -70,55 +71,57 @@ class Batch:
         self._take()
         values, y = np.ascontiguousarray(excitation.values).ravel(), np.zeros(self.block * n_y * SETS)
         for done, stop in pairwise(self._ends(resting)):
-            ask()
+            check_interruption()
             count = stop - done
             count_batch(len(self.runs) * count * self.runs[0].substeps, len(self.runs[0].p))
             part = y[: SETS * count * n_y]
             self.kernel.run(*self.buffers.arguments(excitation.times, values, part))
             outputs = part.reshape(SETS, count, n_y)[: len(self.runs)]
             for k, run in enumerate(self.runs):
+                # The kernel works in the driver's time.
                 if run.scale:
                     outputs[k] *= run.scale.outputs
             yield done, stop, outputs
         self._give()
 
     def _ends(self, first: int) -> list[int]:
-        """Return where blocks begin and end from a sample on: at the multiples of their size."""
+        """Return the block boundaries from a sample on: the multiples of the block size, and the end."""
         inner = range((first // self.block + 1) * self.block, self.base.samples, self.block)
         return sorted({first, *inner, self.base.samples})
 
     def jumps_of(self, k: int, start: int, stop: int) -> Jumps:
-        """Return where the outputs of a run jump in the block that has just been yielded, and forget it."""
+        """Return and clear the output jumps of a run in the block yielded last."""
         if self._at_first:
             found, self._at_first[k] = self._at_first[k], NO_JUMPS
             return found
-        return self.runs[k].jumps_noted(self.buffers.events[k], self.buffers.owns[k], start, stop - start)
+        return self.runs[k].take_jumps(self.buffers.events[k], self.buffers.owns[k], start, stop - start)
 
     def _at_rest(self, samples: int) -> FloatArray:
-        """Return the outputs of the samples in which some still rest, (runs, n, n_y); others move already."""
+        """Return the outputs up to the last run's start of motion, (runs, n, n_y); other runs already move."""
         y = np.zeros((len(self.runs), samples, self.runs[0].buffers.outputs))
         for k, run in enumerate(self.runs):
             noted = []
             for block in run.blocks(samples):
                 y[k, block.start : block.stop] = block.y
-                noted.append(block.jumps.later(block.start))
-            self._at_first.append(joined(noted))
+                noted.append(block.jumps.shift_by(block.start))
+            self._at_first.append(concatenate_jumps(noted))
         return y
 
     def _take(self) -> None:
-        """Let the batch begin where the runs stand; places that are left over repeat the last of them."""
+        """Load the states of the runs into the batch; unused sets repeat the last run."""
         b = self.buffers
         for run in self.runs:
             run.prepare()
         for k in range(SETS):
+            # A copy takes no extra time in a vector register and cannot fail where the original does not.
             run = self.runs[min(k, len(self.runs) - 1)]
             b.p[k], b.grids[k], b.owns[k], b.ones[k] = run.p, run.grid, run.buffers.discrete, run.buffers.w
             b.events[k] = run.buffers.events
             b.statuses[k] = SUCCESS if run.outcome is SimulationOutcome.COMPLETE else DIVERGED
-        b.meet(self.kernel)
+        b.copy_constants(self.kernel)
 
     def _give(self) -> None:
-        """Let the runs stand where the batch has come to."""
+        """Store the states of the batch back into the runs."""
         b, states = self.buffers, self.kernel.states
         together = b.w.reshape(-1, SETS)
         for k, run in enumerate(self.runs):
@@ -130,14 +133,14 @@ class Batch:
 
 
 class _Shared:
-    """The latest block of a batch."""
+    """Latest block of a batch, shared by its runs."""
 
     def __init__(self, source: Iterator[tuple[int, int, FloatArray]]) -> None:
         self.source, self.number = source, -1
         self.latest: tuple[int, int, FloatArray] | None = None
 
     def at(self, number: int) -> tuple[int, int, FloatArray] | None:
-        """Return the block of a number, the latest or the next; None behind the last."""
+        """Return a block by number, the latest or the next; None after the last."""
         if number == self.number + 1:
             self.number, self.latest = number, next(self.source, None)
         assert number == self.number, "the runs of a batch are consumed in step"
@@ -145,8 +148,8 @@ class _Shared:
 
 
 @dataclass(frozen=True, eq=False)
-class OfBatch:
-    """One run of a batch, read as if it went alone."""
+class BatchMember:
+    """One run of a batch, with the interface of a run that is simulated alone."""
 
     batch: Batch
     k: int
@@ -154,12 +157,12 @@ class OfBatch:
 
     @property
     def block(self) -> int:
-        """Most samples of a block."""
+        """Largest number of samples in a block."""
         return max(self.batch.block, *(run.resting for run in self.batch.runs), 1)
 
     @property
     def outcome(self) -> SimulationOutcome:
-        """How it went; known after its blocks."""
+        """Outcome of the run, known once its blocks are consumed."""
         return self.batch.runs[self.k].outcome
 
     def blocks(self) -> Iterator[Block]:

@@ -1,4 +1,4 @@
-"""What a run gives block by block, and where it stands."""
+"""Blocks of samples that a run yields, and the state of a run."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Block:
     ----------
     y : (n, n_y)
     rate : (n, n_y), or (0, n_y) without sensitivities
-    jacobian : (n, n_y, lanes), one lane a direction, zero in those not used; or (0, n_y, 0)
+    jacobian : (n, n_y, lanes), one lane per direction, zero in unused lanes; or (0, n_y, 0)
     jumps : Jumps
-        Where the run notes them, else none.
+        Output jumps, if the run logs them; else none.
     """
 
     start: int
@@ -31,7 +31,7 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Where a run stands, or is to start from at command time 0.
+    """State of a run, or a state to start from at command time 0.
 
     Attributes
     ----------

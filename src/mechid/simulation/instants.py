@@ -1,4 +1,4 @@
-"""The sample instants of a run: of a long one worked out where they are looked at."""
+"""Sample instants of a run; those of a long record are computed on access."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ class Instants:
     size: int
 
     def __getitem__(self, part: slice, /) -> FloatArray:
-        """Return those of a slice."""
+        """Return the instants of a slice."""
         numbers = np.arange(*part.indices(self.size))
         return np.asarray(self.start_s + numbers / self.sample_rate_hz, dtype=np.float64)
 
 
 def instants(start_s: float, sample_rate_hz: float, samples: int) -> Series:
-    """Return the sample instants of a run in s: an array, unless they are many."""
+    """Return the sample instants of a run in s: an array, or an `Instants` if the record is long."""
+    # The instants of a long record would take as much memory as its samples.
     found = Instants(start_s, sample_rate_hz, samples)
     return found if is_long(samples) else found[:]

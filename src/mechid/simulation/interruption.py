@@ -1,7 +1,8 @@
-"""Ending a computation that is at work: whoever began it is asked, once a block, whether it is to go on.
+"""Interruption of a running computation by a check that is called once per block.
 
-All long work simulates, wherever in a search, in its standard errors or in a verdict it is; so the one loop over blocks
-asks. What holds here is set for what is begun within a ``with``, not for the process: another thread's fit goes on.
+All long computations simulate, whether in a search, in standard errors or in a verdict, so the one loop over blocks
+calls the check. The check applies to the work inside a ``with`` block, not to the process: fits in other threads
+are not affected.
 """
 
 from __future__ import annotations
@@ -21,22 +22,23 @@ _check: ContextVar[Check] = ContextVar("interruption", default=_go_on)
 
 
 @contextmanager
-def interrupted_by(check: Check) -> Iterator[None]:
-    """Ask `check` before each block that is simulated within, beside what is asked outside; it raises to end the work.
+def interrupt_by(check: Check) -> Iterator[None]:
+    """Call `check` before each block simulated inside, in addition to outer checks; it raises to end the work.
 
     Parameters
     ----------
     check : callable
-        Without arguments, quick, and callable from several threads at once. What it raises should be no `Exception`
-        where nothing on its way is to take it for a fault of the simulation.
+        Takes no arguments, is fast and may be called from several threads at once. It should raise an exception that is
+        not an `Exception`, if no handler in between may mistake it for a failed simulation.
 
     Examples
     --------
-    >>> with interrupted_by(lambda: print("asked")):
-    ...     ask()
+    >>> with interrupt_by(lambda: print("asked")):
+    ...     check_interruption()
     asked
-    >>> ask()
+    >>> check_interruption()
     """
+    # Checks nest: an inner one must not hide those outside.
     outer = _check.get()
 
     def both() -> None:
@@ -50,6 +52,6 @@ def interrupted_by(check: Check) -> Iterator[None]:
         _check.reset(token)
 
 
-def ask() -> None:
-    """Ask whether to go on; raises what ends the work."""
+def check_interruption() -> None:
+    """Call the current check, which raises to end the work."""
     _check.get()()

@@ -1,11 +1,11 @@
-"""A plant linearised where it holds: exact matrices, their derivatives to the parameters, and frequency responses.
+"""Linearisation of a plant at rest: exact matrices, their parameter derivatives, and frequency responses.
 
-At rest, about the mechanical equilibrium x* nearest to the commanded angle and with all inputs held,
+About the mechanical equilibrium x* nearest to the commanded angle, with all inputs held,
 
     x' = A (x - x*) + B (u - u*),   y = y* + C (x - x*) + D (u - u*).
 
-What a switch does there is chosen: friction holds, or is taken away (`Holding`). A, B, C, D are the derivatives of
-the symbolic equations; those to the parameters follow x* by the implicit function theorem.
+The mode of each switch there is a choice: friction holds, or is removed (`Holding`). A, B, C, D are the derivatives of
+the symbolic equations; their parameter derivatives follow x* by the implicit function theorem.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from mechid.plant.block import Switch
 from mechid.plant.plant import Plant
 
 Holding: TypeAlias = Mapping[sp.Symbol, float]
-"""The value of each symbol by which switches tell their modes apart."""
+"""Value of each symbol that distinguishes the modes of the switches."""
 Compiled: TypeAlias = Callable[..., list[Any]]
 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """A plant about a point at rest.
+    """A plant linearised about a rest point.
 
     Attributes
     ----------
@@ -41,11 +41,11 @@ class Linearised:
     p : (n_p,)
         The kernel's parameters.
     x : (n,)
-        The equilibrium, states of the plant and then of its filter.
+        The equilibrium: states of the plant, then of its filter.
     x_by_parameter : (n, n_p)
     inputs : (m,)
     holding : mapping of Symbol to float
-        What the switches do.
+        Modes of the switches.
     """
 
     plant: Plant
@@ -68,9 +68,10 @@ class Linearised:
 
     @cached_property
     def by_parameter(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Derivatives of A, B, C and D to the kernel's parameters, each with one more axis of n_p in front."""
+        """Derivatives of A, B, C and D with respect to the kernel's parameters, each with a leading axis of n_p."""
         symbolic = _symbolic(self.plant)
         direct = symbolic.by_parameter(*self._arguments)
+        # The total derivative: the matrices depend on a parameter directly and through the rest point that it shifts.
         moved = symbolic.by_state(*self._arguments)
         out = []
         for own, through in zip(direct, moved, strict=True):
@@ -79,15 +80,16 @@ class Linearised:
         return tuple(out)  # type: ignore[return-value]
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Return C (i w - A)^-1 B + D, (f, n_y, m), of frequencies above 0."""
+        """Return C (i w - A)^-1 B + D, (f, n_y, m), at frequencies above 0."""
         A, B, C, D = self.matrices
         resolved = np.linalg.solve(1j * _angular(frequency_hz)[:, None, None] * np.eye(len(A)) - A, B + 0j)
         return np.asarray(C @ resolved + D, dtype=np.complex128)
 
     def response_by_parameter(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Return the response's derivative to the kernel's parameters, (n_p, f, n_y, m)."""
+        """Return the derivative of the response with respect to the kernel's parameters, (n_p, f, n_y, m)."""
         A, B, C, _ = self.matrices
         dA, dB, dC, dD = self.by_parameter
+        # d(M^-1) = M^-1 dA M^-1 with M = i w - A: two solves serve all parameters.
         M = 1j * _angular(frequency_hz)[:, None, None] * np.eye(len(A)) - A
         right = np.linalg.solve(M, B + 0j)
         left = np.linalg.solve(np.swapaxes(M, 1, 2), C.T + 0j).swapaxes(1, 2)
@@ -95,21 +97,21 @@ class Linearised:
 
     @property
     def outputs(self) -> FloatArray:
-        """What is measured at the point, (n_y,)."""
+        """Outputs at the rest point, (n_y,)."""
         quantity = equations_of(self.plant).outputs
         return quantity(*self._arguments)
 
-    def at_rest(self, expr: sp.Expr) -> float:
-        """Return what an expression in the plant's symbols is at the point."""
+    def evaluate(self, expr: sp.Expr) -> float:
+        """Return the value of an expression in the plant's symbols at the rest point."""
         at = dict(zip((*self.plant.states, *self.plant.filter.states), self.x.tolist(), strict=True))
         at |= dict(zip(self.plant.inputs, self.inputs.tolist(), strict=True)) | dict(self.holding)
         at |= dict(zip(self.plant.parameters, self.p.tolist(), strict=True))
         return float(self.plant.expand(expr).subs(at))
 
     def margins(self) -> dict[str, float]:
-        """Return how far each friction that holds is from its release, by the switch's name, in its torque's unit."""
+        """Return the distance of each holding friction from its release, by the switch's name, in its torque's unit."""
         return {
-            switch.name: min(self.at_rest(guard.margin) for guard in switch.guards[switch.otherwise])
+            switch.name: min(self.evaluate(guard.margin) for guard in switch.guards[switch.otherwise])
             for switch in self.plant.switches
             if _rubs(switch) and switch.modes[switch.otherwise].items() <= self.holding.items()
         }
@@ -120,8 +122,8 @@ class Linearised:
         return (self.x.tolist(), self.inputs.tolist(), modes, self.p.tolist())
 
 
-def linearised(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, holding: Holding) -> Linearised:
-    """Return a plant linearised where it holds.
+def linearise(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, holding: Holding) -> Linearised:
+    """Linearise a plant at rest.
 
     Parameters
     ----------
@@ -129,9 +131,9 @@ def linearised(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, 
     p : (n_p,)
         The kernel's parameters, SI.
     inputs : (m,)
-        Held, in the plant's order.
+        Held values, in the plant's order.
     theta_0 : float
-        Commanded electrical angle, rad: the equilibrium nearest to it.
+        Commanded electrical angle, rad; the equilibrium nearest to it is used.
     holding : mapping of Symbol to float
         One of `holdings`.
 
@@ -141,20 +143,21 @@ def linearised(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, 
         There is no equilibrium within reach.
     """
     x, x_p = equilibrium(plant, p, inputs, theta_0)
+    # The filter is linear, so the matrices do not depend on its states: zeros serve.
     behind = len(plant.filter.states)  # a linear filter: where it stands moves no matrix
     x, x_p = np.concatenate([x, np.zeros(behind)]), np.vstack([x_p, np.zeros((behind, p.size))])
     return Linearised(plant, p, x, x_p, inputs, holding)
 
 
 def held_inputs(plant: Plant, command: Command | None = None) -> FloatArray:
-    """Return the inputs, (m,), that a command holds before its first step; a base or a measured channel rests."""
+    """Return the inputs, (m,), that a command holds before its first step; inputs of a base or a channel are zero."""
     steps = sum(symbol.name in ("e_A", "e_B") for symbol in plant.inputs)
     driver = command or Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
     return np.concatenate([driver.excitation(0.0).initial[:steps], np.zeros(len(plant.inputs) - steps)])
 
 
 def holdings(plant: Plant) -> tuple[Holding, ...]:
-    """Return what the switches may do at rest: each holds as in its resting mode, or is taken away as if not there."""
+    """Return the combinations of switch modes at rest: each switch in its resting mode, or removed."""
     each = [
         [dict(switch.modes[switch.otherwise]), {**switch.modes[switch.otherwise], **switch.ideal}]
         for switch in plant.switches
@@ -164,8 +167,9 @@ def holdings(plant: Plant) -> tuple[Holding, ...]:
 
 
 def rotor_held(plant: Plant) -> Holding:
-    """Return what the switches do where friction holds the rotor and all else is as if there were no switch."""
+    """Return the switch modes where friction holds the rotor and every other switch is removed."""
     rate = plant.offered.get("rotor_rate")
+    # Ideal values remove a switch; a switch that resets the rotor's rate is the one that holds it.
     out: dict[sp.Symbol, float] = {}
     for switch in plant.switches:
         out |= {**switch.modes[switch.otherwise], **switch.ideal}
@@ -175,11 +179,11 @@ def rotor_held(plant: Plant) -> Holding:
 
 
 def named_holdings(plant: Plant) -> dict[str, Holding]:
-    """Return the ways to hold that differ, by name.
+    """Return the distinct holdings by name.
 
-    ``"stuck"``: friction holds the rotor and nothing else. ``"locked"``: it holds the load too, where that has friction
-    of its own. ``"free"``: friction is taken away. Where friction never holds, as bristles do not, ``"holding"`` alone.
-    Other switches, as a backlash, are taken away in all of them.
+    ``"stuck"``: friction holds the rotor and nothing else. ``"locked"``: it also holds the load, if the load has
+    friction of its own. ``"free"``: friction is removed. If friction never holds, as with bristles, ``"holding"``
+    alone. Other switches, such as a backlash, are removed in all of them.
     """
     free = holdings(plant)[-1]
     locked = dict(free)
@@ -192,20 +196,20 @@ def named_holdings(plant: Plant) -> dict[str, Holding]:
 
 
 def _rubs(switch: Switch) -> bool:
-    """Return whether a switch is one that holds a body at rest."""
+    """Return whether a switch holds a body at rest."""
     return any(guard.resets for guards in switch.guards.values() for guard in guards)
 
 
 @dataclass(frozen=True)
 class _Symbolic:
-    """Compiled matrices of (states, inputs, modes, parameters), and their derivatives to parameters and states."""
+    """Compiled matrices of (states, inputs, modes, parameters), with their parameter and state derivatives."""
 
     arguments: tuple[tuple[sp.Symbol, ...], ...]
     expressions: tuple[sp.Matrix, ...]
 
     @cached_property
     def matrices(self) -> Compiled:
-        return self._compiled([matrix.tolist() for matrix in self.expressions])
+        return self._compile([matrix.tolist() for matrix in self.expressions])
 
     @cached_property
     def by_parameter(self) -> Compiled:
@@ -216,9 +220,9 @@ class _Symbolic:
         return self._derivatives(self.arguments[0])
 
     def _derivatives(self, symbols: Sequence[sp.Symbol]) -> Compiled:
-        return self._compiled([[matrix.diff(s).tolist() for s in symbols] for matrix in self.expressions])
+        return self._compile([[matrix.diff(s).tolist() for s in symbols] for matrix in self.expressions])
 
-    def _compiled(self, expressions: object) -> Compiled:
+    def _compile(self, expressions: object) -> Compiled:
         function: Compiled = sp.lambdify(self.arguments, expressions, modules="math", cse=True)
         return function
 

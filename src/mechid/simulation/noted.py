@@ -1,4 +1,4 @@
-"""What a kernel has noted of the switches it met: all of them, or those at which its outputs jump."""
+"""Switches that a kernel has logged: all of them, or those at which outputs jump."""
 
 from __future__ import annotations
 
@@ -14,40 +14,40 @@ from mechid.simulation.trajectory import Switching
 
 @dataclass(frozen=True)
 class Jumps:
-    """Samples in whose interval outputs jump: what is recorded of one depends on the recorder.
+    """Samples in whose interval outputs jump; the recorded value of such a sample depends on the recorder.
 
     Attributes
     ----------
     samples : (m,)
-        Counted from the first of a block; one with several jumps is there several times.
+        Index relative to the first sample of a block; a sample with several jumps occurs several times.
     since : (m,)
-        Share of the sample interval that has passed from the jump to the sample, 0 to 1.
+        Fraction of the sample interval from the jump to the sample, 0 to 1.
     rises : (m, n_y)
-        Of each output.
+        Jump of each output.
     """
 
     samples: IntArray
     since: FloatArray
     rises: FloatArray
 
-    def later(self, samples: int) -> Jumps:
-        """Return the same, counted from so many samples before the block."""
+    def shift_by(self, samples: int) -> Jumps:
+        """Return the jumps with sample indices relative to a sample that many samples before the block."""
         return replace(self, samples=self.samples + samples)
 
 
 NO_JUMPS = Jumps(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)))
 
 
-def joined(parts: Sequence[Jumps]) -> Jumps:
-    """Return the jumps of several blocks, all counted from one sample."""
+def concatenate_jumps(parts: Sequence[Jumps]) -> Jumps:
+    """Concatenate the jumps of several blocks, all relative to one sample."""
     there = [part for part in parts if part.samples.size]
     if not there:
         return NO_JUMPS
     return Jumps(*(np.concatenate([getattr(part, f.name) for part in there]) for f in fields(Jumps)))
 
 
-def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, directions: int) -> Switching:
-    """Return the switches that a kernel has noted, with the derivatives of their instants along so many directions."""
+def logged_switches(module: ModuleType, events: FloatArray, discrete: IntArray, directions: int) -> Switching:
+    """Return the switches that a kernel has logged, with derivatives of their instants along the directions."""
     table = _table(module, events, discrete)
     switch, before, after = (
         table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64) for name in ("SWITCH", "BEFORE", "AFTER")
@@ -57,7 +57,7 @@ def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, d
     return Switching(times, switch, before, after, slopes, table[:, lanes : lanes + directions].copy())
 
 
-def noted_jumps(
+def take_logged_jumps(
     module: ModuleType,
     events: FloatArray,
     discrete: IntArray,
@@ -66,26 +66,27 @@ def noted_jumps(
     interval_s: float,
     samples: int,
 ) -> Jumps:
-    """Return the jumps at some switches that a kernel has noted in a block, and let it forget what it has noted.
+    """Return the jumps at given switches that a kernel has logged in a block, and clear its log.
 
     Parameters
     ----------
     module : ModuleType
-        The kernel's, which has the places.
+        The kernel's module, which defines the layout.
     events, discrete : arrays
-        As the kernel's `run` takes them.
+        As passed to the kernel's `run`.
     switches : sequence of int
-        Those that count, by their number in the plant.
+        Indices, in the plant, of the switches to include.
     begin_s, interval_s : float
-        Instant of the block's first sample, and the time between two, s.
+        Instant of the block's first sample, and the sample interval, s.
     samples : int
-        Of the block.
+        Number of samples in the block.
     """
     if not discrete[int(module.EVENTS)]:
         return NO_JUMPS
     table = _table(module, events, discrete)
     discrete[int(module.EVENTS)] = 0
     instants = (table[:, int(module.EVENT_TIME)] - begin_s) / interval_s
+    # A switch at a sample instant, up to rounding, belongs to that sample and not to the next.
     at = np.ceil(instants - 1e-9).astype(np.int64)
     counts = np.isin(table[:, int(module.EVENT_SWITCH)].astype(np.int64), switches)
     within = counts & (at >= 0) & (at < samples)
@@ -94,5 +95,5 @@ def noted_jumps(
 
 
 def _table(module: ModuleType, events: FloatArray, discrete: IntArray) -> FloatArray:
-    """Return a row for each switch, of as many as there was room for."""
+    """Return one row per logged switch, at most as many as the log has room for."""
     return events.reshape(-1, int(module.EVENT_LANES) + int(module.NL))[: discrete[int(module.EVENTS)]]

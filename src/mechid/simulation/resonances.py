@@ -1,4 +1,4 @@
-"""The resonances of a mechanism, from its own equations: it is linearised where friction holds it."""
+"""Resonances of a mechanism, from its equations linearised where friction holds it."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from mechid.command import Command
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
-from mechid.simulation.linearisation import Holding, Linearised, held_inputs, holdings, linearised, rotor_held
+from mechid.simulation.linearisation import Holding, Linearised, held_inputs, holdings, linearise, rotor_held
 
 LEAST_HZ = 1e-3
-"""What swings more slowly than this is a drift."""
+"""A mode slower than this is a drift, not a resonance."""
 OVERDAMPED = 0.999
-"""A root with this damping ratio does not swing."""
+"""A root with this damping ratio or more does not oscillate."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Resonance:
-    """A resonance: what swings, its undamped frequency in Hz, and its damping ratio."""
+    """A resonance: name of the oscillating part, undamped frequency in Hz, and damping ratio."""
 
     name: str
     frequency_hz: float
@@ -32,36 +32,36 @@ class Resonance:
 
 
 def resonances(mechanism: Mechanism) -> tuple[Resonance, ...]:
-    """Return what swings while friction holds the rotor and nothing else, the slowest first.
+    """Return the resonances while friction holds the rotor and nothing else, in order of frequency.
 
-    The load on the gear is the first, sqrt(K_s / J_m) / 2 pi, 46.9 Hz with the estimates of [Kornienko2013]_ (section
-    5.1), and with a housing that one's omega_0 / 2 pi. Each is named for the block whose states move most.
+    The first is the load on the gear, sqrt(K_s / J_m) / 2 pi, 46.9 Hz with the estimates of [Kornienko2013]_ (section
+    5.1), and with a housing the housing's omega_0 / 2 pi. Each is named after the block whose states participate most.
 
-    A mechanism that has no place to rest, as one with values that are no numbers, has none.
+    A mechanism without an equilibrium, such as one with values that are not numbers, has none.
     """
     plant = mechanism.plant
-    found = _swinging(mechanism, held_inputs(plant), 0.0, rotor_held(plant))
+    found = _find_resonances(mechanism, held_inputs(plant), 0.0, rotor_held(plant))
     return tuple(r for r in found if r.name)
 
 
 def free_resonances(mechanism: Mechanism, command: Command) -> tuple[Resonance, ...]:
-    """Return what swings at the angle at which a command begins, the slowest first; friction holds nothing.
+    """Return the resonances at the start angle of a command, in order of frequency, without friction.
 
-    The rotor on its motor's torque is among them, what the measuring chain adds is not: it moves no mechanism.
+    The rotor on its motor's torque is among them. Modes of the measuring chain are left out: it moves no mechanism.
     """
     plant = mechanism.plant
     free = holdings(plant)[-1]
-    found = _swinging(mechanism, held_inputs(plant, command), command.start_angle_rad, free, filtered=False)
+    found = _find_resonances(mechanism, held_inputs(plant, command), command.start_angle_rad, free, filtered=False)
     return tuple(found)
 
 
-def _swinging(
+def _find_resonances(
     mechanism: Mechanism, inputs: FloatArray, theta_0: float, holding: Holding, *, filtered: bool = True
 ) -> list[Resonance]:
-    """Return what swings where a mechanism is linearised, the slowest first, that of its filter or not."""
+    """Return the resonances of the linearised mechanism in order of frequency, with or without those of its filter."""
     plant = mechanism.plant
     try:
-        about = linearised(plant, mechanism.kernel_values(), inputs, theta_0, holding)
+        about = linearise(plant, mechanism.kernel_values(), inputs, theta_0, holding)
     except FitError:
         return []
     words = _words(plant)
@@ -77,15 +77,16 @@ def _swinging(
 
 
 def _roots(about: Linearised) -> Iterator[tuple[complex, FloatArray]]:
-    """Yield each eigenvalue with the share of each state in it, (n,): left times right eigenvector."""
+    """Yield each eigenvalue with the participation of each state, (n,): left times right eigenvector."""
     values, right = np.linalg.eig(about.matrices[0])
+    # A pseudo-inverse, since a mechanism free to drift may have a defective matrix.
     left = np.linalg.pinv(right)
     for k, value in enumerate(values):
         yield complex(value), np.abs(left[k] * right[:, k])
 
 
 def _words(plant: Plant) -> list[str]:
-    """Return for each state, of the plant and then of its filter, what swings where it moves."""
+    """Return the name of the oscillating part for each state, of the plant and then of its filter."""
     words: dict[sp.Symbol, str] = {}
     for block in plant.blocks:
         own = (*block.rates, *(block.filter.states if block.filter else ()))

@@ -1,4 +1,4 @@
-"""What outputs are before command time 0, where the mechanism rests, with their derivatives."""
+"""Outputs before command time 0, where the mechanism rests, with their derivatives."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def resting_outputs(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the outputs at rest, (n_y,), and their derivatives along the directions, (n_y, lanes).
 
-    A state is what it is at the start; what the inputs alone make, as the current of an ideal source, is that; all
-    else, torques above all, is zero.
+    A state keeps its value at the start; an output that depends on the inputs alone, such as the current of an ideal
+    source, takes that value; every other output, torques above all, is zero.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def resting_outputs(
         The plant's kernel.
     p : (n_p,)
     inputs : (n_u,)
-        Before the first step.
+        Values before the first step.
     directions : (n_p, lanes)
     w : (SIZE,)
         The kernel's workspace at the start.
@@ -51,7 +51,7 @@ def resting_outputs(
 
 @lru_cache(maxsize=32)
 def _held(plant: Plant) -> tuple[Held | None, ...]:
-    """Compile each output that inputs and parameters alone make: its value, and its derivatives to all parameters."""
+    """Compile each output that depends on inputs and parameters alone: its value and its parameter derivatives."""
     known = {*plant.parameters, *plant.inputs}
     compiled: list[Held | None] = []
     for output in plant.outputs.values():

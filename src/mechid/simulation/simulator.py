@@ -1,4 +1,4 @@
-"""Runs a compiled kernel over a record's time base, block by block."""
+"""Simulation of a compiled kernel over a record's time base, block by block."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from mechid.plant.plant import Plant
 from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
 from mechid.simulation.instants import instants
-from mechid.simulation.interruption import ask
-from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches
+from mechid.simulation.interruption import check_interruption
+from mechid.simulation.noted import NO_JUMPS, Jumps, logged_switches, take_logged_jumps
 from mechid.simulation.rest import resting_outputs
-from mechid.simulation.start import AT_REST, Start, begin_off_rest
+from mechid.simulation.start import AT_REST, Start, begin_from_start
 from mechid.simulation.time_scale import time_scale
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 from mechid.simulation.work import count_run
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
-"""Samples a block, with sensitivities (its Jacobian stays in the cache) and without; blocks end at their multiples."""
+"""Samples per block, with sensitivities (the Jacobian stays in the cache) and without; blocks end at its multiples."""
 JUMPS_EVERY = 4
-"""Samples, in the mean of a block, for each jump there is room for: mechanisms come to one in twenty."""
+"""Samples per jump for which a block has room; mechanisms reach about one jump in twenty samples."""
 CLOSE_STEPS = 4
-"""So many steps stand for one over the hundred samples behind the start and behind each break-away."""
+"""Substeps per step during the hundred samples after the start and after each break-away."""
 ON_TIME = Timing()
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
 def outcome_of(status: int) -> SimulationOutcome:
-    """Return what a kernel's status says of a run."""
+    """Return the outcome of a run from a kernel's status."""
     return _OUTCOMES.get(status, SimulationOutcome.COMPLETE)
 
 
@@ -63,14 +63,14 @@ class TimeBase:
         """All sample instants, (n,) s."""
         return self.start_s + np.arange(self.samples) / self.sample_rate_hz
 
-    def first(self, samples: int) -> TimeBase:
-        """Return the time base of the first samples alone."""
+    def truncate(self, samples: int) -> TimeBase:
+        """Return the time base of the first samples."""
         return TimeBase(self.sample_rate_hz, min(samples, self.samples), self.start_s)
 
 
 @dataclass(frozen=True, eq=False)
 class Simulator:
-    """One plant under one command on one time base; the parameters' values come with each run.
+    """One plant under one command on one time base; each run supplies the parameter values.
 
     Parameters
     ----------
@@ -78,15 +78,15 @@ class Simulator:
     command : Command
     base : TimeBase
     sensitive : sequence of tuple of int
-        Indices of the kernel's parameters whose sensitivities are wanted, those that move together as one.
+        Indices of the kernel's parameters whose sensitivities are computed; parameters of one tuple move together.
     latest_s : float
-        The largest |time offset| that runs will ask for, s.
+        Largest |time offset| of any run, s.
     capacity : int
-        Number of directions that runs may ask for beyond `sensitive`; all share one kernel.
+        Largest number of directions of any run, if it exceeds that of `sensitive`; all runs share one kernel.
     known_edges : Excitation or None
-        What `excitation_over` gives, where it has been worked out already.
+        Result of `excitation_over`, if it has been computed already.
     start : Start
-        Another one than at rest where the command begins.
+        Initial state, if other than at rest where the command begins.
     """
 
     plant: Plant
@@ -100,12 +100,12 @@ class Simulator:
 
     @cached_property
     def kernel(self) -> Kernel:
-        """The compiled kernel, with lanes where there are sensitivities."""
+        """The compiled kernel, with lanes if there are sensitivities."""
         return kernel_for(self.plant, max(self.capacity, len(self.sensitive)))
 
     @cached_property
     def excitation(self) -> Excitation:
-        """All step edges any run of this simulator can meet."""
+        """All step edges that any run of this simulator can reach."""
         return self.known_edges or excitation_over(self.command, self.base, self.latest_s)
 
     @cached_property
@@ -114,7 +114,7 @@ class Simulator:
 
     @cached_property
     def directions(self) -> FloatArray:
-        """What each sensitivity moves of the parameters, (n_p, m): those that move together as one."""
+        """Direction of each sensitivity in the space of the parameters, (n_p, m); grouped parameters move as one."""
         out = np.zeros((len(self.plant.parameters), len(self.sensitive)))
         for lane, together in enumerate(self.sensitive):
             out[list(together), lane] = 1.0
@@ -133,22 +133,21 @@ class Simulator:
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`.
 
-        It logs so many switches; None notes instead, block by block, where outputs jump.
-        `timing` says how record time becomes command time, and in which of the two the mechanism moves.
-        `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone, `block` for blocks of so many.
+        `events` switches are logged; None logs output jumps block by block instead. `timing` converts record time to
+        command time and says in which of the two the mechanism moves. `directions`, (n_p, m), replaces `sensitive` by m
+        combinations of the parameters; `samples` limits the run to the first ones; `block` is the samples per block.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
-        base = self.base if samples is None else self.base.first(samples)
+        base = self.base if samples is None else self.base.truncate(samples)
         run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), timing, substeps, block, events, wanted)
         start = run.scale.start(self.start) if run.scale else self.start
-        begin_off_rest(self.kernel, run.buffers, run.p, self.excitation.initial, self.command, start)
+        begin_from_start(self.kernel, run.buffers, run.p, self.excitation.initial, self.command, start)
         return run
 
 
 class Run:
-    """One run in progress. After its blocks are consumed, `outcome` and `switching` tell how it went."""
+    """One run in progress; `outcome` and `switching` are known once its blocks are consumed."""
 
     def __init__(
         self,
@@ -171,7 +170,7 @@ class Run:
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
-        self.jumping = () if events is not None else simulator.plant.jumping
+        self.jumping = () if events is not None else simulator.plant.jump_switches
         most = events or (max(self.block // JUMPS_EVERY, 1) if self.jumping else 0)
         self.buffers: Buffers = allocate(
             simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
@@ -181,7 +180,7 @@ class Run:
         self._begin(*self._start())
 
     def _grid(self, module: ModuleType, step_s: float) -> FloatArray:
-        """Return the grid as the kernel's `run` takes it: times in command time, s."""
+        """Return the grid of the kernel's `run`: instants and steps in command time, s."""
         grid = np.empty(4)
         grid[[module.GRID_START, module.GRID_INTERVAL]] = self.start_s, self.interval_s
         grid[[module.GRID_STEP, module.GRID_CLOSE]] = step_s, step_s / CLOSE_STEPS
@@ -206,7 +205,7 @@ class Run:
         )
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
-        """Return a start other than the commanded one, and its derivatives; empty for that, and where none is found."""
+        """Return a start other than the commanded one with its derivatives; empty for that one and on failure."""
         simulator, command = self.simulator, self.simulator.command
         if command.start != "equilibrium":
             return np.zeros(0), np.zeros(0)
@@ -217,13 +216,13 @@ class Run:
     def blocks(self, stop: int | None = None) -> Iterator[Block]:
         """Yield the record, or its samples before `stop`, block by block; after a failure the samples are NaN.
 
-        Blocks end at the multiples of their size, wherever the motion begins: runs of one size can be compared block
-        by block. Ask before each whether to go on.
+        Blocks end at the multiples of their size, wherever the motion begins, so that runs of one size can be compared
+        block by block. The interruption check is called before each block.
         """
         done, total, resting = 0, self.base.samples if stop is None else stop, self.resting
         self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = resting
         while done < total:
-            ask()
+            check_interruption()
             count = min(self.block - done % self.block, total - done)
             count_run(count * self.substeps, len(self.p), self.moved)
             still = min(max(resting - done, 0), count)
@@ -236,13 +235,14 @@ class Run:
 
     @property
     def resting(self) -> int:
-        """Samples before command time 0, where the mechanism rests and measures nothing."""
+        """Samples before command time 0, where the mechanism rests."""
         if self.start_s >= 0.0 or self.outcome is SimulationOutcome.NO_EQUILIBRIUM:
             return 0
+        # A sample at command time 0, up to rounding, already moves.
         return min(int(np.ceil(-self.start_s / self.interval_s - 1e-9)), self.base.samples)
 
     def _rest(self, count: int) -> None:
-        """Write the first rows of a block at rest: angles, positions and currents of the start may be other than 0."""
+        """Write the first rows of a block at rest; angles, positions and currents of the start may be nonzero."""
         simulator, b = self.simulator, self.buffers
         directions = b.directions.reshape(len(self.p), b.lanes)
         module, inputs = simulator.kernel.module, simulator.excitation.initial
@@ -253,7 +253,7 @@ class Run:
             b.J.reshape(-1, b.outputs, b.lanes)[:count] = J
 
     def prepare(self) -> None:
-        """Work out what a run needs before its first sample, where its blocks are not consumed one by one."""
+        """Initialise the run before its first sample, for callers that do not consume its blocks one by one."""
         self._advance(0, 0)
 
     def _advance(self, first: int, stop: int) -> None:
@@ -281,34 +281,34 @@ class Run:
             b.y[: count * b.outputs].reshape(count, b.outputs),
             b.y_dot[: rows * b.outputs].reshape(rows, b.outputs),
             b.J[: rows * b.outputs * b.lanes].reshape(rows, b.outputs, b.lanes),
-            self.jumps_noted(b.events, b.discrete, start, count),
+            self.take_jumps(b.events, b.discrete, start, count),
         )
         return self.scale.block(block) if self.scale else block
 
-    def jumps_noted(self, events: FloatArray, discrete: IntArray, first: int, count: int) -> Jumps:
-        """Return where outputs jump in so many samples from `first` on, a block that has just run, and forget it."""
+    def take_jumps(self, events: FloatArray, discrete: IntArray, first: int, count: int) -> Jumps:
+        """Return and clear the output jumps of a block of samples from `first` on that has just been simulated."""
         module, begins_s = self.simulator.kernel.module, self.start_s + first * self.interval_s
         own = (begins_s, self.interval_s, count)
-        found = noted_jumps(module, events, discrete, self.jumping, *own) if self.jumping else NO_JUMPS
+        found = take_logged_jumps(module, events, discrete, self.jumping, *own) if self.jumping else NO_JUMPS
         return self.scale.jumps(found) if self.scale else found
 
     @property
     def state(self) -> State:
-        """Where the run stands: at its last sample, before an edge at that instant."""
+        """State of the run at its last sample, before an edge at that instant."""
         w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
         n = len(self.simulator.plant.states)
         return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
 
     @cached_property
     def _lane_rows(self) -> IntArray:
-        """Where the lanes of each state stand, (n_x, lanes)."""
+        """Positions of the lanes of each state in the workspace, (n_x, lanes)."""
         module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
         return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])
 
     @property
     def switching(self) -> Switching:
-        """Switches met so far, as many as were to be logged."""
-        return noted_switches(self.simulator.kernel.module, self.buffers.events, self.buffers.discrete, self.moved)
+        """Switches logged so far."""
+        return logged_switches(self.simulator.kernel.module, self.buffers.events, self.buffers.discrete, self.moved)
 
 
 def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> Excitation:
@@ -318,7 +318,7 @@ def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> 
 
 
 def simulate_run(run: Run) -> Trajectory:
-    """Consume a run into one trajectory."""
+    """Consume a run and return its trajectory."""
     simulator = run.simulator
     n, m, quantities = run.base.samples, len(simulator.sensitive), tuple(simulator.plant.outputs)
     y = np.empty((len(quantities), n))
@@ -337,7 +337,7 @@ def simulate_run(run: Run) -> Trajectory:
 
 
 def trajectory_of(run: Run, y: Sequence[Series]) -> Trajectory:
-    """Return what a run that is consumed gave as a trajectory without sensitivities; `y` are its outputs."""
+    """Return the trajectory of a consumed run without sensitivities; `y` are its outputs."""
     return Trajectory(
         time=instants(run.base.start_s, run.base.sample_rate_hz, run.base.samples),
         values=dict(zip(run.simulator.plant.outputs, y, strict=True)),

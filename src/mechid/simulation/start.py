@@ -1,4 +1,4 @@
-"""A run's start off the rest where its command begins."""
+"""Start of a run in a state other than rest."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from mechid.kernel.start import own_start
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A start of a record's own, off the rest where its command begins.
+    """A start of a record's own, other than the rest where its command begins.
 
     Attributes
     ----------
     values : mapping of str to float
-        By the keys of `Plant.starts`; what is not among them is zero.
+        By the keys of `Plant.starts`; missing keys are zero.
     lanes : mapping of int to mapping of str to float
-        By lane that carries a derivative: by how much each of the values moves with what it is the derivative to.
+        By the index of a lane: the derivative of each value with respect to the lane's quantity.
     """
 
     values: Mapping[str, float]
@@ -32,23 +32,23 @@ class Start:
 AT_REST = Start({})
 
 
-def begin_off_rest(
+def begin_from_start(
     kernel: Kernel, buffers: Buffers, p: FloatArray, inputs: FloatArray, command: Command, start: Start
 ) -> None:
-    """Let a run whose workspace stands at rest begin at a start of its own, with derivatives to parameters and start.
+    """Replace the rest start of a run by a given start, with derivatives with respect to parameters and start.
 
-    Without such a start it stays at rest.
+    Without start values the run stays at rest.
 
     Parameters
     ----------
     kernel : Kernel
     buffers : Buffers
-        Before any block is consumed.
+        Of a run whose blocks are not consumed yet.
     p : (n_p,)
     inputs : (n_u,)
         Held at the start.
     command : Command
-        Its angle there is where the rest is.
+        Its start angle locates the rest position.
     start : Start
     """
     if not start.values:
@@ -64,17 +64,17 @@ def begin_off_rest(
     keys = list(kernel.plant.starts)
     for lane, moved in start.lanes.items():
         for key, slope in moved.items():
-            _carry(kernel, buffers, lane, slope * slopes[:, keys.index(key)])
+            _add_lane_slopes(kernel, buffers, lane, slope * slopes[:, keys.index(key)])
 
 
 def states_in(kernel: Kernel, buffers: Buffers) -> FloatArray:
-    """Return the plant's states, then those of its filter, where a run stands, (n_x + n_f,)."""
+    """Return the current states of the plant, then of its filter, (n_x + n_f,)."""
     module, w = kernel.module, buffers.w
     return np.concatenate([w[int(module.AT_X) : int(module.END_X)], w[int(module.AT_Z) : int(module.END_Z)]])
 
 
 def _held_at_rest(kernel: Kernel, buffers: Buffers) -> BoolArray:
-    """Return which states, those of the filter behind them, friction holds at zero, (n_x + n_f,)."""
+    """Return which states of the plant and of its filter are held at zero by friction, (n_x + n_f,)."""
     modes = buffers.discrete[int(kernel.module.MODE) :]
     held = {
         state
@@ -87,8 +87,8 @@ def _held_at_rest(kernel: Kernel, buffers: Buffers) -> BoolArray:
     return np.array([state in held for state in kernel.plant.begun_states])
 
 
-def _carry(kernel: Kernel, buffers: Buffers, lane: int, slopes: FloatArray) -> None:
-    """Add derivatives of the states and the filter's, (n_x + n_f,), to those at which a lane begins."""
+def _add_lane_slopes(kernel: Kernel, buffers: Buffers, lane: int, slopes: FloatArray) -> None:
+    """Add derivatives of the states of plant and filter, (n_x + n_f,), to the initial values of a lane."""
     module = kernel.module
     for i, slope in enumerate(slopes):
         buffers.w[lane_places(module, int(module.ROW_S) + i, buffers.lanes)[lane]] += slope

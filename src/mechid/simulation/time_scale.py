@@ -1,8 +1,8 @@
-"""A mechanism whose own time is not that of its command: the same kernel, its values in the driver's seconds.
+"""Conversion between the mechanism's time and the driver's time, if the two clocks differ.
 
-Steps come when the driver's clock says so; all else happens in true time. Where the recorder's time is the true one and
-the driver's seconds are shorter by a factor s, the kernel goes through the driver's time as ever, with each value
-multiplied by s to its power of time (`mechid.plant.time_powers`), and its outputs are multiplied back.
+Steps occur by the driver's clock; everything else happens in true time. If the recorder's time is the true one and the
+driver's seconds are shorter by a factor s, the kernel runs in the driver's time as usual. Each parameter value is
+multiplied by s to its power of time (`mechid.plant.time_powers`), and the outputs are scaled back.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from mechid.simulation.start import Start
 
 @dataclass(frozen=True, eq=False)
 class TimeScale:
-    """Factors between values in the mechanism's own time and in the driver's.
+    """Factors that convert values from the mechanism's time to the driver's.
 
     Attributes
     ----------
     parameters : (n_p,)
-        By which the kernel's parameters are multiplied.
+        Factors on the kernel's parameters.
     outputs : (n_y,)
-        By which its outputs are multiplied.
+        Factors on the kernel's outputs, back to the mechanism's time.
     starts : dict of str to float
-        By which states of a start are multiplied, by key.
+        Factors on the states of a start, by key.
     """
 
     parameters: FloatArray
@@ -45,19 +45,19 @@ class TimeScale:
         return replace(start, values={k: self.starts[k] * value for k, value in start.values.items()}, lanes=lanes)
 
     def block(self, block: Block) -> Block:
-        """Return a block, whose jumps are so already, with its outputs in the mechanism's own units."""
+        """Return a block with its outputs in the mechanism's units; its jumps are converted already."""
         if np.all(self.outputs == 1.0):
             return block
         y, rate, jacobian = block.y * self.outputs, block.rate * self.outputs, block.jacobian * self.outputs[:, None]
         return replace(block, y=y, rate=rate, jacobian=jacobian)
 
     def jumps(self, jumps: Jumps) -> Jumps:
-        """Return jumps in the mechanism's own units."""
+        """Return jumps in the mechanism's units."""
         return replace(jumps, rises=jumps.rises * self.outputs) if jumps.samples.size else jumps
 
 
 def time_scale(plant: Plant, timing: Timing) -> TimeScale | None:
-    """Return the factors for a record's timing; None where the mechanism's own time is the driver's."""
+    """Return the factors for a record's timing; None if the mechanism's time is the driver's."""
     s = timing.stretch
     if s == 1.0:
         return None
@@ -66,21 +66,21 @@ def time_scale(plant: Plant, timing: Timing) -> TimeScale | None:
 
 
 def clock_direction(plant: Plant, p: FloatArray, timing: Timing) -> FloatArray:
-    """Return d(value)/d(clock_ppm) of the kernel's parameters that a clock amounts to, (n_p,).
+    """Return the change of the kernel's parameters per unit of clock_ppm that is equivalent to a clock error, (n_p,).
 
-    Zero where the driver's time is the right one: a clock then only moves the instants of the samples.
+    Zero if the driver keeps true time: a clock error then only shifts the sample instants.
     """
     return time_powers(plant) * p * _relative(timing)
 
 
 def start_slopes(plant: Plant, start: Start, timing: Timing) -> dict[str, float]:
-    """Return the same of the states of a start, by key."""
+    """Return the same derivative of the states of a start, by key."""
     relative = _relative(timing)
     return {k: unit_time_power(plant.starts[k].unit) * value * relative for k, value in start.values.items()}
 
 
 def output_slope(plant: Plant, output: int) -> float:
-    """Return the relative change of an output, by its number, with ``clock_ppm``, beside what parameters do to it."""
+    """Return the relative change of an output with ``clock_ppm``, in addition to that through the parameters."""
     return -PPM * float(output_time_powers(plant)[output])
 
 

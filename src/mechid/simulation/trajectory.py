@@ -1,4 +1,4 @@
-"""What a simulation returns: samples, sensitivities, switches, and how it ended."""
+"""Results of a simulation: samples, sensitivities, switches and outcome."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class SimulationOutcome(Enum):
-    """How a simulation ended, as a sentence for its reader."""
+    """Outcome of a simulation; the value is a sentence for the user."""
 
     COMPLETE = "The record was simulated to its end."
     DIVERGED = "The mechanism diverged; samples from that instant on are lost."
@@ -31,15 +31,15 @@ class SimulationOutcome(Enum):
 
 @dataclass(frozen=True)
 class Switching:
-    """Stick/slip (and other) switches of a run, in order of time.
+    """Switches of a run (stick-slip and others), in order of time.
 
     Attributes
     ----------
     time : (m,) s of command time
     switch : (m,) index into the plant's switches
     before, after : (m,) index of the mode
-    slope : (m,) rate of the guard's margin where it fires; near zero it grazes
-    sensitivity : (m, n) derivative of the instant to the parameters, s per parameter's unit
+    slope : (m,) rate of the guard's margin where it fires; near zero the switch grazes
+    sensitivity : (m, n) derivative of the instant with respect to the parameters, s per parameter's unit
     """
 
     time: FloatArray
@@ -59,18 +59,18 @@ class Trajectory(Shown):
     time : (n,) s of record time
     values : mapping of quantity to (n,)
         In SI units, e.g. ``values["torque"]`` in N m; NaN from the sample on at which it diverged.
-        Both are arrays; of a long record that is only written to a file, series that are read piece by piece.
+        Both are arrays, or series that are read piece by piece for a long record that is only written to a file.
     jacobian : mapping of quantity to (n, m), or empty
-        Derivatives to the kernel's parameters `parameters`.
+        Derivatives with respect to the kernel's parameters `parameters`.
     rate : mapping of quantity to (n,), or empty
-        Time derivative; minus it is the derivative to a time offset.
+        Time derivative; its negative is the derivative with respect to a time offset.
     parameters : tuple of str
     switching : Switching
     outcome : SimulationOutcome
     substeps : int
-        Integration steps a sample.
+        Integration steps per sample.
     difference : float or None
-        RMS difference to half as many steps, relative to the RMS torque, where that was looked at.
+        RMS difference from the run with half as many steps, relative to the RMS torque, if it was computed.
     """
 
     time: Series
@@ -85,7 +85,7 @@ class Trajectory(Shown):
 
     @property
     def lost_from_s(self) -> float | None:
-        """Record time in s of the first sample that is lost, None where there is none."""
+        """Record time in s of the first lost sample, or None."""
         y = next(iter(self.values.values()))
         for part in pieces_of(y):
             lost = part.start + np.flatnonzero(~np.isfinite(y[part]))
@@ -95,12 +95,12 @@ class Trajectory(Shown):
 
     @property
     def in_memory(self) -> Trajectory:
-        """The same with time and values as arrays."""
+        """The same trajectory with time and values as arrays."""
         return replace(self, time=self.time[:], values={quantity: y[:] for quantity, y in self.values.items()})
 
     @property
     def quantity(self) -> str:
-        """The quantity that is measured, the first where there are several."""
+        """The measured quantity, or the first of several."""
         return next(iter(self.values))
 
     @property
@@ -114,13 +114,14 @@ class Trajectory(Shown):
         return self.values["torque"][:]
 
     def plot(self, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draw a quantity over time, the measured one where none is named; return the axes, new ones without `ax`.
+        """Plot a quantity over time, by default the measured one; return the axes, new ones without `ax`.
 
         Raises
         ------
         UsageError
             There is no such quantity.
         """
+        # Imported here: matplotlib is slow to load, and a simulation does not need it.
         from mechid.ink.axes import Clock, axes_or_new, draw_over_time, one_of
         from mechid.ink.palette import MODELLED
 

@@ -1,8 +1,8 @@
-"""Work of a search, counted as it is simulated: the same on every machine, whatever else is done there.
+"""Computational work of a search, counted per simulated step, hence identical on every machine.
 
-A run of n samples with m derivatives takes n n_p (1 + m / 6) units, n_p being the parameters of the kernel. A unit took
-3.8 to 5.4 ns of CPU with kernels of 22 and 86 parameters and 0 to 68 derivatives: a parameter that stands at its null
-value takes as long as another.
+A run of n samples with m derivatives takes n n_p (1 + m / 6) units, n_p being the number of kernel parameters. A unit
+took 3.8 to 5.4 ns of CPU with kernels of 22 and 86 parameters and 0 to 68 derivatives; a parameter at its null value
+costs as much as any other.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from contextvars import ContextVar
 from threading import Lock
 
 DERIVATIVES_A_RUN = 6
-"""Derivatives that take as long as the run itself."""
+"""Number of derivatives that cost as much as the run itself."""
 RUNS_A_BATCH = 4
-"""Runs side by side that take as long as one alone."""
+"""Number of simultaneous runs that cost as much as one alone."""
 
 
 class WorkSpentError(BaseException):
-    """Ends work whose limit is reached; no `Exception`, which a search may take for a fault of the simulation."""
+    """Ends work whose limit is exceeded; not an `Exception`, which a search may mistake for a failed simulation."""
 
 
 class Work:
-    """A count of work, with a limit; it counts in those around it too.
+    """Counter of work with a limit; it also adds to the counter around it.
 
     Attributes
     ----------
     done : int
     limit : float
-        From which on whatever counts raises `WorkSpentError`.
+        Limit above which counting raises `WorkSpentError`.
     """
 
     def __init__(self, limit: float = math.inf, outer: Work | None = None) -> None:
@@ -39,17 +39,18 @@ class Work:
 
     @property
     def is_spent(self) -> bool:
-        """Whether the limit is reached."""
+        """Whether the limit is exceeded."""
         return self.done > self.limit
 
     def add(self, work: int) -> None:
-        """Count so much more work.
+        """Add work.
 
         Raises
         ------
         WorkSpentError
-            The limit is reached, or that of a count around.
+            The limit of this counter, or of one around it, is exceeded.
         """
+        # Several threads may count into one counter.
         with self._lock:
             self.done += work
         if self.outer is not None:
@@ -62,12 +63,12 @@ _counted: ContextVar[Work | None] = ContextVar("work", default=None)
 
 
 @contextmanager
-def counted(limit: float = math.inf) -> Iterator[Work]:
-    """Count the work that is done within, and end it by `WorkSpentError` where it takes more than a limit.
+def work_counter(limit: float = math.inf) -> Iterator[Work]:
+    """Count the work done inside, and end it by `WorkSpentError` if it exceeds a limit.
 
     Examples
     --------
-    >>> with counted() as work:
+    >>> with work_counter() as work:
     ...     count(3)
     >>> work.done
     3
@@ -81,8 +82,8 @@ def counted(limit: float = math.inf) -> Iterator[Work]:
 
 
 @contextmanager
-def uncounted() -> Iterator[None]:
-    """Do what is within whatever limit is reached; it counts nowhere."""
+def suspend_counting() -> Iterator[None]:
+    """Work inside the block is not counted and has no limit."""
     token = _counted.set(None)
     try:
         yield
@@ -91,7 +92,7 @@ def uncounted() -> Iterator[None]:
 
 
 def count(work: int) -> None:
-    """Count work; raises `WorkSpentError` where a limit is reached."""
+    """Add work to the current counter; raise `WorkSpentError` if a limit is exceeded."""
     own = _counted.get()
     if own is not None and work:
         own.add(work)
@@ -103,10 +104,10 @@ def work_of_run(samples: int, parameters: int, derivatives: int) -> int:
 
 
 def count_run(steps: int, parameters: int, derivatives: int) -> None:
-    """Count the work of so many steps of a run."""
+    """Count the work of a number of steps of a run."""
     count(work_of_run(steps, parameters, derivatives))
 
 
 def count_batch(steps: int, parameters: int) -> None:
-    """Count the work of so many steps, those of all runs together, of runs side by side without derivatives."""
+    """Count the work of a batch without derivatives; `steps` is the sum over its runs."""
     count(work_of_run(steps, parameters, 0) // RUNS_A_BATCH)

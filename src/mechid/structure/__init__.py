@@ -1,8 +1,9 @@
-"""What the mechanism is mounted on: from a torque at its interface to the line of sight and to the interface.
+"""Transfer functions of the supporting structure, from a torque at the interface to the line of sight and interface.
 
-`read_structure` makes a `Structure` from a file, `from_state_space` from a system of scipy.signal or python-control.
+`read_structure` reads a `Structure` from a file; `from_state_space` converts a system of scipy.signal or
+python-control.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """
 
 from mechid.structure.formats import read_structure

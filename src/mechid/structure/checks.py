@@ -1,4 +1,4 @@
-"""What can be wrong with a transfer function, said in a line: passivity, causality, resolution, rigid-body rise."""
+"""Plausibility checks of transfer functions: passivity, causality, resolution and rigid-body behaviour."""
 
 from __future__ import annotations
 
@@ -9,40 +9,48 @@ import numpy as np
 from mechid.arrays import BoolArray, ComplexArray, FloatArray
 from mechid.errors import InputFileError
 
-LARGEST = 1e100
-"""Rotation per torque in rad/(N m) that no structure reaches, and of which products are still numbers."""
+LARGEST_RECEPTANCE = 1e100
+"""Upper bound of the receptance of any structure, in rad/(N m); products of such values do not overflow."""
 ACTIVE_IN_MODELS, ACTIVE_IN_MEASUREMENTS = 1e-9, 0.02
-"""Share of the magnitude by which the imaginary part of a receptance may be positive: rounding, noise."""
-NOT_CAUSAL = 0.1
-"""Share of the impulse response's energy before the impulse from which on it is told."""
+"""Tolerated positive imaginary part of a receptance, relative to its magnitude: rounding errors, and noise."""
+NONCAUSAL_SHARE = 0.1
+"""Share of the impulse response's energy before the impulse from which a response is reported as not causal."""
 SMEAR = 4.0
-"""Widths of the band's own impulse left out around zero time."""
-MOST_POINTS = 1 << 16
+"""Guard interval around zero time, in widths of the band-limited impulse."""
+MAX_POINTS = 1 << 16
 
 
-def refuse_no_numbers(place: str, frequency_hz: FloatArray, lost: BoolArray) -> None:
-    """Refuse responses, (n, ...), that are lost to overflow or beyond `LARGEST` at some frequencies, (n,).
+def refuse_overflow(place: str, frequency_hz: FloatArray, lost: BoolArray) -> None:
+    """Raise an error if responses are lost to overflow or beyond `LARGEST_RECEPTANCE`.
+
+    Parameters
+    ----------
+    place : str
+        Location in the file, for the message.
+    frequency_hz : (n,)
+    lost : (n, ...) of bool
+        Mask of the unusable values.
 
     Raises
     ------
     InputFileError
-        Some are.
+        Some values are unusable.
     """
     if lost.any():
         at = frequency_hz[lost.reshape(frequency_hz.size, -1).any(axis=1)][0]
         raise InputFileError(
-            f"{place}: its response at {at:.6g} Hz is no number a structure has; check the frequencies and shapes of "
-            "its modes, or the responses, and their units"
+            f"{place}: its response at {at:.6g} Hz is not finite or is too large for a structure; check the "
+            "frequencies and shapes of its modes, or the responses, and their units"
         )
 
 
 def model_findings(frequency_hz: FloatArray, values: ComplexArray) -> Iterator[str]:
-    """Yield what is odd about a model's responses, (n, 1 + m), the driving point first."""
+    """Yield warnings about a model's responses, (n, 1 + m), the driving point first."""
     yield from passivity_finding(frequency_hz, values[:, 0], ACTIVE_IN_MODELS)
 
 
 def response_findings(frequency_hz: FloatArray, values: ComplexArray, names: tuple[str, ...]) -> Iterator[str]:
-    """Yield what is odd about measured or exported responses, (n, 1 + m), the driving point first; m `names`."""
+    """Yield warnings about measured or exported responses, (n, 1 + m), the driving point first; m `names`."""
     yield from passivity_finding(frequency_hz, values[:, 0], ACTIVE_IN_MEASUREMENTS)
     for name, column in zip(("interface", *names), values.T, strict=True):
         if np.isfinite(column).all():
@@ -52,15 +60,15 @@ def response_findings(frequency_hz: FloatArray, values: ComplexArray, names: tup
 
 
 def passivity_finding(frequency_hz: FloatArray, receptance: ComplexArray, tolerance: float) -> Iterator[str]:
-    """Yield a line where the driving point gives out power: Im H > 0, since Re(i w H) = -w Im H.
+    """Yield a warning if the driving point generates power: Im H > 0, since Re(i w H) = -w Im H.
 
     Parameters
     ----------
     frequency_hz : (n,)
     receptance : (n,) complex
-        Rotation per torque at one point and axis, rad/(N m); NaN is passed over.
+        Rotation per torque at one point and axis, rad/(N m); NaN is ignored.
     tolerance : float
-        Share of the magnitude that is not counted.
+        Tolerated imaginary part, relative to the magnitude.
     """
     known = np.isfinite(receptance) & (frequency_hz > 0.0)
     f, h = frequency_hz[known], receptance[known]
@@ -74,11 +82,11 @@ def passivity_finding(frequency_hz: FloatArray, receptance: ComplexArray, tolera
         )
 
 
-def energy_before(frequency_hz: FloatArray, receptance: ComplexArray) -> float:
-    """Return the share of a response's energy that comes before its impulse, 0 to 1.
+def energy_before_impulse(frequency_hz: FloatArray, receptance: ComplexArray) -> float:
+    """Return the share of a response's energy before the impulse, 0 to 1.
 
-    The accelerance, which stays finite for a free body too, is limited to the band by a Hann window and
-    transformed; the band's own impulse, of a width of the reciprocal of the band, is left out.
+    The accelerance, which remains finite for a free body, is band-limited by a Hann window and transformed. The
+    band-limited impulse itself, whose width is the reciprocal of the bandwidth, is excluded.
 
     Parameters
     ----------
@@ -87,23 +95,25 @@ def energy_before(frequency_hz: FloatArray, receptance: ComplexArray) -> float:
     receptance : (n,) complex
     """
     low, high = frequency_hz[0], frequency_hz[-1]
-    points = min(MOST_POINTS, max(frequency_hz.size, round((high - low) / np.diff(frequency_hz).min()) + 1))
+    # The transform needs a uniform grid; it is as fine as the closest pair of points, to keep narrow resonances.
+    points = min(MAX_POINTS, max(frequency_hz.size, round((high - low) / np.diff(frequency_hz).min()) + 1))
     f = np.linspace(low, high, points)
     accelerance = np.interp(f, frequency_hz, -((2.0 * np.pi * frequency_hz) ** 2) * receptance)
     energy = np.abs(np.fft.ifft(accelerance * np.hanning(points), 2 * points)) ** 2
     guard = int(2 * SMEAR)
     after, before = energy[guard:points].sum(), energy[points : 2 * points - guard].sum()
+    # Without a resonance only the impulse has energy, and the ratio would be one of rounding errors.
     return float(before / (before + after)) if before + after > 1e-12 * energy.sum() else 0.0
 
 
 def _causality_finding(frequency_hz: FloatArray, column: ComplexArray, name: str) -> Iterator[str]:
-    share = energy_before(frequency_hz, column)
+    share = energy_before_impulse(frequency_hz, column)
     if share > 0.5:
         yield (
             f"{name}: {100.0 * share:.0f} % of the impulse response comes before the impulse; the phase has the "
             "opposite sign: take the complex conjugate"
         )
-    elif share > NOT_CAUSAL:
+    elif share > NONCAUSAL_SHARE:
         yield (
             f"{name}: {100.0 * share:.0f} % of the impulse response comes before the impulse; the response is not "
             "causal, or its points are too far apart for its damping"
@@ -120,6 +130,7 @@ def _resolution_finding(frequency_hz: FloatArray, column: ComplexArray, name: st
 
 def _rigid_body_finding(frequency_hz: FloatArray, column: ComplexArray, name: str) -> Iterator[str]:
     f, size = frequency_hz[frequency_hz > 0.0][:2], np.abs(column[frequency_hz > 0.0][:2])
+    # The logarithmic slope of a free body is -2; the limit leaves a margin.
     if np.all(size > 0.0) and np.log(size[1] / size[0]) / np.log(f[1] / f[0]) < -1.8:
         yield (
             f"{name}: rises as 1/f^2 towards {f[0]:.6g} Hz, as a free body does; below it absolute and drift errors "

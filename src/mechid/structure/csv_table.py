@@ -1,4 +1,4 @@
-"""Small tables of numbers as CSV: one header line, ``#`` comments; commas, semicolons or tabs."""
+"""Reader of small numeric CSV tables: one header line, ``#`` comments; commas, semicolons or tabs."""
 
 from __future__ import annotations
 
@@ -16,29 +16,31 @@ _UNIT = re.compile(r"\s*(?:\[([^\]]*)\]|\((.*)\))\s*$")
 
 
 def read_numbers(path: Path) -> dict[str, FloatArray]:
-    """Return the columns of a CSV file by header, each (n,).
+    """Return the columns of a CSV file, (n,) each, by header.
 
     Raises
     ------
     InputFileError
-        A cell is no finite number, a line has another count of cells, a header stands twice, or no line follows it.
+        A cell is not a finite number, a line has the wrong number of cells, a header occurs twice, or there are no
+        lines of numbers.
     """
     lines = [
         (k, text) for k, text in enumerate(_text(path).splitlines(), 1) if text.strip() and text.lstrip()[0] != "#"
     ]
     if len(lines) < 2:
-        raise InputFileError(f"{path.name}: found {len(lines)} lines; write a header and a line of numbers at least")
+        raise InputFileError(f"{path.name}: found {len(lines)} lines; write a header and at least one line of numbers")
+
     separator = max(",;\t", key=lines[0][1].count)
     header = _cells(lines[0][1], separator)
     for index, name in enumerate(header):
         if name in header[:index]:
-            raise InputFileError(f'{path.name}: line {lines[0][0]}: column "{name}" stands here twice; keep one')
+            raise InputFileError(f'{path.name}: line {lines[0][0]}: column "{name}" occurs twice; keep one')
     rows = [_row(path.name, number, _cells(text, separator), header) for number, text in lines[1:]]
     return dict(zip(header, np.array(rows, dtype=np.float64).T.copy(), strict=True))
 
 
 def split_unit(header: str) -> tuple[str, str | None]:
-    """Split a header into its name and the unit in brackets, None where there is none.
+    """Split a header into its name and the unit in brackets, or None without a unit.
 
     Examples
     --------
@@ -62,7 +64,9 @@ def _cells(line: str, separator: str) -> list[str]:
 
 def _row(label: str, number: int, cells: list[str], header: list[str]) -> list[float]:
     if len(cells) != len(header):
-        raise InputFileError(f"{label}: line {number}: {len(cells)} cells where the header has {len(header)}")
+        raise InputFileError(
+            f"{label}: line {number}: found {len(cells)} cells, but the header has {len(header)}; write one per column"
+        )
     row = []
     for name, cell in zip(header, cells, strict=True):
         try:

@@ -1,7 +1,7 @@
-"""Damping of modes as files state it: share of critical damping, or percent, and the doubt which of them is meant.
+"""Modal damping in files: ratio of critical damping or percent, with a check for the ambiguous case.
 
-A structure of 20 % damping is rare, a table in percent is not: a larger number without a unit is asked about. Whoever
-has such damping states it in percent, which leaves no doubt.
+Structures with more than 20 % damping are rare, tables in percent are not. A larger number without a unit is therefore
+rejected as ambiguous; a value stated in percent is accepted.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from mechid.arrays import FloatArray
 from mechid.errors import InputFileError
 
 RATIO, PERCENT = KEYS = ("damping", "damping_percent")
-"""Keys, columns and variables that hold it."""
+"""Names of keys, columns and variables with damping."""
 ASKED_ABOVE = 0.2
-"""Share of critical damping of a structure's mode from which on percent may be meant."""
+"""Damping ratio of a structure's mode above which percent may be meant."""
 CONTROL_ASKED_ABOVE = 2.0
-"""The same of a controller, which has 0.5 to 1 on purpose."""
+"""The same for a controller, which is usually damped by 0.5 to 1."""
 REMEDY = (
     "write damping_percent = {largest} if percent is meant, damping_percent = {in_percent} if the share of critical is"
 )
@@ -34,43 +34,43 @@ _OTHER_MEASURES: Mapping[str, tuple[re.Pattern[str], str]] = {
         "half of it",
     ),
 }
-"""Other measures of damping by the names of their columns, and the damping of which they are the measure."""
+"""Other measures of damping: patterns of their column names, and the equivalent damping ratio."""
 
 
 def damping_key(entry: Mapping[str, Any], place: str) -> str:
-    """Return the key under which an entry states the damping, `RATIO` where it has none.
+    """Return the key under which an entry states the damping; `RATIO` if it states none.
 
     Raises
     ------
     InputFileError
-        It has both.
+        The entry has both keys.
     """
     if RATIO in entry and PERCENT in entry:
-        raise InputFileError(f"{place}: has both {RATIO} and {PERCENT}; leave one out")
+        raise InputFileError(f"{place}: has both {RATIO} and {PERCENT}; remove one")
     return PERCENT if PERCENT in entry else RATIO
 
 
 def damping_ratio(
     values: ArrayLike, key: str, place: str, *, asked_above: float = ASKED_ABOVE, remedy: str = REMEDY
 ) -> FloatArray:
-    """Return damping as share of critical, in the shape of `values`.
+    """Return damping as a ratio of critical damping, in the shape of `values`.
 
     Parameters
     ----------
     values : array_like
-        As the file has them under `key`.
+        Values of the file under `key`.
     key : {"damping", "damping_percent"}
     place : str
-        Where they stand, for messages.
+        Location in the file, for messages.
     asked_above : float
-        Share of critical from which on values under `RATIO` may be meant in percent.
+        Damping ratio above which values under `RATIO` are ambiguous.
     remedy : str
-        What to write in either case; ``{largest}`` and ``{in_percent}`` stand for the largest value.
+        Remedy for both cases; ``{largest}`` and ``{in_percent}`` are replaced by the largest value.
 
     Raises
     ------
     InputFileError
-        They may be meant in percent.
+        The values are ambiguous and may be in percent.
 
     Examples
     --------
@@ -95,12 +95,12 @@ damping_percent = 0.5 if percent is meant, damping_percent = 50 if the share of 
 
 
 def key_of_column(name: str, unit: str | None, place: str) -> tuple[str, bool] | None:
-    """Return the key of a column that holds damping, and whether its unit is stated; None of another column.
+    """Return the key of a damping column, and whether its unit is stated; None for any other column.
 
     Raises
     ------
     InputFileError
-        It holds another measure of damping, or its unit is none of damping.
+        The column contains another measure of damping, or its unit is not valid for damping.
 
     Examples
     --------
@@ -110,6 +110,7 @@ def key_of_column(name: str, unit: str | None, place: str) -> tuple[str, bool] |
     (('damping', True), None)
     """
     plain = " ".join(re.split(r"[\s_]+", name.strip().lower()))
+
     for what, (names, ratio) in _OTHER_MEASURES.items():
         if names.fullmatch(plain):
             raise InputFileError(f'{place}: column "{name}": is {what}; write a column "damping" with {ratio}')
@@ -117,7 +118,7 @@ def key_of_column(name: str, unit: str | None, place: str) -> tuple[str, bool] |
         return None
     stated = None if unit is None else unit.strip().lower()
     if stated is not None and stated not in (*_RATIO_UNITS, *_PERCENT_UNITS):
-        raise InputFileError(f'{place}: column "{name}": unit "{unit}" is none for it; expected 1 or %')
+        raise InputFileError(f'{place}: column "{name}": unit "{unit}" is not valid here; expected 1 or %')
     percent = stated in _PERCENT_UNITS or bool(found[4])
     if found[4] and stated in _RATIO_UNITS:
         raise InputFileError(f'{place}: column "{name}": has unit "{unit}"; write "damping [%]" or "damping [1]"')

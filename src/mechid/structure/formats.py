@@ -1,6 +1,6 @@
-"""From a file to a structure: the one place that knows which reader reads which format.
+"""Selection of the reader for a structure file by its format.
 
-A further format is one reader, a function from (path, selection) to a `Structure`, and its suffix in `READERS`.
+A new format needs a reader, a function from (path, selection) to a `Structure`, and its suffix in `READERS`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from mechid.errors import InputFileError, did_you_mean
 from mechid.reading.process import UnreadableError, call
 from mechid.reading.whole import is_folder, is_there, refuse_special
-from mechid.structure.checks import LARGEST, refuse_no_numbers
+from mechid.structure.checks import LARGEST_RECEPTANCE, refuse_overflow
 from mechid.structure.csv_table import read_numbers, split_unit
 from mechid.structure.mat import read_mat
 from mechid.structure.modal_csv import read_modal_csv
@@ -31,7 +31,7 @@ Reader = Callable[[Path, Selection], Structure]
 
 
 def read_csv(path: Path, selection: Selection) -> Structure:
-    """Return the structure of a CSV file: a frequency response where columns end in ``_re`` or ``_mag``, else modes."""
+    """Read a CSV file: a frequency response if column names end in ``_re``, ``_mag`` or the like, otherwise modes."""
     names = [split_unit(header)[0] for header in read_numbers(path)]
     pairs = any(name.endswith(end) for name in names for pair in PAIRS for end in pair)
     return read_response_csv(path, selection) if pairs else read_modal_csv(path, selection)
@@ -44,29 +44,29 @@ GUARDED: Mapping[str, Reader] = {
     ".op2": read_nas2cam,
     ".op4": read_craig_bampton,
 }
-"""Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
-LOOKED_AT_HZ, POINTS = (1e-3, 1e5), 97
-"""Where a structure is looked at for numbers that are none."""
+"""Readers that run in the reading process (`mechid.reading`), isolated from crashes caused by damaged files."""
+CHECKED_RANGE_HZ, CHECKED_POINTS = (1e-3, 1e5), 97
+"""Frequency range and number of points of the overflow check."""
 READERS: Mapping[str, Reader] = {".toml": read_modal_toml, ".csv": read_csv, **GUARDED}
 """Reader by suffix, in lower case."""
 
 
 def read_structure(path: Path | str, selection: Selection | None = None, *, axis: str = "") -> Structure:
-    """Return the structure that a file describes, checked.
+    """Read a structure from a file and check it.
 
     Parameters
     ----------
     path : Path
-        Its suffix tells the format.
+        The suffix determines the format.
     selection : Selection or None
-        Which degrees of freedom, in which units; files whose columns have names need none.
+        Degrees of freedom and units; not needed for files with named columns.
     axis : str
-        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; refused where the file says another.
+        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; an error is raised if the file states a different one.
 
     Raises
     ------
     InputFileError
-        The file is missing or wrong; one line with file, what was found and remedy.
+        The file is missing or invalid; a one-line message names the file, the finding and the remedy.
     """
     path = Path(path)
     if is_folder(path):
@@ -80,25 +80,25 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
     structure = _read(path, selection or Selection())
     if axis and structure.axis and structure.axis != axis:
         raise InputFileError(
-            f"{path.name}: is for a torque about {structure.axis} where the mechanism turns about {axis}"
+            f"{path.name}: describes a torque about {structure.axis} but the mechanism turns about {axis}"
         )
     _refuse_overflow(structure)
     return _with_axis(structure, axis) if structure.directions else structure
 
 
 def load_structure(path: Path | str, *, axis: str = "") -> Structure:
-    """Return the structure that a file describes whose columns have names; docs/budget.md has the formats.
+    """Read a structure from a file with named columns; docs/budget.md describes the formats.
 
     Parameters
     ----------
     path : Path
     axis : str
-        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; refused where the file says another.
+        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; an error is raised if the file states a different one.
 
     Raises
     ------
     InputFileError
-        The file is missing or wrong; one line with file, what was found and remedy.
+        The file is missing or invalid; a one-line message names the file, the finding and the remedy.
 
     Examples
     --------
@@ -110,18 +110,21 @@ def load_structure(path: Path | str, *, axis: str = "") -> Structure:
 
 
 def _refuse_overflow(structure: Structure) -> None:
-    """Refuse a structure whose numbers, multiplied with one another, are none any more."""
+    """Raise an error if responses of a structure overflow."""
     for direction, model in {structure.axis or "torque": structure.model, **structure.directions}.items():
         low, high = model.coverage_hz
-        frequency_hz = np.geomspace(max(low, LOOKED_AT_HZ[0]), max(min(high, LOOKED_AT_HZ[1]), LOOKED_AT_HZ[0]), POINTS)
+        frequency_hz = np.geomspace(
+            max(low, CHECKED_RANGE_HZ[0]), max(min(high, CHECKED_RANGE_HZ[1]), CHECKED_RANGE_HZ[0]), CHECKED_POINTS
+        )
         with np.errstate(all="ignore"):
             size = np.abs(model.response(frequency_hz))
-        lost = size > LARGEST if not isinstance(model, Modes) else ~(size <= LARGEST)
-        refuse_no_numbers(f"{structure.name}: {direction}", frequency_hz, lost)
+        # Modes are known at all positive frequencies, so NaN means an overflow; other models are NaN where not known.
+        lost = size > LARGEST_RECEPTANCE if not isinstance(model, Modes) else ~(size <= LARGEST_RECEPTANCE)
+        refuse_overflow(f"{structure.name}: {direction}", frequency_hz, lost)
 
 
 def _with_axis(structure: Structure, axis: str) -> Structure:
-    """Return a structure of several directions, which needs to know which of them is the mechanism's."""
+    """Return a structure with several directions, after checking that the mechanism's axis is known."""
     axis = structure.axis or axis
     if not axis:
         raise InputFileError(f'{structure.name}: has several directions; say which is the mechanism\'s, axis = "rz"')
@@ -133,11 +136,12 @@ def _with_axis(structure: Structure, axis: str) -> Structure:
 
 
 def _read(path: Path, selection: Selection) -> Structure:
-    """Read, with the file's name in front of what the model itself refuses."""
+    """Read a file, and prefix errors raised by the model with the file's name."""
     suffix = path.suffix.lower()
     try:
         refuse_special(path)
-        return _guarded(path, selection) if suffix in GUARDED else READERS[suffix](path, selection)
+        # After this check no reader can block on a pipe or a device.
+        return _read_isolated(path, selection) if suffix in GUARDED else READERS[suffix](path, selection)
     except OSError as error:
         raise InputFileError(f"{path.name}: cannot be read ({error.strerror or error}); check the path") from error
     except InputFileError as error:
@@ -145,8 +149,8 @@ def _read(path: Path, selection: Selection) -> Structure:
         raise InputFileError(message if message.startswith(path.stem) else f"{path.name}: {message}") from error
 
 
-def _guarded(path: Path, selection: Selection) -> Structure:
-    """Read elsewhere; whatever a library, or what it made of the file, stumbles over is the user's one line."""
+def _read_isolated(path: Path, selection: Selection) -> Structure:
+    """Read a file in the reading process, and convert any error of a library to a one-line message."""
     suffix = path.suffix.lower()
     try:
         size = path.stat().st_size
@@ -156,6 +160,6 @@ def _guarded(path: Path, selection: Selection) -> Structure:
     except Exception as error:
         what = str(error) if isinstance(error, UnreadableError) else f"{type(error).__name__}: {error}"
         raise InputFileError(
-            f"{path.name}: is damaged, or no {suffix} file of a structure ({' '.join(what.split())[:160]}); "
-            "write or copy it anew"
+            f"{path.name}: is damaged or not a {suffix} file of a structure ({' '.join(what.split())[:160]}); "
+            "export or copy it again"
         ) from error

@@ -1,4 +1,4 @@
-"""Frequency columns of text files: in hertz, or in another unit that the header states."""
+"""Frequency columns of text files, in hertz or in another unit stated by the header."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ FREQUENCY, BARE, ANGULAR = "frequency_Hz", "frequency", "frequency_rad_s"
 
 
 def as_hertz(name: str, unit: str | None, data: FloatArray, label: str) -> FloatArray | None:
-    """Return a column of frequencies in Hz, (n,); None of another column.
+    """Return a frequency column in Hz, (n,); None for any other column.
 
     Raises
     ------
     InputFileError
-        Its unit is none of a frequency, is missing, or is not the one that its name ends in.
+        The unit does not measure frequency, is missing, or contradicts the suffix of the column's name.
 
     Examples
     --------
@@ -36,10 +36,11 @@ def as_hertz(name: str, unit: str | None, data: FloatArray, label: str) -> Float
         raise InputFileError(f'{place}: has unit "{unit}"; write "{BARE} [{unit}]" if the unit is right')
     factor = _to_hertz(unit or own or "")
     if factor is None:
-        raise InputFileError(f'{place}: unit "{unit}" is none for it; expected Hz or rad/s')
+        raise InputFileError(f'{place}: unit "{unit}" is not valid here; expected Hz or rad/s')
     return factor * data
 
 
 def _to_hertz(unit: str) -> float | None:
+    # Angle is a dimension of its own: a unit converts to either Hz or rad/s, and pi enters here only.
     cycles, radians = conversion_factor(unit, "Hz"), conversion_factor(unit, "rad/s")
     return cycles if radians is None else radians / (2.0 * math.pi)

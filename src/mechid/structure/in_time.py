@@ -1,4 +1,4 @@
-"""The line of sight over time under a torque that does not repeat."""
+"""Transient response of the line of sight to a torque that is not periodic."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from mechid.structure.structure import Structure
 def line_of_sight_over_time(
     structure: Structure, torque: FloatArray, sample_rate_hz: float, highest_hz: float
 ) -> Iterator[FloatArray]:
-    """Yield the rotation along each line of sight, (N, k) rad, of a structure at rest before the first sample.
+    """Yield the rotation along each line of sight, (N, k) rad, of a structure that is initially at rest.
 
-    Modes are integrated in closed form, the torque linear between samples. Other models go through the Fourier
-    transform, with as many zeros after the torque as it has samples, and nothing where they are not known.
+    Modes are integrated in closed form for a torque that is linear between samples. Other models are evaluated by the
+    Fourier transform of the torque, padded by zeros to twice its length; unknown responses are taken as zero.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def line_of_sight_over_time(
         N m; zero before the first sample.
     sample_rate_hz : float
     highest_hz : float
-        Above it a model that is no modes is left out.
+        Upper frequency limit of models other than modes.
     """
     if isinstance(structure.model, Modes):
         yield from _by_modes(structure.model, torque, sample_rate_hz)
@@ -40,9 +40,11 @@ def _by_modes(modes: Modes, torque: FloatArray, sample_rate_hz: float) -> Iterat
     totals = [flexibility * torque for flexibility in static]
     for k, (w, zeta) in enumerate(zip(modes.omega, modes.damping, strict=True)):
         weights = modes.line_of_sight[:, k] * modes.interface[k]
+        # Modes of other axes need no integration.
         if not weights.any():
             continue
         oscillator = ([1.0], [1.0, 2.0 * zeta * w, w**2])
+        # A first-order hold is exact for a torque that is linear between samples, at any sample rate.
         numerator, denominator, _ = cont2discrete(oscillator, 1.0 / sample_rate_hz, method="foh")
         eta = lfilter(np.ravel(numerator), denominator, torque, axis=0)
         totals = [total + weight * eta for total, weight in zip(totals, weights, strict=True)]
@@ -52,6 +54,7 @@ def _by_modes(modes: Modes, torque: FloatArray, sample_rate_hz: float) -> Iterat
 def _by_transform(
     structure: Structure, torque: FloatArray, sample_rate_hz: float, highest_hz: float
 ) -> Iterator[FloatArray]:
+    # Zero padding keeps the circular convolution of the transform from wrapping the end around to the beginning.
     n = 2 * len(torque)
     spectrum = np.fft.rfft(torque, n=n, axis=0)
     frequency = np.arange(len(spectrum)) * (sample_rate_hz / n)

@@ -1,10 +1,12 @@
-"""MATLAB files up to version 7: frequency responses, modes or a state space, by the names of their variables.
+"""Reader of MATLAB files up to version 7 with frequency responses, modes or a state space.
 
-- ``frequency_hz`` (n), ``line_of_sight`` (n, m) complex, ``interface`` (n) complex where known;
+The names of the variables determine the kind of model:
+
+- ``frequency_hz`` (n), ``line_of_sight`` (n, m) complex, optionally ``interface`` (n) complex: frequency responses;
 - ``frequency_hz`` (n), ``damping`` or ``damping_percent`` (n or 1), ``interface`` (n), ``line_of_sight`` (m, n): modes;
-- ``A``, ``B``, ``C``, ``D``: a state space, its first output the interface.
+- ``A``, ``B``, ``C``, ``D``: state space with the interface as first output.
 
-``line_of_sight_names`` may name the axes, ``unit`` the unit of a frequency response.
+Optional variables are ``line_of_sight_names``, the names of the axes, and ``unit``, that of a frequency response.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from scipy.io import loadmat, matlab
 
 from mechid.errors import InputFileError
 from mechid.structure.damping import PERCENT, damping_key, damping_ratio
-from mechid.structure.linear_system import LinearSystem, checked_system
+from mechid.structure.linear_system import LinearSystem, check_system
 from mechid.structure.modes import Modes
 from mechid.structure.response_csv import receptance_of, structure_of_responses
 from mechid.structure.selection import Selection
@@ -28,12 +30,12 @@ EXPECTED = "frequency_hz and line_of_sight, or A, B, C and D"
 
 
 def read_mat(path: Path, selection: Selection) -> Structure:
-    """Return the structure that a MAT file holds.
+    """Read the structure of a MAT file.
 
     Raises
     ------
     InputFileError
-        It is no MAT file of version 7 or below, or its variables are none of a structure.
+        The file is not a MAT file up to version 7, or its variables do not describe a structure.
     """
     selection.refuse_directions(path.name, "a MAT file gives the torque's direction alone")
     content = _content(path)
@@ -53,7 +55,7 @@ def _content(path: Path) -> dict[str, Any]:
     except NotImplementedError as error:
         raise InputFileError(f'{path.name}: is of version 7.3; save it with "-v7"') from error
     except (matlab.MatReadError, ValueError) as error:
-        raise InputFileError(f"{path.name}: is no MAT file ({error})") from error
+        raise InputFileError(f"{path.name}: is not a MAT file ({error}); export or copy it again") from error
 
 
 def _names(content: Mapping[str, Any], count: int, label: str) -> tuple[str, ...]:
@@ -68,9 +70,10 @@ def _names(content: Mapping[str, Any], count: int, label: str) -> tuple[str, ...
 def _responses(content: Mapping[str, Any], label: str) -> Structure:
     f = np.ravel(content["frequency_hz"]).astype(np.float64)
     values = np.atleast_2d(content["line_of_sight"])
+    # MATLAB users store responses by rows or by columns; the number of frequencies decides.
     values = values if values.shape[0] == f.size else values.T
     if values.shape[0] != f.size:
-        raise InputFileError(f"{label}: line_of_sight is {values.shape} where frequency_hz has {f.size}")
+        raise InputFileError(f"{label}: line_of_sight is {values.shape}, but frequency_hz has {f.size} values")
     named = dict(zip(_names(content, values.shape[1], label), values.T, strict=True))
     if "interface" in content:
         named = {"interface": np.ravel(content["interface"]), **named}
@@ -107,4 +110,4 @@ def _system(content: Mapping[str, Any], label: str) -> Structure:
             f"{label}: A {A.shape}, B {B.shape}, C {C.shape}; it needs one input, the torque, and as first output "
             "the interface"
         )
-    return checked_system(LinearSystem(A, B, C, D), _names(content, C.shape[0] - 1, label), "", label)
+    return check_system(LinearSystem(A, B, C, D), _names(content, C.shape[0] - 1, label), "", label)

@@ -1,6 +1,6 @@
-"""Modal table as CSV: ``frequency_Hz,damping,interface,<line of sight>,...``, a line for each mode.
+"""Reader of modal tables in CSV format: ``frequency_Hz,damping,interface,<line of sight>,...``, one line per mode.
 
-Columns that the budget names as `directions` are the interface's motion along these.
+Columns named as `directions` in the budget contain the interface's motion along these directions.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from mechid.units import conversion_factor
 DAMPING, INTERFACE = "damping", "interface"
 SHAPE_UNIT, TRANSLATION_UNIT = "rad/(kg^0.5*m)", "1/kg^0.5"
 NAME_COLUMN = 'name the column "damping [%]" if percent is meant, "damping [1]" if the share of critical is'
-_NO_SHAPES: Mapping[str, re.Pattern[str]] = {
+_NON_SHAPE_COLUMNS: Mapping[str, re.Pattern[str]] = {
     "numbers the modes; leave it out": re.compile(r"(mode )?(no|nr|num|number|index|id|#)\.?|mode|mode_?shape"),
     "is a modal mass, and shapes here are mass-normalised; divide them by its square root and leave it out": re.compile(
         r"(modal|generali[sz]ed) (mass|inertia)"
@@ -36,16 +36,16 @@ _NO_SHAPES: Mapping[str, re.Pattern[str]] = {
         r"|omega( rad s)?|(angular|circular|natural) frequency( hz| rad s)?|freq( hz)?"
     ),
 }
-"""Names of columns that tables of modes have beside the shapes: as a line of sight each of them would be wrong."""
+"""Remedies by patterns of column names that modal tables contain besides shapes; they are not lines of sight."""
 
 
 def read_modal_csv(path: Path, selection: Selection) -> Structure:
-    """Return the structure of a modal table; shapes are mass-normalised, other units stand in brackets.
+    """Read a modal table with mass-normalised shapes; units other than SI are stated in brackets.
 
     Raises
     ------
     InputFileError
-        A column is missing, its unit measures something else, or its numbers are wrong.
+        A column is missing, its unit has the wrong dimension, or its numbers are invalid.
     """
     columns = _columns(path, selection)
     for needed in (FREQUENCY, INTERFACE):
@@ -54,7 +54,7 @@ def read_modal_csv(path: Path, selection: Selection) -> Structure:
             raise InputFileError(f'{path.name}: no column "{needed}"{near}; the header is frequency_Hz,damping,...')
     damping = columns.get(DAMPING)
     if damping is None:
-        damping = given_damping(selection, path.name, columns[FREQUENCY].size)
+        damping = selected_damping(selection, path.name, columns[FREQUENCY].size)
     for direction, name in selection.directions.items():
         if name not in columns or name in (FREQUENCY, DAMPING, INTERFACE):
             near = did_you_mean(name, columns)
@@ -69,42 +69,43 @@ def read_modal_csv(path: Path, selection: Selection) -> Structure:
     return Structure(name=path.name, line_of_sight=names, model=modes, directions=along)
 
 
-def given_damping(selection: Selection, label: str, modes: int) -> FloatArray:
-    """Return the selection's damping for each mode, (modes,); InputFileError where there is none."""
+def selected_damping(selection: Selection, label: str, modes: int) -> FloatArray:
+    """Return the selection's damping for each mode, (modes,); raise InputFileError if it has none."""
     if selection.damping is None:
-        raise InputFileError(f"{label}: holds no damping; give it, as damping = 0.005")
+        raise InputFileError(f"{label}: contains no damping; give it, as damping = 0.005")
     return np.full(modes, selection.damping)
 
 
 def _columns(path: Path, selection: Selection) -> dict[str, FloatArray]:
-    """Return the columns by name in SI; InputFileError where two hold the same, or one is no shape."""
+    """Return the columns in SI units by name; raise InputFileError for duplicates and columns that are not shapes."""
     moving = {name for direction, name in selection.directions.items() if direction not in ROTATIONS}
     columns: dict[str, FloatArray] = {}
     for header, data in read_numbers(path).items():
         named = split_unit(header)[0]
         if named not in selection.directions.values():
-            _refuse_no_shape(named, path.name)
-        name, values = _converted(header, data, path.name, moving)
+            _refuse_non_shape(named, path.name)
+        name, values = _convert_column(header, data, path.name, moving)
         if name in columns:
-            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as another does; leave one out')
+            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as does another column; remove one')
         columns[name] = values
     return columns
 
 
-def _refuse_no_shape(name: str, label: str) -> None:
+def _refuse_non_shape(name: str, label: str) -> None:
     plain = " ".join(re.split(r"[\s_]+", name.strip().lower()))
-    for why, names in _NO_SHAPES.items():
+    for why, names in _NON_SHAPE_COLUMNS.items():
         if names.fullmatch(plain):
             raise InputFileError(f'{label}: column "{name}": {why}, or name it otherwise if it is a line of sight')
 
 
-def _converted(header: str, data: FloatArray, label: str, moving: Collection[str]) -> tuple[str, FloatArray]:
-    """Return a column's name and its values in SI; `moving` are those of translations."""
+def _convert_column(header: str, data: FloatArray, label: str, moving: Collection[str]) -> tuple[str, FloatArray]:
+    """Return a column's name and its values in SI units; `moving` are the names of translations."""
     name, unit = split_unit(header)
     hertz = as_hertz(name, unit, data, label)
     if hertz is not None:
         return FREQUENCY, hertz
     if damping := key_of_column(name, unit, label):
+        # With a stated unit large values are unambiguous.
         asked_above = math.inf if damping[1] else ASKED_ABOVE
         place = f'{label}: column "{header}"'
         return DAMPING, damping_ratio(data, damping[0], place, asked_above=asked_above, remedy=NAME_COLUMN)
@@ -113,5 +114,5 @@ def _converted(header: str, data: FloatArray, label: str, moving: Collection[str
     expected = TRANSLATION_UNIT if name in moving else SHAPE_UNIT
     factor = conversion_factor(unit, expected)
     if factor is None:
-        raise InputFileError(f'{label}: column "{header}": unit "{unit}" is none for it; expected {expected}')
+        raise InputFileError(f'{label}: column "{header}": unit "{unit}" is not valid here; expected {expected}')
     return name, factor * data

@@ -1,6 +1,6 @@
-"""Modal table as TOML: ``line_of_sight`` names the axes, a ``[[mode]]`` table for each mode.
+"""Reader of modal tables in TOML format: ``line_of_sight`` names the axes, each mode is a ``[[mode]]`` table.
 
-A mode may have ``directions = { tx = 0.2, ... }`` too, the interface's motion along further directions.
+A mode may contain ``directions = { tx = 0.2, ... }``, the interface's motion along further directions.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ MODE_KEYS = ("frequency_hz", "damping", PERCENT, "interface", "line_of_sight", "
 
 
 def read_modal_toml(path: Path, selection: Selection) -> Structure:
-    """Return the structure of a modal table; shapes are mass-normalised, in rad/(kg^0.5 m), translations in 1/kg^0.5.
+    """Read a modal table with mass-normalised shapes, in rad/(kg^0.5 m), and translations, in 1/kg^0.5.
 
     Raises
     ------
     InputFileError
-        The file is no TOML, or an entry is unknown, missing or wrong.
+        The file is not TOML, or an entry is unknown, missing or invalid.
     """
     selection.refuse_directions(path.name, "they stand in each [[mode]], as directions = { tx = 0.2 }")
     table = _table(path)
@@ -48,7 +48,7 @@ def read_modal_toml(path: Path, selection: Selection) -> Structure:
 
 
 def _directions(entries: Sequence[Mapping[str, Any]], label: str) -> dict[str, FloatArray]:
-    """Return the interface's motion along further directions, (n,) each over the modes; every mode has the same."""
+    """Return the interface's motion along further directions, (n,) over the modes; all modes have the same ones."""
     shapes: dict[str, list[float]] = {}
     for k, entry in enumerate(entries):
         place, own = f"{label}: mode[{k}]: directions", entry.get("directions", {})
@@ -102,11 +102,11 @@ def _mode(entry: Mapping[str, Any], place: str, axes: int, selection: Selection)
         raise InputFileError(f"{place}: line_of_sight: found {shape}; write {axes} numbers, one for each axis")
     head = [_number(entry.get(key), f"{place}: {key}") for key in ("frequency_hz", "interface")]
     own = [_number(value, f"{place}: line_of_sight[{k}]") for k, value in enumerate(shape)]
-    return [head[0], _damping(entry, place, selection), head[1], *own]
+    return [head[0], _mode_damping(entry, place, selection), head[1], *own]
 
 
-def _damping(entry: Mapping[str, Any], place: str, selection: Selection) -> float:
-    """Return a mode's damping as share of critical: its own, else the selection's."""
+def _mode_damping(entry: Mapping[str, Any], place: str, selection: Selection) -> float:
+    """Return a mode's damping ratio: its own, or else that of the selection."""
     key = damping_key(entry, place)
     if key not in entry and selection.damping is not None:
         return selection.damping
@@ -114,6 +114,7 @@ def _damping(entry: Mapping[str, Any], place: str, selection: Selection) -> floa
 
 
 def _number(value: Any, place: str) -> float:
+    # A bool is an int in Python, and TOML's true would pass for 1.
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise InputFileError(f"{place}: found {value}; write a finite number")
     return float(value)

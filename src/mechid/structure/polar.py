@@ -1,4 +1,4 @@
-"""Magnitude and phase columns of a response: their units, and what shows that they are not what the header says."""
+"""Magnitude and phase columns of a response: units, and detection of values that contradict the header."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError
-from mechid.structure.checks import NOT_CAUSAL, energy_before
+from mechid.structure.checks import NONCAUSAL_SHARE, energy_before_impulse
 
 LINEAR = "write it as 10^(dB/20), in a unit as rad/(N*m)"
 _DECIBEL = re.compile(r"(?<![A-Za-z])dB(?![A-Za-z])", re.IGNORECASE)
-TURN_TO_ASK = 1.0
-"""Phase in the numbers of the file by which a resonance turns at least, in degrees and in radians."""
-PEAK = 3.0
-"""A magnitude that falls so far on either side of a maximum has a resonance: its phase turns by 90 deg or more."""
-HALF_TURN = 1e-3
-"""How near to pi the largest phase is to be taken for half a turn."""
-CAUSAL = 0.01
-"""Share of the impulse response's energy before the impulse that a response on a fine grid stays below."""
-FEWEST, HIGHEST_DB = 16, 400.0
-"""Points of a response that tell whether it is causal; a larger number is no level."""
+LEAST_PHASE_SPAN = 1.0
+"""Least change of the phase at a resonance, as a number in degrees or radians."""
+PEAK_RATIO = 3.0
+"""Ratio by which a magnitude falls on both sides of a resonance, whose phase changes by 90 deg or more."""
+HALF_TURN_TOLERANCE = 1e-3
+"""Tolerance for the largest phase to count as half a turn, pi."""
+CAUSAL_SHARE = 0.01
+"""Maximum share of the impulse response's energy before the impulse, for a causal response on a fine grid."""
+LEAST_POINTS, HIGHEST_DB = 16, 400.0
+"""Minimum number of points of the causality test; maximum number that may be a level in dB."""
 LARGEST_RADIANS = 100.0
-"""A phase of more turns than 16 would be that of more modes than a response shows."""
+"""Maximum phase in radians; more than 16 turns would need more modes than a response shows."""
 
 
 def is_decibel(text: str | None) -> bool:
-    """Whether a unit, or the end of a column's name, is that of a level.
+    """Return whether a unit, or the suffix of a column's name, denotes a level in dB.
 
     Examples
     --------
@@ -39,45 +39,46 @@ def is_decibel(text: str | None) -> bool:
 
 
 def from_polar(magnitude: FloatArray, phase_rad: FloatArray) -> ComplexArray:
-    """Return complex numbers, (n,)."""
+    """Return complex numbers, (n,), from magnitudes and phases in rad."""
     return np.asarray(magnitude * np.exp(1j * phase_rad), dtype=np.complex128)
 
 
 def refuse_levels(magnitude: FloatArray, unit: str | None, place: str) -> None:
-    """Refuse magnitudes in dB: where the unit says so, or where one is below 0.
+    """Raise an error for magnitudes in dB, recognised by their unit or by a negative value.
 
     Raises
     ------
     InputFileError
-        They are.
+        The magnitudes are levels in dB.
     """
     if is_decibel(unit):
         raise InputFileError(f'{place}: has unit "{unit}", a level; {LINEAR}')
     if np.min(magnitude, initial=0.0) < 0.0:
         raise InputFileError(
-            f"{place}: found {float(magnitude.min()):.6g}, and a magnitude is 0 or above; if it is a level in dB, "
+            f"{place}: found {float(magnitude.min()):.6g}, but a magnitude is 0 or above; if it is a level in dB, "
             f"{LINEAR}"
         )
 
 
 def refuse_hidden_levels(frequency_hz: FloatArray, magnitude: FloatArray, phase_rad: FloatArray, place: str) -> None:
-    """Refuse magnitudes without a unit that are levels in dB, all above 0.
+    """Raise an error for positive magnitudes without a unit that are levels in dB.
 
-    Of a linear system the response begins with the impulse: as levels these do, as magnitudes they do not.
+    The response of a linear system is causal. The values are taken for levels if they give a causal response as levels
+    but not as magnitudes.
 
     Raises
     ------
     InputFileError
-        They are.
+        The magnitudes are levels in dB.
     """
-    if magnitude.size < FEWEST or not np.all(np.diff(frequency_hz) > 0.0) or magnitude.max() > HIGHEST_DB:
+    if magnitude.size < LEAST_POINTS or not np.all(np.diff(frequency_hz) > 0.0) or magnitude.max() > HIGHEST_DB:
         return
-    read = energy_before(frequency_hz, from_polar(magnitude, phase_rad))
-    meant = energy_before(frequency_hz, from_polar(10.0 ** (magnitude / 20.0), phase_rad))
-    if read > NOT_CAUSAL and meant < CAUSAL:
+    read = energy_before_impulse(frequency_hz, from_polar(magnitude, phase_rad))
+    meant = energy_before_impulse(frequency_hz, from_polar(10.0 ** (magnitude / 20.0), phase_rad))
+    if read > NONCAUSAL_SHARE and meant < CAUSAL_SHARE:
         raise InputFileError(
-            f"{place}: with the phase beside it this is the response of a structure if it is a level in dB, and of "
-            f"none if it is a magnitude; {LINEAR}, or state the unit in brackets"
+            f"{place}: with its phase, this is a causal response if it is a level in dB, but not if it is a magnitude; "
+            f"{LINEAR}, or state the unit in brackets"
         )
 
 
@@ -89,51 +90,52 @@ def phase_in_radians(phase: FloatArray, unit: str, magnitude: FloatArray, place:
     phase : (n,)
     unit : {"deg", "rad"}
     magnitude : (n,)
-        Beside it.
+        Magnitude of the same response.
     place : str
-        For messages.
+        Location in the file, for messages.
     is_stated : bool
-        Whether the unit stands in brackets: it is believed then. The end of a column's name may only be the one that
-        mechid asks for.
+        Whether the unit is stated in brackets, in which case it is trusted. A suffix of the column's name is not: it
+        may have been chosen only because mechid requires one.
 
     Raises
     ------
     InputFileError
-        The other unit may be meant.
+        The phase may be in the other unit.
     """
     largest = float(np.max(np.abs(phase), initial=0.0))
     if unit == "deg":
         if not is_stated and _looks_like_radians(phase, magnitude):
-            raise _doubt(
-                place, f"all phases are within +-{largest:.6g}, and in degrees no resonance turns so little", "rad"
+            raise _ambiguous_unit_error(
+                place, f"all phases are within +-{largest:.6g}; in degrees a resonance would turn them further", "rad"
             )
         return np.radians(phase)
     if not is_stated and largest > LARGEST_RADIANS:
-        raise _doubt(place, f"found {largest:.6g}, many turns in radians", "deg")
+        raise _ambiguous_unit_error(place, f"found {largest:.6g}, many turns if in radians", "deg")
     return phase
 
 
-def _doubt(place: str, why: str, other: str) -> InputFileError:
+def _ambiguous_unit_error(place: str, why: str, other: str) -> InputFileError:
     own = "deg" if other == "rad" else "rad"
     return InputFileError(
-        f"{place}: {why}; end the name in _phase [{other}] if that is the unit, in _phase [{own}] if it is right"
+        f"{place}: {why}; end the name with _phase [{other}] if that is the unit, with _phase [{own}] if not"
     )
 
 
 def _looks_like_radians(phase: FloatArray, magnitude: FloatArray) -> bool:
-    """Return whether a phase that is said to be in degrees can only be in radians.
+    """Return whether a phase declared in degrees must be in radians.
 
-    It is within half a turn of radians, and either turns at a resonance or lies at that half turn.
+    This is the case if it is within half a turn in radians, and either changes at a resonance or reaches half a turn.
     """
     largest = float(np.max(np.abs(phase), initial=0.0))
-    if largest > math.pi + HALF_TURN:
+    if largest > math.pi + HALF_TURN_TOLERANCE:
         return False
-    turns = float(np.ptp(phase)) > TURN_TO_ASK and _has_resonance(magnitude)
-    return turns or abs(largest - math.pi) < HALF_TURN
+    turns = float(np.ptp(phase)) > LEAST_PHASE_SPAN and _has_resonance(magnitude)
+    return turns or abs(largest - math.pi) < HALF_TURN_TOLERANCE
 
 
 def _has_resonance(magnitude: FloatArray) -> bool:
-    """Return whether a magnitude has a maximum from which it falls to a `PEAK`-th on either side."""
+    """Return whether a magnitude has a maximum from which it falls by `PEAK_RATIO` on both sides."""
+    # Running minima from both ends: the larger one is how far the magnitude has fallen on the shallower side.
     before = np.minimum.accumulate(magnitude)
     after = np.minimum.accumulate(magnitude[::-1])[::-1]
-    return bool(np.any(magnitude > PEAK * np.maximum(before, after)))
+    return bool(np.any(magnitude > PEAK_RATIO * np.maximum(before, after)))

@@ -1,9 +1,9 @@
-"""Frequency response as CSV: ``frequency_Hz``, then for interface and lines of sight a complex pair of columns.
+"""Reader of frequency responses in CSV format: ``frequency_Hz``, then a pair of columns per complex response.
 
 A pair is ``<name>_re`` and ``<name>_im``, or ``<name>_mag`` and ``<name>_phase_deg``, ``<name>_phase_rad`` or
-``<name>_phase [deg]``. The unit stands in brackets and tells receptance, mobility and accelerance apart; without one
-it is rad/(N*m). Where the budget names `directions`, each line of sight has a pair for each of them too,
-``<line of sight>_<name>_re`` and so on, in rad/N of a force.
+``<name>_phase [deg]``, for the interface and each line of sight. The unit in brackets distinguishes receptance,
+mobility and accelerance; the default is rad/(N*m). If the budget names `directions`, each line of sight also has a pair
+for each of them, ``<line of sight>_<name>_re`` and so on, in rad/N for a force.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError, did_you_mean
-from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
+from mechid.structure.checks import LARGEST_RECEPTANCE, refuse_overflow, response_findings
 from mechid.structure.csv_table import read_numbers, split_unit
 from mechid.structure.frequency import FREQUENCY, as_hertz
 from mechid.structure.polar import LINEAR, from_polar, is_decibel, phase_in_radians, refuse_hidden_levels, refuse_levels
@@ -31,12 +31,12 @@ Column = tuple[FloatArray, str | None]
 
 
 def read_response_csv(path: Path, selection: Selection) -> Structure:
-    """Return the structure of a frequency response, checked for passivity, causality and resolution.
+    """Read a frequency response and check its passivity, causality and resolution.
 
     Raises
     ------
     InputFileError
-        A column or its partner is missing, its unit measures something else, or its numbers are wrong.
+        A column or its partner is missing, its unit has the wrong dimension, or its numbers are invalid.
     """
     columns: dict[str, Column] = {}
     for header, data in read_numbers(path).items():
@@ -44,14 +44,15 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
         hertz = as_hertz(name, unit, data, path.name)
         name, column = (name, (data, unit)) if hertz is None else (FREQUENCY, (hertz, "Hz"))
         if name in columns:
-            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as another does; leave one out')
+            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as does another column; remove one')
         columns[name] = column
     if FREQUENCY not in columns:
         raise InputFileError(f'{path.name}: no column "{FREQUENCY}"{did_you_mean(FREQUENCY, columns)}')
     frequency_hz = columns.pop(FREQUENCY)[0]
+    # A column that ends in a direction's name belongs to that direction, and is no line of sight of its own.
     names, own = _names(columns, path.name), dict.fromkeys(selection.directions.values())
     sights = [name for name in names if name != INTERFACE and not any(name.endswith(f"_{one}") for one in own)]
-    found = {n: _pair(n, columns, frequency_hz, path.name) for n in names if n in sights or n == INTERFACE}
+    found = {n: _complex_response(n, columns, frequency_hz, path.name) for n in names if n in sights or n == INTERFACE}
     structure = structure_of_responses(path.name, frequency_hz, found)
     along = {}
     for direction, name in selection.directions.items():
@@ -59,18 +60,21 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
             if f"{sight}_{name}" not in names:
                 columns_of = f'"{sight}_{name}_re" and "{sight}_{name}_im"'
                 raise InputFileError(f"{path.name}: directions: {direction}: no columns {columns_of}")
-        pairs = [_pair(f"{sight}_{name}", columns, frequency_hz, path.name, per(direction)) for sight in sights]
-        along[direction] = responses_along(frequency_hz, pairs)
-    return with_directions(structure, along)
+        pairs = [
+            _complex_response(f"{sight}_{name}", columns, frequency_hz, path.name, load_unit(direction))
+            for sight in sights
+        ]
+        along[direction] = response_to_direction(frequency_hz, pairs)
+    return add_directions(structure, along)
 
 
-def per(direction: str) -> str:
-    """Return the unit of what acts along a direction."""
+def load_unit(direction: str) -> str:
+    """Return the unit of the torque or force along a direction."""
     return "N*m" if direction in ROTATIONS else "N"
 
 
-def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]) -> Structure:
-    """Return a structure of measured or exported responses with further directions, what is odd about these too."""
+def add_directions(structure: Structure, along: Mapping[str, FrequencyResponse]) -> Structure:
+    """Return a structure of measured or exported responses with further directions, and warnings about these."""
     findings = [
         line
         for direction, model in along.items()
@@ -81,8 +85,8 @@ def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]
     return replace(structure, directions=dict(along)).with_warnings(*findings)
 
 
-def responses_along(frequency_hz: FloatArray, lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
-    """Return the receptances of the lines of sight, (n,) each, to what acts along a direction at the interface."""
+def response_to_direction(frequency_hz: FloatArray, lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
+    """Return the response of the lines of sight, (n,) each, to a force or torque along a direction at the interface."""
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     return FrequencyResponse(frequency_hz, np.column_stack([unknown, *lines_of_sight]))
 
@@ -90,12 +94,12 @@ def responses_along(frequency_hz: FloatArray, lines_of_sight: Sequence[ComplexAr
 def structure_of_responses(
     label: str, frequency_hz: FloatArray, found: Mapping[str, ComplexArray], axis: str = ""
 ) -> Structure:
-    """Return the structure of receptances by name, (n,) each; ``interface`` may be missing, a line of sight not."""
+    """Return the structure of named receptances, (n,) each: at least one line of sight, optionally ``interface``."""
     names = tuple(name for name in found if name != INTERFACE)
     if not names:
         raise InputFileError(f'{label}: no line of sight; give at least one response beside "{INTERFACE}"')
     for name, column in found.items():
-        refuse_no_numbers(f"{label}: {name}", frequency_hz, np.abs(column) > LARGEST)
+        refuse_overflow(f"{label}: {name}", frequency_hz, np.abs(column) > LARGEST_RECEPTANCE)
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     values = np.column_stack([found.get(INTERFACE, unknown), *(found[name] for name in names)])
     try:
@@ -109,12 +113,14 @@ def structure_of_responses(
 def receptance_of(
     frequency_hz: FloatArray, values: ComplexArray, unit: str | None, place: str, per: str = "N*m"
 ) -> ComplexArray:
-    """Return a response in `unit` as receptance in rad/(N m), (n,), of a force in rad/N, with what acts as `per`.
+    """Convert a response in `unit` to a receptance, (n,), in rad/(N m) for a torque or rad/N for a force.
+
+    `per` is the unit of the torque or force.
 
     Raises
     ------
     InputFileError
-        The unit is none of such a response.
+        The unit does not fit such a response.
     """
     kinds = {si.replace("N*m", per): differentiated for si, differentiated in KINDS.items()}
     for si, differentiated in kinds.items():
@@ -122,7 +128,7 @@ def receptance_of(
         if factor is not None:
             return to_receptance(frequency_hz, factor * values[:, None], differentiated)[:, 0]
     what = "torque" if per == "N*m" else "force"
-    raise InputFileError(f'{place}: unit "{unit}" is none of a response to a {what}; expected {", ".join(kinds)}')
+    raise InputFileError(f'{place}: unit "{unit}" does not fit a response to a {what}; expected {", ".join(kinds)}')
 
 
 def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
@@ -137,10 +143,10 @@ def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
     return dict.fromkeys(name.removesuffix(next(e for e in ends if name.endswith(e))) for name in columns)
 
 
-def _pair(
+def _complex_response(
     name: str, columns: Mapping[str, Column], frequency_hz: FloatArray, label: str, per: str = "N*m"
 ) -> ComplexArray:
-    first, second = _ends(name, columns, label)
+    first, second = _suffixes_of_pair(name, columns, label)
     (a, unit), (b, other) = columns[name + first], columns[name + second]
     place = f'{label}: column "{name}{first}"'
     if first == "_mag":
@@ -156,8 +162,8 @@ def _pair(
     return receptance_of(frequency_hz, values, unit, place, per)
 
 
-def _ends(name: str, columns: Mapping[str, Column], label: str) -> tuple[str, str]:
-    """Return the ends of the names of a response's two columns; InputFileError where they are no pair."""
+def _suffixes_of_pair(name: str, columns: Mapping[str, Column], label: str) -> tuple[str, str]:
+    """Return the suffixes of a response's two columns; raise InputFileError if they are not a pair."""
     there = [end for end in dict.fromkeys(end for pair in PAIRS for end in pair) if name + end in columns]
     if len(there) == 2 and tuple(there) in PAIRS:
         return there[0], there[1]
@@ -172,11 +178,11 @@ def _ends(name: str, columns: Mapping[str, Column], label: str) -> tuple[str, st
 
 
 def _phase(column: str, phase: FloatArray, stated: str | None, magnitude: FloatArray, label: str) -> FloatArray:
-    """Return a phase column in rad, (n,), by the unit in brackets or the end of its name."""
+    """Return a phase column in rad, (n,), according to the unit in brackets or the suffix of its name."""
     place, ending = f'{label}: column "{column}"', column.rpartition("_")[2]
     named = ending if ending in ("deg", "rad") else None
     unit = {None: None, "°": "deg", "degree": "deg", "degrees": "deg"}.get(stated, stated)
     if unit not in ("deg", "rad", None) or (unit is None and named is None) or (named and unit not in (named, None)):
         found = f'has unit "{stated}"' if stated is not None else "states no unit"
-        raise InputFileError(f"{place}: {found}; end the name in _phase [deg] or _phase [rad]")
+        raise InputFileError(f"{place}: {found}; end the name with _phase [deg] or _phase [rad]")
     return phase_in_radians(phase, str(unit or named), magnitude, place, is_stated=unit is not None)

@@ -1,4 +1,4 @@
-"""The noun of this layer: a structure as the mechanism and the payload see it."""
+"""Structure that supports mechanism and payload, described by its transfer functions."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from mechid.arrays import ComplexArray, FloatArray
 
 
 class TransferModel(Protocol):
-    """Transfer functions in whatever form a file gave them."""
+    """Transfer functions of any representation: modes, frequency responses or a state space."""
 
     @property
     def coverage_hz(self) -> tuple[float, float]:
-        """Lowest and highest frequency that it knows, Hz."""
+        """Lowest and highest known frequency in Hz."""
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """Return rotation per torque, (n, 1 + m) rad/(N m): at the interface, then along each line of sight.
 
-        NaN where it is not known.
+        Unknown values are NaN.
         """
 
 
@@ -33,18 +33,18 @@ class Structure:
     Parameters
     ----------
     name : str
-        What messages call it, as a rule its file.
+        Name used in messages, usually the file name.
     line_of_sight : tuple of str, (m,)
         Names of the payload's axes.
     model : TransferModel
     axis : str
-        Axis of the torque in the structure's own frame, ``"rx"``, ``"ry"`` or ``"rz"``; empty where the file does not
-        say.
+        Axis of the torque in the structure's frame, ``"rx"``, ``"ry"`` or ``"rz"``; empty if the file does not state
+        it.
     directions : mapping of str to TransferModel
-        Of forces ``"tx"`` to ``"tz"``, rad/N, and torques ``"rx"`` to ``"rz"`` at the interface beside the mechanism's
-        own: motion along them and line of sight, as `model` has it of that torque. Empty where the file has none.
+        Responses to forces ``"tx"`` to ``"tz"``, in rad/N, and to torques ``"rx"`` to ``"rz"`` at the interface other
+        than that of the mechanism, in the form of `model`. Empty if the file has none.
     warnings : tuple of str
-        What was odd, each with its remedy.
+        Warnings of the checks, each with its remedy.
     """
 
     name: str
@@ -56,21 +56,21 @@ class Structure:
 
     @property
     def coverage_hz(self) -> tuple[float, float]:
-        """Lowest and highest frequency that is known, Hz."""
+        """Lowest and highest known frequency in Hz."""
         return self.model.coverage_hz
 
     def to_interface(self, frequency_hz: ArrayLike) -> ComplexArray:
-        """Return the driving-point receptance, (n,) rad/(N m), at frequencies (n,) in Hz; NaN where not known."""
+        """Return the driving-point receptance, (n,) rad/(N m), at frequencies (n,) in Hz; NaN if not known."""
         return self.model.response(np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64)))[:, 0]
 
     def to_line_of_sight(self, frequency_hz: ArrayLike) -> ComplexArray:
-        """Return line of sight per torque, (n, m) rad/(N m), at frequencies (n,) in Hz; NaN where not known."""
+        """Return line of sight per torque, (n, m) rad/(N m), at frequencies (n,) in Hz; NaN if not known."""
         return self.model.response(np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64)))[:, 1:]
 
     def along(self, direction: str, frequency_hz: ArrayLike) -> ComplexArray | None:
         """Return line of sight per force or torque along a direction at the interface, (n, m) rad/N or rad/(N m).
 
-        None where the file does not have the direction; NaN where it is not known.
+        None if the file does not contain the direction; NaN at frequencies where it is not known.
         """
         if direction == self.axis:
             return self.to_line_of_sight(frequency_hz)
@@ -79,13 +79,13 @@ class Structure:
         return self.directions[direction].response(np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64)))[:, 1:]
 
     def with_warnings(self, *warnings: str) -> Structure:
-        """Return the same structure with further warnings."""
+        """Return a copy with additional warnings."""
         return replace(self, warnings=(*self.warnings, *warnings))
 
 
-def structure_along(
+def structure_from_directions(
     name: str, line_of_sight: tuple[str, ...], models: Mapping[str, TransferModel], axis: str
 ) -> Structure:
-    """Return the structure of a model for each direction at the interface, that of the mechanism's axis among them."""
+    """Return a structure from models for directions at the interface, which include the mechanism's axis."""
     others = {direction: model for direction, model in models.items() if direction != axis}
     return Structure(name=name, line_of_sight=line_of_sight, model=models[axis], axis=axis, directions=others)

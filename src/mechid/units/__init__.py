@@ -1,4 +1,4 @@
-"""Units at the border: values in files become SI once, and the rest of mechid knows no other unit."""
+"""Unit conversion at the file boundary: values are converted to SI once, and the rest of mechid uses SI only."""
 
 from mechid.units.angle import angle_difference
 from mechid.units.conversion import conversion_factor, is_unit, measures, time_power, to_si_factor

@@ -10,7 +10,7 @@ Angle = TypeVar("Angle", float, FloatArray)
 
 
 def angle_difference(angle_deg: Angle, from_deg: float = 0.0) -> Angle:
-    """Return how far an angle is from another one the short way round, in [-180, 180) deg.
+    """Return the signed shortest difference of two angles, in [-180, 180) deg.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The closed list of units, and a registry of these alone.
+"""Closed list of supported units, and a Pint registry that contains only these.
 
-A general parser reads "Grad" as a gigaradian and "Ms" as a megasecond, which no record of a mechanism
-holds; here each unit has only the prefixes that instruments use.
+A general parser reads "Grad" as a gigaradian and "Ms" as a megasecond. No record of a mechanism holds these units, so
+each unit is listed only with the prefixes that instruments use.
 """
 
 from __future__ import annotations
@@ -78,12 +78,12 @@ SPELLED_OUT: Mapping[str, str] = {
     }.items()
     for word in words.split()
 }
-"""Units in words, in whatever case, as LabVIEW, DAQmx and others write them."""
+"""Unit symbols by their spelled-out names in lower case, as written by LabVIEW, DAQmx and others."""
 
 
 @lru_cache(maxsize=1)
 def unit_names() -> frozenset[str]:
-    """Return the names of all units of the list, with their prefixes."""
+    """Return the names of all listed units, with and without prefixes."""
     return frozenset(
         prefix + name for names, prefixes, _ in _LIST for name in names.split() for prefix in ("", *prefixes)
     )
@@ -91,11 +91,11 @@ def unit_names() -> frozenset[str]:
 
 @lru_cache(maxsize=1)
 def unit_registry() -> UnitRegistry[float]:
-    """Return a registry of the closed list alone, angle being a dimension: rad/s is not Hz, N*m not N*m/rad.
+    """Return a Pint registry of the closed list.
 
-    Pint is imported only where a unit is met that is not the SI one already: loading it costs more than
-    reading a record.
+    Angle is a dimension of its own: rad/s is not compatible with Hz, nor N*m with N*m/rad.
     """
+    # Imported here because loading Pint takes longer than reading a record, and records in SI units do not need it.
     import pint
 
     registry: UnitRegistry[float] = pint.UnitRegistry(None)

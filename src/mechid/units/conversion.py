@@ -1,4 +1,4 @@
-"""Factors from units as engineers write them to SI; a word with two meanings is refused with both."""
+"""Conversion factors to SI from units as engineers write them; ambiguous units are rejected with both meanings."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 _GERMAN_DEGREE = "Grad"
 _AS_FORCE: Mapping[str, str] = {"kg": "kgf", "g": "gf", "lb": "lbf", "oz": "ozf"}
-"""Masses that stand for their weight in torques and forces: kg cm, oz in, in lb."""
+"""Mass units that denote the corresponding weight in torques and forces, as in kg cm, oz in and in lb."""
 _RUN_TOGETHER = re.compile(r"([numcdk]?N|kgf?|kp)([mc]?m)|(gf?)([mc]m)|(ozf?|lbf?)(in|ft)|(in|ft)(ozf?|lbf?|lbs)")
-"""Torques written without a sign between force and length, as Nm, kgcm, ozin and ftlb."""
+"""Torque units without an operator between force and length, such as Nm, kgcm, ozin and ftlb."""
 _SIGNS = str.maketrans(
     {
         **dict.fromkeys("·⋅∙•‧×", "*"),
@@ -44,14 +44,14 @@ def to_si_factor(unit: str, quantity: str) -> float:
     Parameters
     ----------
     unit : str
-        As an engineer writes it: ``"N*m"``, ``"Nm"``, ``"mN.m"``, ``"oz-in"``, ``"deg"``, ``"U/min"``, ``"us"``.
+        In common engineering notation: ``"N*m"``, ``"Nm"``, ``"mN.m"``, ``"oz-in"``, ``"deg"``, ``"U/min"``, ``"us"``.
     quantity : str
         One of the keys of `SI_UNIT`.
 
     Raises
     ------
     RecordError
-        The quantity or the unit is unknown, the unit measures something else, or it has two meanings.
+        The quantity or the unit is unknown, the unit does not measure the quantity, or the unit is ambiguous.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def to_si_factor(unit: str, quantity: str) -> float:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit of some quantity that mechid knows, perhaps one with two meanings.
+    """Return whether a text is a unit of a supported quantity; ambiguous units count.
 
     Examples
     --------
@@ -76,12 +76,12 @@ def is_unit(text: str) -> bool:
     if _doubt(text) is not None or any(_normalise(text, quantity) == si for quantity, si in SI_UNIT.items()):
         return True
     words = re.findall(r"[A-Za-z]+", _normalise(text))
-    # every header is asked; Pint is loaded only for what holds known units alone
+    # This runs on every header: the cheap look-up comes first, so that Pint is loaded for texts of known units only.
     return bool(words) and all(map(_is_listed, words)) and any(measures(text, quantity) for quantity in SI_UNIT)
 
 
 def measures(unit: str, quantity: str) -> bool:
-    """Whether a unit is one of a quantity.
+    """Return whether a unit measures a quantity.
 
     Examples
     --------
@@ -96,9 +96,9 @@ def measures(unit: str, quantity: str) -> bool:
 
 
 def conversion_factor(unit: str, to: str) -> float | None:
-    """Return the factor that converts a value in `unit` to `to`; None where it measures something else.
+    """Return the factor that converts a value in `unit` to `to`, or None if their dimensions differ.
 
-    For units that belong to no channel of a record, as those of a transfer function.
+    Use it for units that belong to no channel of a record, such as those of a transfer function.
 
     Examples
     --------
@@ -117,9 +117,9 @@ def conversion_factor(unit: str, to: str) -> float | None:
 
 
 def time_power(unit: str) -> float | None:
-    """Return the power of time in the unit of a parameter, newton and metre kept; None where it is not known.
+    """Return the exponent of time in a parameter's unit expressed in N, m and s, or None if the unit is unknown.
 
-    Blocks declare their units in code, so any that Pint knows will do.
+    Blocks declare their units in code, so all units of Pint's default registry are accepted.
 
     Examples
     --------
@@ -128,8 +128,10 @@ def time_power(unit: str) -> float | None:
     """
     try:
         powers: Mapping[str, Any] = _all_units().parse_units(_normalise(unit)).dimensionality
-    except Exception:  # on nonsense Pint's parser raises whatever it stumbles over
+    # Errors of Pint's parser have no common base class: malformed input raises AttributeError, TypeError and others.
+    except Exception:
         return None
+    # A newton is kg m/s^2, so each power of mass adds two powers of time when newton replaces kilogram.
     return float(powers.get("[time]", 0)) + 2.0 * float(powers.get("[mass]", 0))
 
 
@@ -141,9 +143,10 @@ def _all_units() -> UnitRegistry[float]:
 
 
 def _normalise(unit: str, quantity: str | None = None) -> str:
-    """Write products with ``*``, powers with ``^``, and each word as the closed list has it."""
+    """Return a unit in canonical notation: ``*`` for products, ``^`` for powers, and names of the closed list."""
     text = re.sub(r"\s+per\s+", "/", unit.strip().translate(_SIGNS))
-    text = re.sub(r"(?<=[A-Za-z])\.(?=$|[)\s/*-])", "", text)  # abbreviations end in a full stop: lb., in.-lbs
+    # Abbreviations may end in a full stop, as in "lb." and "in.-lbs"; it must not be read as a product.
+    text = re.sub(r"(?<=[A-Za-z])\.(?=$|[)\s/*-])", "", text)
     text = re.sub(r"[A-Za-z]+", lambda word: _known_word(word[0], quantity), text)
     text = _BETWEEN.sub("*", text)
     text = _EXPONENT.sub(r"^\1", re.sub(r"\s*\*\s*", "*", text))
@@ -152,7 +155,7 @@ def _normalise(unit: str, quantity: str | None = None) -> str:
 
 
 def _known_word(word: str, quantity: str | None) -> str:
-    """Return a word of a unit as the closed list has it; one that is not on it stays."""
+    """Return the name of the closed list for a word of a unit; an unlisted word is returned unchanged."""
     if word == _GERMAN_DEGREE:
         return "deg"
     known = word if word in unit_names() else SPELLED_OUT.get(word.lower(), word)
@@ -166,7 +169,7 @@ def _known_word(word: str, quantity: str | None) -> str:
 
 @lru_cache(maxsize=256)
 def _factor(spelling: str, unit: str, quantity: str) -> float:
-    """Convert by Pint; `unit` is how the user wrote `spelling`, for the message."""
+    """Return the factor computed by Pint; `unit` is the user's spelling, used in messages."""
     doubt = _doubt(unit)
     parsed, expected = (None if doubt else _parse(spelling)), _parse(SI_UNIT[quantity])
     expectation = f"expected {SI_UNIT[quantity]} or a multiple of it"
@@ -178,13 +181,13 @@ def _factor(spelling: str, unit: str, quantity: str) -> float:
 
 
 def _doubt(unit: str) -> str | None:
-    """Return the two meanings of an ambiguous unit and how to write each; None where there is no doubt."""
+    """Return a message with both meanings of an ambiguous unit and their notation, or None if it is unambiguous."""
     for word in re.findall(r"[A-Za-z]+", unit):
         if word.lower() == "grad" and word != _GERMAN_DEGREE:
             return 'it may be degrees or gon (0.9 deg); write unit = "deg" or unit = "gon"'
         milli = "m" + word[1:]
         if word[0] == "M" and not _is_listed(word) and _is_listed(milli):
-            return f'"M" is mega, which no record needs; if milli is meant, write "{milli}"'
+            return f'"M" means mega, which no record uses; if milli is meant, write "{milli}"'
     return None
 
 
@@ -193,7 +196,7 @@ def _is_listed(word: str) -> bool:
 
 
 def _parse(spelling: str) -> Unit | None:
-    """Return Pint's unit, or None: on nonsense its parser raises whatever it stumbles over."""
+    """Return the Pint unit of a spelling, or None if it cannot be parsed."""
     if not _PLAIN.fullmatch(spelling) or _POWER_OF_NUMBER.search(spelling):
         return None
     try:

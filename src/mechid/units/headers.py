@@ -1,4 +1,4 @@
-"""Units in the headers of columns: at the end, in brackets, or within the name."""
+"""Units in column headers: as a suffix, in brackets, or within the name."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ HEADER_SUFFIXES: Mapping[str, str] = {
     **{f"{top}ps": f"{top}/s" for top in ("rad", "deg")},
     **{f"{prefix}N_m": f"{prefix}N*m" for prefix in ("", "m")},
 }
-"""Units that a column name may end in without brackets, as in ``torque_Nm`` or ``rate_rad_s``.
+"""Units accepted as a suffix of a column name without brackets, as in ``torque_Nm`` or ``rate_rad_s``.
 
-A closed list: the end of ``phase_a`` is no ampere and that of ``u_B`` no unit at all.
+The list is closed: the suffix of ``phase_a`` is not an ampere, and that of ``u_B`` is not a unit.
 """
 
 _ANGLE_WORDS = frozenset(
@@ -42,14 +42,14 @@ _WORDS_OF: Mapping[tuple[str, ...], frozenset[str]] = {
     ("voltage", "voltage_phase_a", "voltage_phase_b"): frozenset(("mv", "kv")),
 }
 WORDS_OF_UNITS: Mapping[str, frozenset[str]] = {name: words for names, words in _WORDS_OF.items() for name in names}
-"""Words of a column's name that may be its unit where they stand elsewhere, in small letters; none is the SI one."""
+"""Lower-case words that may denote a non-SI unit anywhere in a column name, by quantity."""
 
 
 def split_header(column: str) -> tuple[str, str | None]:
-    """Split a column's header into its name and its unit, None where it states none.
+    """Split a column header into its name and its unit; the unit is None if the header states none.
 
-    The unit stands in brackets, or after a slash or an underscore; after those it counts as one
-    only if it is in `HEADER_SUFFIXES`, because names hold slashes and underscores too.
+    The unit is in brackets, or follows a slash or an underscore. In the second case it must be in `HEADER_SUFFIXES`,
+    because names contain slashes and underscores too.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def split_header(column: str) -> tuple[str, str | None]:
 
 
 def unit_within(column: str, quantity: str) -> str | None:
-    """Return the word of a header without a unit that may be one all the same, as in ``torque_mNm_filtered``.
+    """Return the first word of a header that may be a non-SI unit, as in ``torque_mNm_filtered``, or None.
 
     Examples
     --------
@@ -90,7 +90,8 @@ def _in_small_letters(text: str) -> str:
 
 
 def _words(column: str) -> Iterator[str]:
-    """Yield the words of a header, neighbours joined first: "oz in" is one unit."""
+    """Yield pairs of adjacent words of a header, then the single words."""
     words = [word for word in re.split(r"[^A-Za-zµμ]+", column) if word]
+    # Pairs come first because "oz in" is one unit of torque, while "in" alone is a length.
     yield from (f"{first} {second}" for first, second in pairwise(words))
     yield from words

@@ -1,4 +1,4 @@
-"""The quantities that a record can hold, and the SI unit of each."""
+"""Supported quantities of a record, and their SI units."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ SI_UNIT: Mapping[str, str] = {
     **dict.fromkeys(FORCES[1:], "N"),
     **dict.fromkeys(TORQUES[1:], "N*m"),
 }
-"""The quantities a record can hold, each with the unit it has inside mechid."""
+"""Supported quantities of a record, each with the unit used inside mechid."""
 
 
 def si_unit(quantity: str) -> str:
-    """Return the SI unit of `quantity`, e.g. ``"N*m"``; RecordError where mechid does not know the quantity."""
+    """Return the SI unit of `quantity`, e.g. ``"N*m"``; raise RecordError for an unknown quantity."""
     if quantity not in SI_UNIT:
         near = did_you_mean(quantity, SI_UNIT)
         raise RecordError(f'unknown quantity "{quantity}"{near or "; known are " + ", ".join(SI_UNIT)}')
@@ -41,7 +41,7 @@ def si_unit(quantity: str) -> str:
 
 
 def unit_words(quantity: str) -> str:
-    """Return the SI unit of a quantity as it is written in a sentence.
+    """Return the SI unit of a quantity formatted for running text.
 
     Examples
     --------

@@ -120,7 +120,7 @@ def _read_proposed(folder: Path, campaign: Campaign, missing: Sequence[Missing])
     proposed = mechanism_from_table(read_toml(path, "mechanism"), path.name, campaign.mechanism_path.parent)
     outputs = tuple(base.plant.outputs)
     if outputs != tuple(proposed.plant.outputs):
-        proposed = replace(proposed, plant=proposed.plant.measuring(outputs))
+        proposed = replace(proposed, plant=proposed.plant.with_outputs(outputs))
     wrong = _difference(proposed, base, {name for one in missing if one.block for name in one.parameters})
     if wrong:
         raise InputFileError(f"{path}: is not of {campaign.mechanism_path}: {wrong}; {REMEDY}")

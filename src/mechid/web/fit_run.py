@@ -9,7 +9,6 @@ from enum import Enum
 
 from mechid.errors import MechidError
 from mechid.identification.computation.progress import Listener, Progress
-from mechid.simulation.interruption import interrupted_by
 from mechid.web.estimate import Estimate
 
 Work = Callable[[Listener], Estimate]
@@ -80,7 +79,7 @@ class FitRun:
     def _run(self) -> None:
         try:
             # The kernel calls the check between blocks, which limits the time until a cancellation.
-            with interrupted_by(self._check):
+            with interrupt_by(self._check):
                 result = self.work(self._listen)
         except _CancelledError:
             return

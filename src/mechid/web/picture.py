@@ -195,7 +195,9 @@ class Scene:
 
     def steps_needed(self, mechanism: Mechanism) -> int:
         """Return the integration steps per sample for the specified accuracy, determined on the first second."""
-        first = replace(self.simulator, base=self.base.first(self.samples(1.0)), known_edges=self.simulator.excitation)
+        first = replace(
+            self.simulator, base=self.base.truncate(self.samples(1.0)), known_edges=self.simulator.excitation
+        )
         own = {q.replaces: q.value for q in self.record.replaced}
         return max(simulate_accurately(first, mechanism.kernel_values(own)).substeps // 2, 1)
 

@@ -101,7 +101,7 @@ def first_state(campaign: Campaign) -> State:
     turned = knobs(campaign)
     free = frozenset(q.name for q in campaign.free)
     setting = Setting({name: knob.parameter.value for name, knob in turned.items()}, free)
-    return State(turned, setting, above=campaign.mechanism.plant.related("above"))
+    return State(turned, setting, above=campaign.mechanism.plant.related_parameters("above"))
 
 
 def campaign_at(campaign: Campaign, state: State) -> Campaign:

@@ -16,7 +16,7 @@ from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.held import Held
 from mechid.exports.linear.state_space import Uncertain, response_of
 from mechid.kernel.equations import equations_of
-from mechid.plant.flight import in_flight
+from mechid.plant.flight import to_flight
 from mechid.plant.small_signal import small_signal
 from mechid.simulation.simulator import Simulator, TimeBase
 
@@ -39,7 +39,7 @@ FREQUENCIES = np.array([3.0, 30.0, 46.0, 90.0, 250.0])
 def flying(changes=None, table=None):
     """Return a mechanism in flight."""
     own = table or changed(paper_table(), {"housing": None, "stepper": {"back_emf_constant": None}, **(changes or {})})
-    return in_flight(mechanism_of(own))
+    return to_flight(mechanism_of(own))
 
 
 def held_of(mechanism, names=(), relative=2e-3, seed=4):

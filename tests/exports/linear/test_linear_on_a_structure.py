@@ -8,7 +8,7 @@ from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.exports.linear.held import Held
 from mechid.exports.linear.state_space import Uncertain
-from mechid.plant.flight import in_flight, on_base
+from mechid.plant.flight import to_flight, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.small_signal import small_signal
 from paper import mechanism
@@ -23,8 +23,8 @@ MICRO = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(40.0)
 @pytest.mark.parametrize(("command", "rate", "within"), [(FULL, 46.0, 0.02), (MICRO, 40.0, 0.005)])
 def test_lines_and_the_response_to_the_base_add_up(command, rate, within):
     """Truth: the mechanism on its structure in one simulation; the lines of a held base alone are further off."""
-    held = in_flight(mechanism(housing=None))
-    moved = on_base(held, Flying(base=Base.ON_MODES, modes=1), [(OMEGA, DAMPING, 1.0 / np.sqrt(INERTIA))])
+    held = to_flight(mechanism(housing=None))
+    moved = with_base(held, Flying(base=Base.ON_MODES, modes=1), [(OMEGA, DAMPING, 1.0 / np.sqrt(INERTIA))])
     mode = OperatingMode(name="m", command=command, rates=np.array([rate]))
     alone, joined = (steady_state(m, mode, rate, (), enough_substeps(m, mode)) for m in (held, moved))
     empty = Uncertain((), (), np.zeros(0), np.zeros((0, 0)))

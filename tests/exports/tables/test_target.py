@@ -26,7 +26,7 @@ from mechid.exports.tables.csv_file import read_csv, write_csv
 from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
 from mechid.exports.tables.table import Table, numbers, texts
-from mechid.plant.flight import below, in_flight
+from mechid.plant.flight import to_flight, with_line_filter
 from mechid.simulation.resonances import resonances
 from mechid.simulation.simulator import TimeBase
 
@@ -215,7 +215,7 @@ def test_the_check_finds_lines_that_are_wrong(paper):
     """Truth: a line made 1 % larger."""
     estimate = estimate_on_base(paper)
     one = forcing(estimate, steppings(paper.trials)[0], np.array([46.0]))
-    lined = below(estimate.mechanism, 2.0 * math.pi * one.mode.highest_hz)
+    lined = with_line_filter(estimate.mechanism, 2.0 * math.pi * one.mode.highest_hz)
     state = one.states[0][0]
     lines = state.lines.copy()
     lines[1] *= 1.01
@@ -279,7 +279,7 @@ def test_the_usual_rates_span_the_campaign_and_stand_where_orders_meet_a_resonan
 def test_many_narrow_resonances_do_not_ask_for_endless_rates():
     """Truth: the number; modes of 0.1 % damping, each met by many orders."""
     modes = [{"frequency": w, "damping": 0.001, "inertia": 1e-3} for w in (60.0, 150.0)]
-    mechanism = in_flight(mechanism_of(changed(paper_table(), {"load": {"mode": modes}})))
+    mechanism = to_flight(mechanism_of(changed(paper_table(), {"load": {"mode": modes}})))
     command = Command(stepping="full", microsteps=1, rate=RateProfile.through([(0.0, 5.0), (1.0, 120.0)]))
     rates = choose_rates(mechanism, steppings([Trial("a", command, SECOND)]))
     assert len([r for r in resonances(mechanism) if r.damping < 0.01]) == 2

@@ -5,7 +5,7 @@ import pytest
 
 from diagnosis_bench import HARMONIC, tables
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.signal.strongest import strongest
+from mechid.signal.strongest import find_strongest
 from synthetic import COMMANDS, RATE_HZ, TRUTH, measured
 
 
@@ -14,7 +14,7 @@ def test_where_an_effect_acts(lacking):
     for name in ("full_46", "full_23"):
         makers = [mechanism_from_table(table, "made").with_values(TRUTH) for table in (tables(HARMONIC), tables())]
         with_it, without = (measured(m, COMMANDS[name], np.random.default_rng(1), seconds=1.0) for m in makers)
-        share = strongest(with_it - without, RATE_HZ)  # of the same noise
+        share = find_strongest(with_it - without, RATE_HZ)  # of the same noise
         fundamental_hz, bin_hz = COMMANDS[name].rate.rates[0] / 4.0, RATE_HZ / with_it.size
         assert share.in_lines
         assert 1 <= len(share.frequencies_hz) <= 3

@@ -33,7 +33,7 @@ def test_terms_are_named_and_free_from_their_null():
     names = [term.name for term in superset.terms]
     assert set(NAMES) <= set(names)
     assert "stepper.detent:1.8deg" not in names, "the file has it"
-    free = superset.freeing(NAMES)
+    free = superset.with_free_terms(NAMES)
     new = [p for p in free.free if p.name not in truth().parameters]
     assert [p.value for p in new] == [0.0] * 6
     assert {p.name.rpartition(".")[2] for p in new} == {"amplitude", "phase_deg"}

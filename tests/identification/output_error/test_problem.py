@@ -11,7 +11,7 @@ from mechid.identification.output_error.problem import Problem, transfer_coordin
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.signal.autoregression import Autoregression
-from mechid.simulation.interruption import interrupted_by
+from mechid.simulation.interruption import interrupt_by
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE
 from synthetic import COMMANDS, displaced, measured, measuring, record, truth, with_leading
@@ -216,7 +216,7 @@ def test_a_triangle_is_kept_for_its_own_problem_point_and_window(problem):
     """Truth: the blocks of samples that are simulated: none where the last one is asked for again."""
     problem, asked = replace(problem), []
     target, q = problem.targets[1], problem.start
-    with interrupted_by(lambda: asked.append(1)):
+    with interrupt_by(lambda: asked.append(1)):
         kept = problem.triangle(target, q, (0, 300))
         once = len(asked)
         assert problem.triangle(target, q.copy(), (0, 300)) is kept

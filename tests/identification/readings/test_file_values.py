@@ -172,7 +172,7 @@ def test_a_value_that_is_wrong_by_less_than_catalogues_are_is_not_named():
 def test_other_poles_are_named_where_a_tachometer_is_measured_too():
     """Truth: 100 poles, told by torque and rotor rate alike."""
     true = truth()
-    true = replace(true, plant=true.plant.measuring(("torque", "rotor_rate")))
+    true = replace(true, plant=true.plant.with_outputs(("torque", "rotor_rate")))
     records = []
     for k, name in enumerate(NAMES):
         base = TimeBase(RATE_HZ, 5001)
@@ -190,6 +190,6 @@ def test_other_poles_are_named_where_a_tachometer_is_measured_too():
         rate = Match(quantity="rotor_rate", offset=False, drift=False)
         records.append(replace(made, data=both, matches=(*made.matches, rate)))
     wrong = mechanism_from_table(changed(paper_table(), {"stepper": {"poles": 50}}), "catalogue")
-    wrong = replace(wrong, plant=wrong.plant.measuring(("torque", "rotor_rate")))
+    wrong = replace(wrong, plant=wrong.plant.with_outputs(("torque", "rotor_rate")))
     (found,) = other_counts(declared(campaign(wrong, *records)))
     assert found.found["stepper.poles"] == 100

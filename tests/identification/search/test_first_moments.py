@@ -289,7 +289,7 @@ def test_a_driven_axis_that_begins_in_motion(tmp_path, way):
     t = whole.times
     u = 0.06 * np.sin(2 * np.pi * 1.3 * t) + 0.05 * np.sin(2 * np.pi * 3.1 * t + 1.0)
     command = MeasuredCommand().driven_by((InputChannel(quantity="torque", samples=u),), 1000.0, 0.0)
-    plant = m.plant.measuring(("output_rate",))
+    plant = m.plant.with_outputs(("output_rate",))
     p = m.kernel_values()
     made = Simulator(plant, command, whole, capacity=0).run(p, substeps=8, directions=np.zeros((p.size, 0)))
     y = np.concatenate([b.y[:, 0].copy() for b in made.blocks()]) + rng.normal(0.0, 2e-3, whole.samples)

@@ -10,7 +10,7 @@ from little_memory import little_memory  # noqa: F401
 from mechid.analysis import validate
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.search.gates import grow_horizons
-from mechid.signal.stored import Stored, room_of
+from mechid.signal.stored import StoredSeries, as_writable
 from synthetic import bench, displaced, truth
 
 FREE = {"gear.stiffness": 1.02, "gear.damping": 0.9}
@@ -25,7 +25,9 @@ def in_files(campaign):
     return replace(
         campaign,
         records=tuple(
-            replace(r, data=replace(r.data, channels=tuple(replace(c, data=room_of(c.data)) for c in r.data.channels)))
+            replace(
+                r, data=replace(r.data, channels=tuple(replace(c, data=as_writable(c.data)) for c in r.data.channels))
+            )
             for r in campaign.records
         ),
     )
@@ -35,7 +37,7 @@ def in_files(campaign):
 def both(little_memory, monkeypatch):  # noqa: F811
     """Return fit and validation of a campaign from files and from memory."""
     campaign = in_files(made(0.3))
-    assert all(isinstance(c.data, Stored) for r in campaign.records for c in r.data.channels)
+    assert all(isinstance(c.data, StoredSeries) for r in campaign.records for c in r.data.channels)
     fit = identify(campaign, workers=1)
     long = fit, validate(campaign, fit)
     monkeypatch.undo()

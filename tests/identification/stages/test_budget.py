@@ -12,7 +12,7 @@ from mechid.identification.stages import budget
 from mechid.identification.stages.budget import complete_work
 from mechid.identification.stages.ladder import BUDGET_SPENT
 from mechid.reports.numbers import report_data
-from mechid.simulation.work import counted
+from mechid.simulation.work import work_counter
 from synthetic import COMMANDS, campaign, displaced, measured, record, truth
 
 EFFECTS, ALL = 3, 5
@@ -34,7 +34,7 @@ def test_a_campaign_that_nothing_explains_ends_at_its_budget_and_says_so_first(a
     path = tmp_path / "journal.jsonl"
 
     def ended(resume):
-        with counted() as work:
+        with work_counter() as work:
             fit = identify(another, workers=1, journal=Journal.open(path, {"a": "b"}, resume=resume))
         return fit, work.done
 

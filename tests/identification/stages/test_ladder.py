@@ -16,7 +16,7 @@ from mechid.identification.stages.ladder import Rung, climb_ladder
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, grow_model
 from mechid.identification.stages.watch import Watch
-from mechid.simulation.work import count, counted
+from mechid.simulation.work import count, work_counter
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_the_furthest_growth_is_kept(climb):
     far, near = (Reached(model, followed(climb.best.q, n)) for n in (700, 300))
     at = climb.with_growth(far)
     assert at.reached is far
-    assert at.at(near).reached is far
+    assert at.with_growth(near).reached is far
     assert at.growth is climb.growth, "that of the mechanism as written, until a rung has followed all"
     assert climb.with_growth(near).with_growth(far).reached is far
 
@@ -130,13 +130,13 @@ def test_a_rung_ends_at_its_budget_and_the_next_is_not_tried(climb):
 def test_a_growth_that_its_budget_ends_keeps_how_far_it_came(climb):
     """Truth: a growth of a third of the work that the whole one takes."""
     model = climb.families.bare
-    with counted() as whole:
+    with work_counter() as whole:
         grow_model(climb.watch, model, climb.best.q, 1)
-    with counted(limit=whole.done // 3):
+    with work_counter(limit=whole.done // 3):
         cut = grow_model(climb.watch, model, climb.best.q, 1)
     assert not cut.growth.complete
     assert 0.0 < cut.share < 1.0
-    with counted(limit=0):
+    with work_counter(limit=0):
         none = grow_model(climb.watch, model, climb.best.q, 1)
     np.testing.assert_array_equal(none.q, climb.best.q)
 
@@ -144,7 +144,7 @@ def test_a_growth_that_its_budget_ends_keeps_how_far_it_came(climb):
 def test_the_budget_is_that_of_a_complete_campaign_of_the_same_records(climb):
     """Truth: an identification that lacks nothing, within a factor of two."""
     problem = climb.state.problem
-    with counted() as work:
+    with work_counter() as work:
         assert identify(climb.campaign, workers=1).grade.good
     assert 0.5 < work.done / complete_work(problem) < 2.0
     assert effects_budget(problem) < ladder_budget(problem) == STAGES.ladder_budget * complete_work(problem)

@@ -12,7 +12,7 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import ResidualToNoise, residual_to_noise
-from mechid.simulation.interruption import interrupted_by
+from mechid.simulation.interruption import interrupt_by
 from synthetic import bench, displaced, truth, with_leading
 
 NAMES = ("full_46", "micro_46")
@@ -92,6 +92,6 @@ def test_nobody_is_told_who_does_not_listen(monkeypatch):
 def test_a_look_does_not_count_among_what_a_search_is_asked(problem):
     """The clock makes looks: a search is to be ended at the same place in each run."""
     asked = []
-    with interrupted_by(lambda: asked.append(1)):
+    with interrupt_by(lambda: asked.append(1)):
         ResidualToNoise(problem).measure("joint fit", problem, problem.start)
     assert not asked

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.kernel.c.module import module_of, without
+from mechid.kernel.c.module import fold_zeros, module_of
 from small_kernel import TEXT, ran
 
 DRAWS = [([0.1, 3.0, 2.0, -1.0], 0.0), ([5.0, 0.6, 0.7, 0.8], 0.65), ([2.0, 2.0, 2.0, 2.0], -1.0)]
@@ -27,7 +27,7 @@ def test_constants_functions_and_comments_are_told_apart(whole):
 @pytest.mark.parametrize(("w", "low"), DRAWS)
 def test_what_is_idle_is_gone_and_the_rest_gives_the_same(whole, w, low):
     """Truth: the whole text with the argument at 0."""
-    left = without(module_of(TEXT), ("sensitive",))
+    left = fold_zeros(module_of(TEXT), ("sensitive",))
     assert list(left.functions) == ["weighted", "ends", "run"]
     assert [a.arg for a in left.functions["run"].args.args] == ["w", "out", "low"]
     assert [a.arg for a in left.functions["weighted"].args.args] == ["w"]
@@ -39,4 +39,4 @@ def test_what_is_idle_is_gone_and_the_rest_gives_the_same(whole, w, low):
 
 
 def test_a_heading_stays_where_its_function_is(whole):
-    assert without(whole, ("sensitive",)).headings == {"weighted": ("Sums of what", "is weighted.")}
+    assert fold_zeros(whole, ("sensitive",)).headings == {"weighted": ("Sums of what", "is weighted.")}

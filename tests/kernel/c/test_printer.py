@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mechid.exports.c.compiler import compile_sources, find_compiler
-from mechid.kernel.c.module import module_of, without
-from mechid.kernel.c.printer import WIDTH, Printer, wrapped
+from mechid.kernel.c.module import module_of
+from mechid.kernel.c.printer import WIDTH, Printer
 from small_kernel import TEXT, ran
 
 BEFORE = """
@@ -23,7 +23,7 @@ int called(const double *w, double *out, double low) { return run(w, out, low); 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")
 def test_it_computes_what_python_computes(tmp_path):
     """Truth: the same text run by Python, on 50 draws, to the last bit."""
-    module = without(module_of(TEXT), ("sensitive",))
+    module = fold_zeros(module_of(TEXT), ("sensitive",))
     printer = Printer(module)
     source = tmp_path / "small.c"
     source.write_text("\n".join([printer.constants(), BEFORE, printer.text(), BEHIND]), encoding="utf-8")
@@ -47,7 +47,7 @@ def test_comments_and_docstrings_go_along():
 
 def test_a_long_line_is_broken_at_spaces_and_keeps_its_words():
     line = "    total = " + " + ".join(f"w[{k}]" for k in range(60)) + ";"
-    lines = wrapped(line).split("\n")
+    lines = wrap_line(line).split("\n")
     assert len(lines) > 3
     assert all(len(part) <= WIDTH for part in lines)
     assert " ".join("\n".join(lines).split()) == " ".join(line.split())

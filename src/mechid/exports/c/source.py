@@ -13,7 +13,7 @@ from string import Template
 import sympy as sp
 
 from mechid.exports.handover import Handover
-from mechid.kernel.c.module import Module, module_of, without
+from mechid.kernel.c.module import Module, fold_zeros, module_of
 from mechid.kernel.c.printer import WIDTH, Printer
 from mechid.kernel.expressions import python_text
 from mechid.kernel.physics import function
@@ -68,7 +68,7 @@ class Source:
         parts = [generate(self.plant, lanes), _of_file(self.handover.mechanism)]
         if self.sensitive:
             parts.append(_of_file_slopes(self.handover.mechanism, self.free, lanes))
-        return without(module_of("\n\n".join(parts)), () if self.sensitive else ("sensitive",))
+        return fold_zeros(module_of("\n\n".join(parts)), () if self.sensitive else ("sensitive",))
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from mechid.exports.stand import select_mechanism, with_outputs
 from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.parameter import Role
 from mechid.plant.assembly import plant_of
-from mechid.plant.flight import moving_base_objection, on_base
+from mechid.plant.flight import moving_base_objection, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
@@ -69,7 +69,7 @@ def with_ports(mechanism: Mechanism, *, stand: bool) -> Mechanism:
     """Add external inputs to a mechanism: a torque on the output, and in flight the motion of the base."""
     on = mechanism
     if not stand and not moving_base_objection(mechanism):
-        on = on_base(mechanism, Flying(base=Base.DRIVEN))
+        on = with_base(mechanism, Flying(base=Base.DRIVEN))
     assert on.plant.layout is not None
     plant = plant_of(replace(on.plant.layout, ports=frozenset({Port.OUTPUT})))
     whole = Mechanism(plant, {name: on.parameters[name] for name in plant.declarations}, on.options)
@@ -117,7 +117,7 @@ class Unit:
     def _fill_template(self, name: str) -> str:
         plant = self.handover.mechanism.plant
         inputs, outputs = [s.name for s in plant.inputs], list(plant.outputs)
-        peak = plant.having(Role.SUPPLY)
+        peak = plant.names_with_role(Role.SUPPLY)
         text = resources.files("mechid.exports.fmu").joinpath(f"text/{name}.in").read_text(encoding="utf-8")
         return Template(text).substitute(
             {

@@ -17,7 +17,7 @@ from mechid.exports.linear.state_space import LinearModel, Matrices, Signals, Un
 from mechid.kernel.equations import equations_of
 from mechid.plant.plant import Plant
 from mechid.plant.small_signal import UNITS, SmallSignal, state_units
-from mechid.simulation.linearisation import Holding, Linearised, held_inputs, linearised, named_holdings
+from mechid.simulation.linearisation import Holding, Linearised, held_inputs, linearise, named_holdings
 from mechid.units import SI_UNIT
 
 ACCELERATION = "output_acceleration"
@@ -78,7 +78,7 @@ class Held:
         """Linearise the plant in a holding condition, optionally with changed values of the mechanism file."""
         p, command = self.opened.mechanism.kernel_values(changed), self.command
         try:
-            return _settle_filter(linearised(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name]))
+            return _settle_filter(linearise(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name]))
         except FitError as error:
             raise FitError(
                 f"the mechanism has no rest near {command.start_angle_deg:g} electrical degrees; hold another angle, "
@@ -169,7 +169,7 @@ class Held:
     def _limits(self, about: Linearised) -> dict[str, tuple[float, float]]:
         """Return the limits of the deviation of each phase input."""
         peak = self.opened.peak
-        held = {name: about.at_rest(term) for name, term in self.opened.driven.items() if name in peak}
+        held = {name: about.evaluate(term) for name, term in self.opened.driven.items() if name in peak}
         return {name: (-peak[name] - value, peak[name] - value) for name, value in held.items()}
 
 

@@ -152,7 +152,7 @@ def _refuse(source: Handover, options: Options) -> None:
     """Refuse mechanisms without such a linear model, and values of unknown parameters."""
     plant = flying_plant(source.mechanism, stand=options.stand)
     refuse_values(options.values, plant)
-    for name in plant.having(Role.SUPPLY):
+    for name in plant.names_with_role(Role.SUPPLY):
         if name not in source.mechanism.parameters and name not in options.values:
             raise InputFileError(
                 f"{name}: on the bench measured channels drove the motor, and a linear model holds what a command "

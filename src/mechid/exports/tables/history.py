@@ -27,7 +27,7 @@ def simulate_history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Tria
     bench : Mechanism
         Mechanism as identified, with the measured channels as outputs.
     lined : Mechanism
-        The same mechanism on a held base (`plant.flight.below`), with or without its test stand.
+        The same mechanism on a held base (`plant.flight.with_line_filter`), with or without its test stand.
     lanes : int
         Number of derivatives in the kernel of `lined`; the kernel of the lines is reused.
     trial : Trial

@@ -24,7 +24,7 @@ from mechid.exports.tables.of_estimate import estimate_tables, provenance_table
 from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
 from mechid.exports.tables.table import Table, column_table
-from mechid.plant.flight import below, keeps_stand
+from mechid.plant.flight import keeps_stand, with_line_filter
 from mechid.plant.mechanism import Mechanism
 
 NO_STEPS = "No record is known that a step command drives: there are no lines, no time histories and no Nastran cards."
@@ -101,7 +101,7 @@ def _torque(handover: Handover, options: Options) -> _Torque | None:
     estimate = estimate_on_base(handover, stand=options.stand)
     rates = np.unique(options.rates) if options.rates else choose_rates(estimate.mechanism, every)
     forcings = tuple(forcing(estimate, stepping, rates) for stepping in every)
-    lined = below(estimate.mechanism, cut_off(forcings[0].mode))
+    lined = with_line_filter(estimate.mechanism, cut_off(forcings[0].mode))
     return _Torque(estimate, forcings, lined, len(estimate.names) + len(lined.plant.states))
 
 

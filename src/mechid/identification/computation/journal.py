@@ -24,7 +24,7 @@ import numpy as np
 from mechid.errors import UsageError
 from mechid.identification.computation.parallel import Done, count_work, map_tasks
 from mechid.identification.computation.worker import source_digest
-from mechid.simulation.work import count, counted
+from mechid.simulation.work import count, work_counter
 from mechid.writing import attach_path, creating_folder
 
 STARTED, STEP = "started", "step"
@@ -185,6 +185,7 @@ class Journal:
             with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(text)
                 file.flush()
+                # A step that was reported as done must survive a crash of the machine.
                 os.fsync(file.fileno())
         except OSError as error:
             raise attach_path(error, self.path) from None
@@ -204,7 +205,7 @@ class Journal:
         if found := self._recall(key, rng):
             return found[0]
         began = time.perf_counter()
-        with counted() as own:
+        with work_counter() as own:
             result = pack(work())
         left = pack(rng.bit_generator.state) if rng else None
         self._append([_step(kind, key, time.perf_counter() - began, own.done, result, left)])

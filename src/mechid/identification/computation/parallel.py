@@ -17,8 +17,8 @@ from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from mechid.simulation.interruption import interrupted_by
-from mechid.simulation.work import count, counted
+from mechid.simulation.interruption import interrupt_by
+from mechid.simulation.work import count, work_counter
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -95,7 +95,7 @@ def map_tasks(
 
 def count_work(function: Callable[[Task], Result], task: Task) -> tuple[Result, int]:
     """Return the result of a function for a task, and the work that it took."""
-    with counted() as own:
+    with work_counter() as own:
         result = function(task)
     return result, own.done
 
@@ -136,7 +136,7 @@ def in_threads(
             abandoned.set()
             raise
 
-    with interrupted_by(check):
+    with interrupt_by(check):
         # One context for each task, because only one thread at a time can enter a context.
         contexts = [copy_context() for _ in tasks]
     with ThreadPoolExecutor(min(workers, len(tasks))) as threads:

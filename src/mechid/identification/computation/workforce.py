@@ -32,7 +32,7 @@ from mechid.identification.computation.worker import (
     processor,
     work,
 )
-from mechid.simulation.interruption import ask
+from mechid.simulation.interruption import check_interruption
 
 
 def warn(line: str) -> None:
@@ -186,7 +186,7 @@ class _TaskMap:
             while todo and len(self.running) < WORK.ahead * width:
                 size = self._size(len(todo), width)
                 self._send([todo.popleft() for _ in range(size)], lacking=False)
-            ask()
+            check_interruption()
             ready, _ = wait(self.running, timeout=WORK.asked_s, return_when=FIRST_COMPLETED)
             self._take(ready)
         return [self.results[i] for i in range(len(self.tasks))]

@@ -21,10 +21,10 @@ from mechid.identification.diagnosis.settings import DIAGNOSIS
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.uncertainty.settings import NOISE
-from mechid.signal.density import in_groups, power_density
+from mechid.signal.density import average_in_groups, power_density
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import is_finite
-from mechid.signal.strongest import Strongest, strongest
+from mechid.signal.strongest import StrongestParts, find_strongest
 from mechid.signal.trend import Line
 
 
@@ -92,7 +92,7 @@ class Pictures:
         None where no channel can be drawn.
     """
 
-    acts: Mapping[str, Mapping[str, Strongest]]
+    acts: Mapping[str, Mapping[str, StrongestParts]]
     spectra: tuple[ResidualSpectra, ...]
     stretch: Stretch | None
 
@@ -192,15 +192,15 @@ def _remainder(channel: TargetChannel, left: FloatArray) -> Remainder:
     return Remainder(left, line, rejected=channel.rejected)
 
 
-def _strongest_frequencies(name: str, channels: Iterable[_Channel]) -> dict[str, Strongest]:
+def _strongest_frequencies(name: str, channels: Iterable[_Channel]) -> dict[str, StrongestParts]:
     """Return the strongest frequencies of an effect in each record, from the channel with the largest share."""
     leading = _largest(channels, lambda one: one.share_over_noise(name))
-    return {one.record: strongest(one.shares[name], one.rate_hz) for one in leading}
+    return {one.record: find_strongest(one.shares[name], one.rate_hz) for one in leading}
 
 
 def _residual_spectra(one: _Channel) -> ResidualSpectra:
     def group_density(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return in_groups(*power_density(series, one.rate_hz), DIAGNOSIS.groups)
+        return average_in_groups(*power_density(series, one.rate_hz), DIAGNOSIS.groups)
 
     def root(series: FloatArray) -> FloatArray:
         return np.asarray(np.sqrt(group_density(series)[1]))
@@ -237,7 +237,7 @@ def _worst_stretch(one: _Channel) -> Stretch:
 
 def _length_s(one: _Channel) -> float:
     """Return some periods of the strongest line or band of the residual, within limits, s."""
-    found = strongest(one.before, one.rate_hz).frequencies_hz
+    found = find_strongest(one.before, one.rate_hz).frequencies_hz
     return (
         min(max(DIAGNOSIS.periods / found[0], DIAGNOSIS.shortest_s), DIAGNOSIS.longest_s)
         if found

@@ -46,7 +46,7 @@ def build_proposal(model: Model) -> Proposal:
     values, errors = _values_and_errors(model)
     # A superset of the model's terms alone: in the file, list entries are numbered without the unused ones.
     superset = superset_of(model.base, only=model.terms, further=model.further) if model.terms else None
-    mechanism = superset.freeing(model.terms) if superset else model.base
+    mechanism = superset.with_free_terms(model.terms) if superset else model.base
     renamed = _map_names(model, superset.term_of if superset else {})
     here = {renamed.get(name, name): value for name, value in values.items()}
     mechanism = mechanism.with_values({n: v for n, v in here.items() if n in mechanism.parameters})

@@ -76,7 +76,7 @@ def _of_role(role: Role, name: str, words: str) -> Callable[[Problem, tuple[Targ
     def make(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
         mechanism = problem.space.mechanism
         keys = {name: key for key, name in mechanism.plant.of_record.items()}
-        for parameter in (n for n in mechanism.plant.having(role) if n in keys):
+        for parameter in (n for n in mechanism.plant.names_with_role(role) if n in keys):
             declared = any(p.replaces == parameter for t in problem.targets for p in t.own)
             # With a single record, its own value could not be distinguished from the mechanism's.
             if declared or len(problem.targets) < 2 or not mechanism.value(parameter):

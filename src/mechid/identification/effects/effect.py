@@ -70,7 +70,7 @@ def add_terms(superset: Superset, names: Collection[str], base: AddedTerms | Non
     before = base or AddedTerms(superset.mechanism)
     new = {name: term for name, term in superset.term_of.items() if term in names}
     widths = {name: width for term in superset.terms if term.name in names for name, width in term.widths.items()}
-    return AddedTerms(superset.freeing(names), widths, {**before.new, **new}, before.law)
+    return AddedTerms(superset.with_free_terms(names), widths, {**before.new, **new}, before.law)
 
 
 def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:

@@ -16,7 +16,7 @@ from mechid.identification.effects.settings import PRIORS
 from mechid.identification.output_error.misfit import Window, misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.signal.grid import Hummed, drifting_lines, evident_grid
+from mechid.signal.grid import HumSeries, drifting_lines, evident_grid
 from mechid.signal.lines import prominence
 from mechid.signal.mains import MainsLine, mains_lines
 from mechid.signal.series import is_finite, stretch_of
@@ -142,7 +142,7 @@ def _without_lines(target: Target) -> Target:
     return replace(target, channels=(replace(target.leading, turns=()), *target.channels[1:]))
 
 
-def _hum_series(problem: Problem, target: Target, q: FloatArray | None) -> Hummed:
+def _hum_series(problem: Problem, target: Target, q: FloatArray | None) -> HumSeries:
     """Return the series of a target that is searched for hum: as measured, or the residual at a point."""
     series = target.leading.measured if q is None else misfit_series(problem.model, target, q, _whole(target))[0]
     rate, varies = abs(float(target.command.rate.rates[0])), _has_varying_rate(target)
@@ -150,12 +150,12 @@ def _hum_series(problem: Problem, target: Target, q: FloatArray | None) -> Humme
     def is_clear(hz: float, reach: float) -> bool:
         return varies or rate == 0.0 or abs(math.remainder(hz, 0.25 * rate)) > reach
 
-    return Hummed(series if is_finite(series) else np.zeros(0), target.base.sample_rate_hz, is_clear)
+    return HumSeries(series if is_finite(series) else np.zeros(0), target.base.sample_rate_hz, is_clear)
 
 
-def _rest_series(target: Target, rest: Window) -> Hummed:
+def _rest_series(target: Target, rest: Window) -> HumSeries:
     """Return a stretch of rest of a target, which is searched for hum."""
-    return Hummed(stretch_of(target.leading.measured, *rest), target.base.sample_rate_hz)
+    return HumSeries(stretch_of(target.leading.measured, *rest), target.base.sample_rate_hz)
 
 
 def _nominal(hz: float) -> float:
@@ -187,7 +187,7 @@ def _frequency(own: Sequence[MainsLine]) -> float:
     return float(np.average([one.line.frequency_hz / one.multiple for one in own], weights=weights))
 
 
-def _steady(_: Hummed, hz: float) -> tuple[float, ...]:
+def _steady(_: HumSeries, hz: float) -> tuple[float, ...]:
     return (hz,)
 
 

@@ -20,7 +20,7 @@ from mechid.identification.output_error.problem import Problem, Windows, transfe
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.moments import norm
-from mechid.signal.stored import Room, write_at
+from mechid.signal.stored import WritableSeries, write_at
 from mechid.signal.whiteness import effective_samples
 
 SMALLEST = 1e-300
@@ -270,9 +270,11 @@ def weight_by_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tu
     return replace(problem, targets=tuple(map(one, problem.targets))), total
 
 
-def _weight_by_residual(channel: TargetChannel, r: Room, window: tuple[int, int]) -> tuple[TargetChannel, float]:
+def _weight_by_residual(
+    channel: TargetChannel, r: WritableSeries, window: tuple[int, int]
+) -> tuple[TargetChannel, float]:
     rejected = channel.rejected_within(window)
-    channel.line(r, rejected).take_from(r)
+    channel.line(r, rejected).subtract_from(r)
     write_at(r, rejected, 0.0)
     counted = max(r.size - rejected.size, 1)
     rms = norm(r) / math.sqrt(counted)

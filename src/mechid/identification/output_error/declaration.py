@@ -13,7 +13,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.parameter import Parameter, Status
 from mechid.signal.series import Series
-from mechid.signal.stored import changed
+from mechid.signal.stored import map_samples
 from mechid.simulation.simulator import excitation_over
 
 PLAIN = ("stepping", "microsteps", "swapped")
@@ -173,7 +173,7 @@ def _scale_channel(channel: TargetChannel, factor: float) -> TargetChannel:
 
 
 def _scale_series(factor: float, series: Series) -> Series:
-    return changed(series, lambda values, part: factor * values)
+    return map_samples(series, lambda values, part: factor * values)
 
 
 def reinterpret_record(record: CampaignRecord, reading: Reading) -> CampaignRecord:

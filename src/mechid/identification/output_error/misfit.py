@@ -19,8 +19,8 @@ from mechid.identification.output_error.jump_samples import NO_SAMPLES, JumpSamp
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.kernel.batch.source import SETS
-from mechid.signal.stored import Room, room_for
-from mechid.simulation.batch import Batch, OfBatch
+from mechid.signal.stored import WritableSeries, allocate_series
+from mechid.simulation.batch import Batch, BatchMember
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
@@ -142,7 +142,7 @@ class Misfit:
         Whether to compute derivatives.
     block : int or None
         Samples simulated at once; None leaves the choice to the simulator.
-    run : Run or OfBatch or None
+    run : Run or BatchMember or None
         The simulation, if it has already been started.
     """
 
@@ -155,7 +155,7 @@ class Misfit:
         *,
         jacobian: bool = False,
         block: int | None = None,
-        run: Run | OfBatch | None = None,
+        run: Run | BatchMember | None = None,
     ) -> None:
         self.coordinates, self.target, self.window = model.coordinates, target, window
         self.width = self.coordinates.size if jacobian else 0
@@ -184,21 +184,21 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
         group = pairs[first : first + SETS]
         begun = model.plain_runs(group[0][0], [q for _, q in group], window[1])
         alike = len(begun) >= PROBLEM.fewest_in_batch and all(r.outcome is SimulationOutcome.COMPLETE for r in begun)
-        runs: Sequence[Run | OfBatch] = Batch(begun).each(window[0]) if alike else begun
+        runs: Sequence[Run | BatchMember] = Batch(begun).each(window[0]) if alike else begun
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
-def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[WritableSeries, ...]:
     """Return r of each channel over a window, n samples; NaN from the first failed sample on."""
     return misfit_series_of(model, target, [q], window)[0]
 
 
 def misfit_series_of(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window
-) -> list[tuple[Room, ...]]:
+) -> list[tuple[WritableSeries, ...]]:
     """Return the series of `misfit_series` at several points."""
     first, stop = window[0], min(window[1], target.samples)
-    found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
+    found = [tuple(allocate_series(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
     for group in batch_misfits(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]
@@ -257,5 +257,5 @@ class Piece:
         if k not in self._jump_samples:
             rises = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
             # Residual and slopes of a piece use the same samples.
-            self._jump_samples[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
+            self._jump_samples[k] = samples_at(jumps.shift_by(self.block.start), rises, self.first, self.samples)
         return self._jump_samples[k]

@@ -20,9 +20,9 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.identification.output_error.jump_samples import Colour
 from mechid.identification.output_error.misfit import Misfit, Model, Piece, Window, batch_misfits
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.kernel.compiled import aligned, compiled_module
+from mechid.kernel.compiled import aligned_zeros, compiled_module
 from mechid.signal.trend import waves_at
-from mechid.simulation.work import count, counted, uncounted
+from mechid.simulation.work import count, suspend_counting, work_counter
 
 
 @lru_cache(maxsize=1)
@@ -128,14 +128,14 @@ class WeightedRows:
         memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
         # Rows of the buffer are aligned and padded for the vectorised reflections.
         apart = self.misfit.run.block + ROW_PADDING
-        buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
+        buffers = [aligned_zeros(width * apart).reshape(width, apart) for width in self.widths]
         for piece in self.misfit:
             n = piece.samples
             for k, (channel, rows) in enumerate(zip(channels, buffers, strict=True)):
                 self._write(rows, k, piece)
                 # Phi, r and J are whitened together, so that offset and drift are still projected out exactly.
                 if channel.prefilter is not None:
-                    rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
+                    rows[:, :n], memories[k] = channel.prefilter.whiten_rows(rows[:, :n], memories[k])
                 dropped = self._excluded_samples(channel, piece.first, n)
                 rows[:, dropped] = 0.0
                 self.energy_lost[k] += piece.jump_samples(k).energy_lost(colours[k], dropped)
@@ -263,7 +263,7 @@ class TriangleCache:
             count(last[2])
             return last[1]
         # The work is counted below, equally for cached and computed triangles.
-        with uncounted(), counted() as own:
+        with suspend_counting(), work_counter() as own:
             found = triangle(model, target, q, window)
         count(own.done)
         self._by_record[target.name] = key, found, own.done

@@ -82,7 +82,7 @@ class SearchSpace:
     @cached_property
     def _below(self) -> dict[str, str]:
         """Lower bound parameter of each parameter that has one."""
-        return self.mechanism.plant.related("above")
+        return self.mechanism.plant.related_parameters("above")
 
     @cached_property
     def _above(self) -> dict[str, str]:

@@ -208,7 +208,7 @@ class Target:
 
     def truncate(self, samples: int) -> Target:
         """Return the target with the first samples of all channels only."""
-        base = self.base.first(samples)
+        base = self.base.truncate(samples)
         return replace(self.map_channels(lambda channel: channel.truncate(base.samples)), base=base)
 
 

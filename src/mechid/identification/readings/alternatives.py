@@ -191,7 +191,7 @@ def side_by_side(problem: Problem, q: FloatArray, target: Target) -> tuple[Float
     measured = np.array(target.leading.measured[:])
     if np.all(np.isfinite(modelled)):
         for y in (modelled, measured):
-            fit_line(y, 2).take_from(y)
+            fit_line(y, 2).subtract_from(y)
     return modelled, measured
 
 

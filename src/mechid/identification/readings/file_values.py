@@ -145,7 +145,7 @@ def _vary_poles(
     except InputFileError:  # a user's own block is found only beside the mechanism file, not from a table in memory
         pass
     else:
-        measured = same_periods.plant.measuring([*mechanism.plant.outputs])
+        measured = same_periods.plant.with_outputs([*mechanism.plant.outputs])
         same_periods = replace(same_periods, plant=measured)
         yield (POLES,), same_periods, _search(problem, same_periods, windows)
     yield tuple(changed), same_orders, nearer

@@ -16,7 +16,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import samples_until
-from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
+from mechid.records.step_rate import SuggestedRate, suggest_rate_without_hum
 from mechid.signal.likeness import noise_power, power_over_time, spectral_distance
 from mechid.signal.lines import prominence, spectral_lines
 from mechid.signal.settings import SERIES
@@ -61,7 +61,7 @@ class RecordSpectrum:
         fs = self.whole.base.sample_rate_hz
         y = self.whole.leading.measured[: round(self.read_s * fs)]
         found = prominence(y, fs)
-        return suggested_beside_hum(y, found, spectral_lines(found))
+        return suggest_rate_without_hum(y, found, spectral_lines(found))
 
     @property
     def read_s(self) -> float:

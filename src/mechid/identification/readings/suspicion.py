@@ -75,7 +75,7 @@ def suspect(problem: Problem, spectra: Mapping[str, RecordSpectrum], seed: int =
     """
     own = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([q, own]) for q in sample_box(problem.space, RULES.box_points, seed)]
-    cut_offs = () if problem.space.mechanism.plant.having(Role.CUT_OFF) else RULES.cut_offs_hz
+    cut_offs = () if problem.space.mechanism.plant.names_with_role(Role.CUT_OFF) else RULES.cut_offs_hz
     measure = partial(_distances, problem, points, cut_offs)
     found = dict(zip(spectra, map_tasks(measure, list(spectra.values()), problem.workers), strict=True))
     failing = int(np.sum(np.any([~np.isfinite(distances[:, 0]) for distances in found.values()], axis=0)))

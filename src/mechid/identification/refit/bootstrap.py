@@ -238,7 +238,7 @@ def _draw_target(target: Target, world: _Basis, rng: np.random.Generator) -> Tar
 def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
     white = model.sigma * rng.standard_normal(samples + (REFIT.warm_up if model.order else 0))
     # A coloured series starts from a zero memory: its first samples are dropped, since they are too quiet.
-    return model.coloured(white, np.zeros(model.order))[0][-samples:]
+    return model.colour_rows(white, np.zeros(model.order))[0][-samples:]
 
 
 def _distance(world: _Basis, step: FloatArray) -> float:

@@ -178,7 +178,7 @@ def read_estimated_mechanism(provenance: object, path: Path) -> Mechanism:
     mechanism = load_mechanism(file)
     # The equations depend on the measured quantities: digests are comparable only for the same ones.
     measured = [q for q in provenance.get(QUANTITIES, ()) if q in mechanism.plant.offered]
-    mechanism = replace(mechanism, plant=mechanism.plant.measuring(measured or [*mechanism.plant.outputs]))
+    mechanism = replace(mechanism, plant=mechanism.plant.with_outputs(measured or [*mechanism.plant.outputs]))
     # The same text can give other equations, after a change of a user's own block or of mechid.
     if mechanism.plant.digest != provenance.get(PLANT):
         raise InputFileError(

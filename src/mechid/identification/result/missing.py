@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.effects.disturbance import Disturbance, Found
 from mechid.identification.result.settings import GRADE
-from mechid.signal.grid import together
+from mechid.signal.grid import combined_amplitude
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +168,7 @@ def _amplitude_near(record: RecordWithLines, hz: float) -> OwnValue | None:
         return None
     # Standard error of a sine's amplitude in white noise, fitted to N samples: sigma sqrt(2 / N).
     error = record.residual_rms * math.sqrt(2.0 / max(record.samples, 1))
-    return OwnValue(value=together(near), std_error=error, unit=channel.unit)
+    return OwnValue(value=combined_amplitude(near), std_error=error, unit=channel.unit)
 
 
 def missing_warning(missing: Missing) -> str:

@@ -18,13 +18,13 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
 from mechid.identification.result.record_result import ChannelFit, MaskedMoment, RecordFit
 from mechid.identification.search.horizons import chance_limit_of, followed_samples
-from mechid.signal.following import following, out_of_step
+from mechid.signal.following import assess_following, first_out_of_step
 from mechid.signal.moments import norm
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
-from mechid.signal.series import Series, blocks, counting, is_finite, mean_of, stretch_of
+from mechid.signal.series import Series, blocks, drop_rejected, is_finite, mean_of, stretch_of
 from mechid.signal.settings import SERIES
-from mechid.signal.stored import Room, write_at
+from mechid.signal.stored import WritableSeries, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
@@ -128,7 +128,7 @@ def _channel_fit(
     noise: ChannelNoise,
     target: Target,
     channel: TargetChannel,
-    r: Room,
+    r: WritableSeries,
     window: tuple[int, int],
     full_step: float | None,
 ) -> ChannelFit:
@@ -223,10 +223,10 @@ def _following_fields(
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
     chance = chance_limit_of(max(SERIES.follow_window_s * rate, 1.0))
-    found = following(measured, r, rate, noise=noise, chance=chance)
+    found = assess_following(measured, r, rate, noise=noise, chance=chance)
     # Masked samples are zero in the residual and would count as followed.
     masked = int(np.sum((channel.masked >= first) & (channel.masked < stop)))
-    late = out_of_step(r, rate, full_step) if full_step else None
+    late = first_out_of_step(r, rate, full_step) if full_step else None
 
     def instant(sample: int) -> float:
         return base.start_s + (first + sample) / rate
@@ -240,12 +240,12 @@ def _following_fields(
     }
 
 
-def _residual(channel: TargetChannel, r: Room, rejected: Samples) -> tuple[float, Line | None]:
+def _residual(channel: TargetChannel, r: WritableSeries, rejected: Samples) -> tuple[float, Line | None]:
     """Return the RMS of the misfit, and offset and drift of measured minus model; NaN, None for a failed run."""
     if not is_finite(r):
         return math.nan, None
     line = channel.line(r, rejected)
-    line.take_from(r)
+    line.subtract_from(r)
     write_at(r, rejected, 0.0)
     # The misfit is model minus measured; the reported line is measured minus model.
     return norm(r) / math.sqrt(max(r.size - rejected.size, 1)), -line
@@ -255,5 +255,5 @@ def _centred_rms(measured: Series, line: Line | None, rejected: Samples) -> floa
     """Return the RMS of measured - line - mean."""
     rest, n = Remainder(measured, line or Line(), rejected=rejected), max(measured.size - rejected.size, 1)
     mean = mean_of(rest) * rest.size / n
-    squares = (float(np.sum(counting(rest[part] - mean, part, rejected) ** 2)) for part in blocks(rest.size))
+    squares = (float(np.sum(drop_rejected(rest[part] - mean, part, rejected) ** 2)) for part in blocks(rest.size))
     return math.sqrt(sum(squares) / n)

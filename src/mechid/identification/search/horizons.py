@@ -20,7 +20,7 @@ from mechid.identification.search.first_moments import Horizons
 from mechid.identification.search.rest import motion_start
 from mechid.identification.search.settings import SEARCH
 from mechid.signal.series import stretch_of
-from mechid.signal.stored import Room, room_for
+from mechid.signal.stored import WritableSeries, allocate_series
 from mechid.signal.trend import Line, fit_line
 
 
@@ -48,7 +48,7 @@ def horizon(
     the offset with the drift, which a misfit within a short gate distorts. The longer of the two horizons counts.
     """
     window = gate_window(target)
-    traces = [_Trace(channel, room_for(target.samples), most) for channel in target.channels]
+    traces = [_Trace(channel, allocate_series(target.samples), most) for channel in target.channels]
     tested = 0
     for piece in Misfit(problem.model, target, q, (0, target.samples), block=SEARCH.short_block):
         for k, trace in enumerate(traces):
@@ -76,7 +76,7 @@ class _Trace:
     """Growing residual of a channel, n samples in sigmas, and the lines that may be projected out of it."""
 
     channel: TargetChannel
-    residual: Room
+    residual: WritableSeries
     most: float
     lines: list[Line] = field(default_factory=list)
 

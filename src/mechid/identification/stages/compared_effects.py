@@ -29,7 +29,7 @@ from mechid.identification.stages.families import (
 from mechid.identification.stages.first_look import FirstLook, first_windows, fit_look, prune_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import choose_best_period, look_at_singles
-from mechid.simulation.work import WorkSpentError, counted
+from mechid.simulation.work import WorkSpentError, work_counter
 
 DELAY = "record.delay"
 COULOMB, STATIC = "friction.coulomb", "friction.static"
@@ -281,7 +281,7 @@ def look_at_whole_records(
     whole = families.plain.whole_windows()
     here = fit_look(families.bare, q, journal, whole, STAGES.whole_steps)
     looks = list[FirstLook]()
-    with suppress(WorkSpentError), counted(whole_records_budget(families.plain)):
+    with suppress(WorkSpentError), work_counter(whole_records_budget(families.plain)):
         for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps, LISTED):
             looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
             if kind is None and _stands_out(looks, here):

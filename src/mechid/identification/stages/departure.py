@@ -78,7 +78,7 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     r = misfit_series(problem.model, target, q, window)[0][:]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
-    fit_line(r, 2).take_from(r)
+    fit_line(r, 2).subtract_from(r)
     # The taper keeps side lobes of a strong line from passing for lines of their own.
     tapered = np.concatenate([r * np.hanning(r.size), np.zeros((STAGES.padded - 1) * r.size)])
     frequency, amplitude = amplitude_spectrum(tapered, target.base.sample_rate_hz)

@@ -24,7 +24,7 @@ from mechid.identification.stages.first_look import FirstLook
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import Reached, settle
 from mechid.identification.stages.watch import Watch
-from mechid.simulation.work import WorkSpentError, counted, uncounted
+from mechid.simulation.work import WorkSpentError, suspend_counting, work_counter
 
 BUDGET_SPENT = (
     "all records: the search for missing effects has ended at its budget, a multiple of the work of a search whose "
@@ -112,7 +112,7 @@ class Climb:
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
         if reached.growth.complete:
             # A complete growth must not be lost because the budget forbids a last fit.
-            with uncounted():
+            with suspend_counting():
                 settled = settle(self.watch, self.state, reached, self.seed)
             if settled is not None:
                 return replace(self, state=settled[0], growth=settled[1], reached=best)
@@ -148,7 +148,7 @@ def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
     A rung whose budget is spent is skipped; a running one ends when it is spent.
     """
     written, short = climb.state.problem, False
-    with counted() as work:
+    with work_counter() as work:
         for number, rung in enumerate(rungs, 1):
             if climb.complete:
                 break

@@ -23,7 +23,7 @@ from mechid.identification.uncertainty.parts import PartsAccumulator, RecordPart
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import Series, blocks, stretch_of
-from mechid.signal.stored import Room, pieces_of, write_at
+from mechid.signal.stored import WritableSeries, pieces_of, write_at
 
 
 @dataclass(frozen=True)
@@ -79,19 +79,19 @@ def covariances(triangle: Triangle, variance: FloatArray, seen: BoolArray) -> Un
     return Uncertainty(inverse, inverse @ variance @ inverse)
 
 
-def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Room, ...]:
+def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[WritableSeries, ...]:
     """Return the misfit of each channel over a window, offset and drift removed, n samples; 0 at rejected samples."""
     series = misfit_series(problem.model, target, q, window)
     for channel, r in zip(target.channels, series, strict=True):
         rejected = channel.rejected_within(window)
-        channel.line(r, rejected).take_from(r)
+        channel.line(r, rejected).subtract_from(r)
         write_at(r, rejected, 0.0)
     return series
 
 
 def residuals_by_quantity(
     problem: Problem, target: Target, q: FloatArray, window: tuple[int, int] | None = None
-) -> dict[str, Room]:
+) -> dict[str, WritableSeries]:
     """Return `residual` keyed by each channel's quantity; the window defaults to the whole record."""
     series = residual(problem, target, q, window or (0, target.samples))
     return dict(zip(target.quantities, series, strict=True))
@@ -108,20 +108,22 @@ def _fit_colours(
     )
 
 
-def _prefiltered_residuals(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Room]:
+def _prefiltered_residuals(
+    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]
+) -> list[WritableSeries]:
     """Return the prefiltered residual of each channel, n samples; 0 where the filter's memory holds invalid samples."""
     series = residual(problem, target, q, window)
     return [_prefilter_in_place(channel, r, window) for channel, r in zip(target.channels, series, strict=True)]
 
 
-def _prefilter_in_place(channel: TargetChannel, r: Room, window: tuple[int, int]) -> Room:
+def _prefilter_in_place(channel: TargetChannel, r: WritableSeries, window: tuple[int, int]) -> WritableSeries:
     """Prefilter a residual in place and return it."""
     if channel.prefilter is None:
         return r
     order = channel.order
     memory = np.zeros(order)
     for part in blocks(r.size):
-        r[part], memory = channel.prefilter.whitened(r[part], memory)
+        r[part], memory = channel.prefilter.whiten_rows(r[part], memory)
     # The first `order` samples, and the `order` samples after each rejected one, depend on values that do not exist.
     r[:order] = 0.0
     spoilt = channel.rejected_within((window[0] - order, window[1])) - order
@@ -208,7 +210,7 @@ class _ColouredScore:
         if self._visits is not None:
             self._visits.add(rows.T)
         if self._own.order:
-            rows, self._memory = self._own.coloured(rows, self._memory)
+            rows, self._memory = self._own.colour_rows(rows, self._memory)
         self._total += rows @ rows.T
 
     def score(self, columns: FloatArray) -> FloatArray:

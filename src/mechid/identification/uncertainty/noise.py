@@ -21,7 +21,7 @@ from mechid.signal.autoregression import fit_autoregression
 from mechid.signal.moments import norm
 from mechid.signal.series import Series, is_finite
 from mechid.signal.spikes import isolated_spikes, outliers
-from mechid.signal.stored import changed, samples_at, write_at
+from mechid.signal.stored import map_samples, samples_at, write_at
 from mechid.units import unit_words
 
 
@@ -169,7 +169,7 @@ def _reject_channel_spikes(channel: TargetChannel) -> TargetChannel:
     if not spikes.size:
         return channel
     # The series belongs to the record; only a copy may be changed.
-    measured = changed(channel.measured, lambda values, part: values.copy())
+    measured = map_samples(channel.measured, lambda values, part: values.copy())
     beside = np.setdiff1d(np.concatenate((spikes - 1, spikes + 1)), spikes)
     beside = beside[(beside >= 0) & (beside < measured.size)]
     write_at(measured, spikes, np.interp(spikes, beside, samples_at(measured, beside)))

@@ -74,7 +74,7 @@ def _lower_limit_reason(problem: Problem, name: str, excess: float) -> str:
     Example: static friction equals Coulomb friction.
     """
     plant = problem.space.mechanism.plant
-    below = plant.related("above").get(name)
+    below = plant.related_parameters("above").get(name)
     if below is None or excess > VERDICTS.least_excess:
         return ""
     return f"{plant.declarations[name].meaning} is at its lower limit, the {plant.declarations[below].meaning}"

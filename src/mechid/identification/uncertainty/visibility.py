@@ -148,7 +148,7 @@ def refuse_free_supply(campaign: Campaign) -> None:
     powers = _supply_powers(campaign)
     free = {q.name for q in campaign.mechanism.free}
     stepped = any(not isinstance(record.command, MeasuredCommand) for record in campaign.estimated)
-    for supply in campaign.mechanism.plant.having(Role.SUPPLY):
+    for supply in campaign.mechanism.plant.names_with_role(Role.SUPPLY):
         if stepped and supply not in free and campaign.mechanism.value(supply) == 0.0:
             raise InputFileError(
                 f"{campaign.mechanism_path}: {supply} is 0, so the motor cannot move; enter the driver's value"
@@ -163,7 +163,7 @@ def refuse_free_supply(campaign: Campaign) -> None:
 def ambiguity_notes(campaign: Campaign) -> tuple[str, ...]:
     """Describe the ambiguities that records of this kind cannot resolve."""
     frame = (_frame_note(campaign),) if campaign.mechanism.electrical_periods else ()
-    supplies = () if _sees_current(campaign) else campaign.mechanism.plant.having(Role.SUPPLY)
+    supplies = () if _sees_current(campaign) else campaign.mechanism.plant.names_with_role(Role.SUPPLY)
     return (*(_supply_note(campaign, supply) for supply in supplies), *frame)
 
 

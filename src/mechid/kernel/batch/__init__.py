@@ -1,4 +1,4 @@
-"""A batch: runs of one plant under one command with other values of the parameters, side by side in vector registers.
+"""Batches: runs of one plant and command with several parameter points in parallel, one per vector lane.
 
-The text is that of the plant's kernel, each of whose numbers becomes `SETS` numbers that stand together.
+The text is that of the plant's kernel, with each number replaced by `SETS` adjacent numbers.
 """

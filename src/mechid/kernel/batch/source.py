@@ -1,7 +1,7 @@
-"""The text of a batch from that of its kernel: each number becomes `SETS` numbers side by side.
+"""Source text of a batch, derived from that of its kernel: each number becomes `SETS` adjacent numbers.
 
-A function of the plant's part is a straight line of assignments, so that one loop over the sets around it is all that
-it takes; within, every place counts in sets. The compiler makes vector instructions of such a loop.
+A plant-specific function is a straight line of assignments, so one loop over the sets around it suffices; inside the
+loop, every position is scaled by the number of sets. The compiler vectorises such a loop.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from typing import Any
 from mechid.kernel.source import text_of_loop
 
 SETS = 8
-"""Sets of a batch: as many numbers as a register holds at most. Sixteen gain a twentieth more."""
+"""Sets per batch: as many numbers as the widest vector register holds. Sixteen would be a twentieth faster."""
 LOOP = ("sines", "memory", "filter", "suspects", "sets", "plan", "advance")
-"""Modules that are the same for all plants. The plant's part stands behind the first."""
+"""Modules common to all plants; the plant's functions follow the first."""
 OF_PLANT = ("rates_of", "rates", "step", "turn", "outputs")
 BY_MODE = ("margins", "slopes")
 WIDE = frozenset(("w_", "y_"))
-"""Arrays whose places are those of all sets."""
+"""Arrays whose positions count over all sets."""
 INLINE = "njit(**INNER, fastmath=FAST, forceinline=True)"
-"""Where places are known, nothing can overlap, and the loop over the sets becomes vector instructions."""
+"""With constant positions, no arrays can overlap, and the loop over the sets is vectorised."""
 UNUSED = "AT_POINTS"
-"""Points of a step's stages are for sensitivities alone."""
+"""Points of a step's stages, which only sensitivities need."""
 
 
 def fingerprint(kernel_text: str) -> str:
-    """Return the name of the batch of a kernel, by its module's name and text."""
+    """Return the hash that names the batch of a kernel, from the module name and text of the kernel."""
     own = "".join(
         resources.files("mechid.kernel.batch").joinpath(f"{name}.py").read_text(encoding="utf-8")
         for name in ("source", *(f"loop/{name}" for name in LOOP))
@@ -38,14 +38,14 @@ def fingerprint(kernel_text: str) -> str:
 
 
 def generate(kernel_text: str, kernel: ModuleType) -> str:
-    """Return the module of a batch.
+    """Return the source of a batch module.
 
     Parameters
     ----------
     kernel_text : str
         Text of the kernel.
     kernel : module
-        Made of it.
+        Module made from `kernel_text`.
     """
     functions = [node for node in ast.parse(kernel_text).body if isinstance(node, ast.FunctionDef)]
     of_plant = [node for node in functions if node.name in OF_PLANT or node.name.startswith(BY_MODE)]
@@ -56,12 +56,12 @@ def generate(kernel_text: str, kernel: ModuleType) -> str:
         f"SETS = {SETS}\nMODES = np.array({modes})\nMOST_MODES = {max(modes)}\n"
     )
     first, *others = (text_of_loop("mechid.kernel.batch", name) for name in LOOP)
-    written = _unrolled("\n\n".join(others), {**vars(kernel), "SETS": SETS, "MODES": modes, "MOST_MODES": max(modes)})
+    written = _unroll("\n\n".join(others), {**vars(kernel), "SETS": SETS, "MODES": modes, "MOST_MODES": max(modes)})
     return "\n\n".join([head, first, *map(_over_sets, of_plant), written])
 
 
 def _modes(functions: list[ast.FunctionDef]) -> list[int]:
-    """Return how many modes each switch has, as `set_mode` knows them; at least one number."""
+    """Return the number of modes of each switch, as in `set_mode`; at least one number."""
     counts: dict[int, int] = {}
     chosen = next(node for node in functions if node.name == "set_mode")
     for node in chosen.body:
@@ -74,13 +74,15 @@ def _modes(functions: list[ast.FunctionDef]) -> list[int]:
 def _over_sets(node: ast.FunctionDef) -> str:
     """Return the text of a function for all sets."""
     doc, body = node.body[:1], [s for s in node.body[1:] if not _is_unused(s)]
-    if node.name == "rates_of":  # called within a loop over the sets
+    # Called from within a loop over the sets, whose index it takes as an argument.
+    if node.name == "rates_of":
         node.args.args.append(ast.arg("l", ast.Name("int")))
         node.body = [*doc, *map(_Wide().visit, body)]
     else:
+        # Each set has a step length of its own, which is read from the workspace.
         length = ast.parse("h = w_[LENGTH]").body if node.name == "step" else []
         node.args.args = [a for a in node.args.args if a.arg != "h"]
-        node.body = [*doc, *ast.parse("in_vectors()").body, *_looped([*length, *body])]
+        node.body = [*doc, *ast.parse("in_vectors()").body, *_wrap_in_loops([*length, *body])]
     node.decorator_list = [ast.parse(INLINE, mode="eval").body]
     return ast.unparse(ast.fix_missing_locations(node))
 
@@ -89,10 +91,11 @@ def _is_unused(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Assign) and UNUSED in ast.unparse(statement.targets[0])
 
 
-def _looped(body: list[ast.stmt]) -> list[ast.stmt]:
-    """Return statements with those that compute in a loop over the sets; choices and calls stay outside."""
+def _wrap_in_loops(body: list[ast.stmt]) -> list[ast.stmt]:
+    """Wrap runs of computing statements in loops over the sets; branches and calls stay outside."""
     done: list[ast.stmt] = []
     inside: list[ast.stmt] = []
+    # The return closes the last open loop.
     for statement in [*body, ast.Return()]:
         alone = isinstance(statement, ast.If | ast.Return) or _is_call(statement)
         if not alone:
@@ -102,7 +105,7 @@ def _looped(body: list[ast.stmt]) -> list[ast.stmt]:
             done.append(ast.For(ast.Name("l", ast.Store()), ast.parse("range(SETS)", mode="eval").body, inside, []))
             inside = []
         if isinstance(statement, ast.If):
-            statement.body = _looped(statement.body)
+            statement.body = _wrap_in_loops(statement.body)
         done.append(statement)
     return done
 
@@ -112,40 +115,41 @@ def _is_call(statement: ast.stmt) -> bool:
 
 
 class _Wide(ast.NodeTransformer):
-    """Lets every place count in sets, and the rates know their set."""
+    """Scales every position by the number of sets, and passes the set to the rates."""
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        """Let a place be that of set l."""
+        """Change a position to that of set l."""
         self.generic_visit(node)
         if isinstance(node.value, ast.Name) and node.value.id in WIDE:
             node.slice = ast.parse(f"({ast.unparse(node.slice)}) * SETS + l", mode="eval").body
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        """Tell the rates which set they are of."""
+        """Pass the set to the rates."""
         self.generic_visit(node)
         if isinstance(node.func, ast.Name) and node.func.id == "rates_of":
             node.args.append(ast.Name("l", ast.Load()))
         return node
 
 
-def _unrolled(text: str, known: dict[str, Any]) -> str:
-    """Return text whose loops within a loop over the sets are written out: only an innermost loop becomes vectors."""
+def _unroll(text: str, known: dict[str, Any]) -> str:
+    """Unroll the loops inside loops over the sets, since only an innermost loop is vectorised."""
     tree = ast.parse(text)
     numbers = dict(known)
     values: list[ast.stmt] = [node for node in tree.body if isinstance(node, ast.Assign)]
-    exec(compile(ast.Module(values, []), "batch", "exec"), numbers)  # our own text, integers alone
+    # The text is mechid's own; these are assignments of integers only.
+    exec(compile(ast.Module(values, []), "batch", "exec"), numbers)
     return ast.unparse(ast.fix_missing_locations(_Unrolled(numbers).visit(tree)))
 
 
 class _Unrolled(ast.NodeTransformer):
-    """Writes out loops: those over switches and modes, and all within a loop over the sets."""
+    """Unrolls loops over switches and modes, and all loops inside a loop over the sets."""
 
     def __init__(self, known: dict[str, Any]) -> None:
         self.known, self.within = known, False
 
     def visit_For(self, node: ast.For) -> Any:
-        """Write a loop out, or look for loops in one over the sets."""
+        """Unroll a loop, or the loops inside a loop over the sets."""
         assert isinstance(node.target, ast.Name)
         name = node.target.id
         if name == "l":
@@ -154,11 +158,13 @@ class _Unrolled(ast.NodeTransformer):
             self.within = before
             return node
         names = {n.id for n in ast.walk(node.iter) if isinstance(n, ast.Name)}
+        # Loops over switches and modes are unrolled everywhere: their bodies differ by constant positions.
         if not (self.within or name in ("s", "mode")) or not names <= {*self.known, "range"}:
             node.body = self._all(node.body)
             return node
         done: list[ast.stmt] = []
-        for value in eval(ast.unparse(node.iter), {**self.known}):  # our own text
+        # The iterator is mechid's own text.
+        for value in eval(ast.unparse(node.iter), {**self.known}):
             body = [_Put(name, value).visit(ast.parse(ast.unparse(s)).body[0]) for s in node.body]
             done += self._all(body)
         return done
@@ -172,11 +178,11 @@ class _Unrolled(ast.NodeTransformer):
 
 
 class _Put(ast.NodeTransformer):
-    """Puts a number in the place of a name."""
+    """Replaces a name by a number."""
 
     def __init__(self, name: str, value: int) -> None:
         self.name, self.value = name, value
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Put the number in."""
+        """Replace the name."""
         return ast.Constant(self.value) if node.id == self.name else node

@@ -1,1 +1,1 @@
-"""A kernel's text in C99: the same functions, read from the Python text and printed anew."""
+"""Translation of a kernel to C99: the same functions, parsed from the Python text and printed again."""

@@ -16,9 +16,9 @@ _WORDS = """
     NAN INFINITY
 """
 KEYWORDS = frozenset(_WORDS.split())
-"""What a name of a plant cannot be in C."""
+"""Words that are not available as names of a plant in C."""
 SINGLE = re.compile(r"(AT_[A-Z_]+)_(\d+)")
-"""A single place of a part of the workspace, by its name."""
+"""Name of a fixed position in a part of the workspace."""
 BINARY = {
     ast.Add: ("+", 5),
     ast.Sub: ("-", 5),
@@ -39,7 +39,7 @@ OWN = {
     "sin": "sine_of",
     "cos": "cosine_of",
 }
-"""Functions that the C text has of its own, by their names in Python; those of integers end on ``_int``."""
+"""Functions defined in the C text itself, by their names in Python; integer versions end in ``_int``."""
 
 
 class Expressions:
@@ -53,7 +53,7 @@ class Expressions:
         return self._text(node)[0]
 
     def call(self, node: ast.Call, outs: Sequence[str]) -> str:
-        """Return the call of a function of the kernel; `outs` are where it writes several results."""
+        """Return the call of a kernel function; `outs` are the destinations of several results."""
         assert isinstance(node.func, ast.Name)
         own = self.known[node.func.id]
         arguments = []
@@ -64,7 +64,7 @@ class Expressions:
         return f"{node.func.id}({', '.join([*arguments, *outs])})"
 
     def _text(self, node: ast.expr) -> tuple[str, int]:
-        """Return the text of an expression, and how tightly it binds."""
+        """Return the text of an expression and its precedence."""
         match node:
             case ast.Constant(value=bool() as value):
                 return str(int(value)), 9
@@ -73,6 +73,7 @@ class Expressions:
             case ast.Name(id=name):
                 if place := SINGLE.fullmatch(name):
                     return f"{place[1]} + {place[2]}", 5
+                # A plant may name a symbol like a word of C.
                 return (f"{name}_" if name in KEYWORDS else name), 9
             case ast.Subscript():
                 return self._place(node), 9
@@ -99,7 +100,7 @@ class Expressions:
                 raise NotImplementedError(ast.dump(node))
 
     def within(self, node: ast.expr, least: int) -> str:
-        """Return the text of an expression, in brackets where it binds less tightly than what is around it."""
+        """Return the text of an expression, in parentheses if it binds less tightly than its surroundings."""
         text, tight = self._text(node)
         return text if tight >= least else f"({text})"
 
@@ -107,6 +108,7 @@ class Expressions:
         if isinstance(node.op, ast.Pow):
             return f"pow({self.text(node.left)}, {self.text(node.right)})", 9
         sign, tight = BINARY[type(node.op)]
+        # Bitwise operands are always parenthesised: in C, & binds less tightly than a comparison.
         least = 9 if sign == "&" else tight
         left, right = self.within(node.left, least), self.within(node.right, max(least, tight + 1))
         return f"{left} {sign} {right}", tight
@@ -120,7 +122,8 @@ class Expressions:
         return (parts[0], 3) if len(parts) == 1 else (" && ".join(parts), 1)
 
     def _place(self, node: ast.Subscript) -> str:
-        if isinstance(node.value, ast.Attribute):  # x.shape[0]
+        # The attribute is a shape, as in x.shape[0].
+        if isinstance(node.value, ast.Attribute):
             return f"{self.text(node.value.value)}_count"
         places = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         return self.text(node.value) + "".join(f"[{self.text(place)}]" for place in places)
@@ -139,7 +142,7 @@ class Expressions:
         return self.text(argument) if self._type(argument) == INT else f"(int){self.within(argument, 9)}"
 
     def _of_library(self, name: str, arguments: Sequence[ast.expr]) -> str:
-        """Return the call of a function of numbers: of the text's own, or of the C library."""
+        """Return the call of a numeric function, defined in the text itself or in the C library."""
         whole = {self._type(a) for a in arguments} == {INT}
         called = OWN.get(name, name) + ("_int" if whole and name in OWN else "")
         texts = [self.text(a) for a in arguments]

@@ -1,4 +1,4 @@
-"""A kernel's functions in C99."""
+"""Functions of a kernel in C99."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from mechid.kernel.c.expressions import SINGLE, Expressions
 from mechid.kernel.c.module import Module
-from mechid.kernel.c.scopes import assigns_plainly, homes_of, names_stored
+from mechid.kernel.c.scopes import assigns_directly, homes_of, names_stored
 from mechid.kernel.c.types import DOUBLE, INT, INTEGERS, NUMBERS, Signature, names_in, signatures
 
 INDENT = "    "
@@ -19,7 +19,7 @@ _NAMES = """
     GRID_CLOSE EVENT_TIME EVENT_SWITCH EVENT_BEFORE EVENT_AFTER EVENT_LANES
 """
 NEEDED = frozenset(_NAMES.split())
-"""Constants that who calls the kernel needs."""
+"""Constants that a caller of the kernel needs."""
 
 
 class Printer:
@@ -30,7 +30,7 @@ class Printer:
         self.known = signatures(module.functions)
 
     def constants(self) -> str:
-        """Return the constants that the functions name, and those that a caller needs: places as an enumeration."""
+        """Return the constants that the functions or a caller use; integers as an enumeration."""
         used = {n.id for node in self.module.functions.values() for n in ast.walk(node) if isinstance(n, ast.Name)}
         used |= {place[1] for name in used if (place := SINGLE.fullmatch(name))}
         whole, others = [], []
@@ -46,7 +46,7 @@ class Printer:
         return "\n".join(["enum {", ",\n".join(whole), "};", "", *others])
 
     def text(self) -> str:
-        """Return all functions, each behind its heading."""
+        """Return all functions, each after its heading."""
         parts = []
         for name, node in self.module.functions.items():
             if name in self.module.headings:
@@ -71,7 +71,7 @@ class _Function:
         body = self.node.body[1:] if doc else self.node.body
         lines = [*([_block_comment(doc.splitlines())] if doc else []), f"{self._head()}\n{{"]
         lines += self._body(body, 1, ())
-        return "\n".join([*map(wrapped, lines), "}", ""])
+        return "\n".join([*map(wrap_line, lines), "}", ""])
 
     def _head(self) -> str:
         out = self.own.returns
@@ -86,7 +86,7 @@ class _Function:
         returned = out[0] if len(out) == 1 else "void"
         inline = any("forceinline" in ast.unparse(decorator) for decorator in self.node.decorator_list)
         begin = f"static {'inline ' if inline else ''}{returned} {self.node.name}("
-        return _filled(begin, arguments or ["void"], ")")
+        return _wrap_arguments(begin, arguments or ["void"], ")")
 
     def _body(self, statements: Sequence[ast.stmt], depth: int, block: tuple[int, ...]) -> list[str]:
         before = set(self.declared)
@@ -136,23 +136,24 @@ class _Function:
         return f"{tab}while ({self.expressions.text(node.test)}) {{"
 
     def _declarations(self, node: ast.stmt, tab: str, place: tuple[int, ...]) -> Iterator[str]:
-        """Yield declarations of names whose block begins their use inside this statement."""
+        """Yield declarations of names whose scope begins at the block of this statement."""
         for name in names_stored(node):
-            if name not in self.declared and place[:-1] in self.homes[name] and not assigns_plainly(node, name):
+            if name not in self.declared and place[:-1] in self.homes[name] and not assigns_directly(node, name):
                 self.declared.add(name)
                 yield f"{tab}{self.types[name]} {name} = {'0' if self.types[name] == INT else '0.0'};"
 
     def _target(self, target: ast.expr) -> str:
-        """Return a target's text, with its type where it is declared here."""
+        """Return a target's text, with its type if it is declared here."""
         text = self.expressions.text(target)
         if isinstance(target, ast.Name) and target.id not in self.declared:
             self.declared.add(target.id)
-            const = "const " if self._once(target.id) else ""
+            # const tells a reader of the C text that the value does not change.
+            const = "const " if self._is_assigned_once(target.id) else ""
             return f"{const}{self.types[target.id]} {text}"
         return text
 
-    def _once(self, name: str) -> bool:
-        """Tell whether a name gets one value alone."""
+    def _is_assigned_once(self, name: str) -> bool:
+        """Return whether a name is assigned only once."""
         stores = [
             n for n in ast.walk(self.node) if isinstance(n, ast.Name) and n.id == name and isinstance(n.ctx, ast.Store)
         ]
@@ -174,7 +175,7 @@ class _Function:
             yield f"{tab}{self._target(target)} = {text};"
 
     def _assign_many(self, pairs: list[tuple[ast.expr, ast.expr]], tab: str) -> Iterator[str]:
-        """Yield assignments one after another; by way of further names where one changes what the next reads."""
+        """Yield assignments in sequence, through temporaries if one changes a value that a later one reads."""
         changed: set[str] = set()
         crossing = False
         for target, value in pairs:
@@ -182,6 +183,7 @@ class _Function:
                 changed & {ast.unparse(n) for n in ast.walk(value) if isinstance(n, ast.Name | ast.Subscript)}
             )
             changed.add(ast.unparse(target))
+        # Python evaluates the whole right-hand side first, C one assignment after the other.
         if crossing:
             kinds = [self.types.get(t.id, DOUBLE) if isinstance(t, ast.Name) else DOUBLE for t, _ in pairs]
             for k, ((_, value), kind) in enumerate(zip(pairs, kinds, strict=True)):
@@ -241,15 +243,15 @@ class _Function:
 
 
 def _table(name: str, value: Any) -> str:
-    """Return a table of integers of one or two dimensions."""
+    """Return a one- or two-dimensional table of integers."""
     rows = value.tolist()
     sizes = "".join(f"[{n}]" for n in value.shape)
     inner = ", ".join(f"{{{', '.join(map(str, row))}}}" if isinstance(row, list) else str(row) for row in rows)
-    return wrapped(f"static const int {name}{sizes} = {{{inner}}};")
+    return wrap_line(f"static const int {name}{sizes} = {{{inner}}};")
 
 
 def results(node: ast.FunctionDef) -> list[str]:
-    """Return the names of the pointers through which a function gives several values: those that it returns, marked."""
+    """Return the names of the output pointers of a function with several results: the returned names with a suffix."""
     returned = [n.value for n in ast.walk(node) if isinstance(n, ast.Return) and n.value]
     tuples = [n for value in returned for n in ast.walk(value) if isinstance(n, ast.Tuple)]
     for values in tuples:
@@ -262,8 +264,8 @@ def _sign(op: ast.operator) -> str:
     return {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}[type(op)]
 
 
-def _filled(begin: str, parts: Sequence[str], end: str) -> str:
-    """Return a list of arguments, in several lines where it is long."""
+def _wrap_arguments(begin: str, parts: Sequence[str], end: str) -> str:
+    """Return a list of arguments, wrapped if it is long."""
     lines, line = [], begin
     for k, part in enumerate(parts):
         piece = part + (", " if k + 1 < len(parts) else end)
@@ -274,8 +276,8 @@ def _filled(begin: str, parts: Sequence[str], end: str) -> str:
     return "\n".join([*lines, line])
 
 
-def wrapped(line: str) -> str:
-    """Return a line broken at spaces where it is long; what follows stands further in."""
+def wrap_line(line: str) -> str:
+    """Return a line wrapped at spaces if it is long; continuation lines are indented further."""
     out, left = [], line
     tab = INDENT * ((len(line) - len(line.lstrip())) // len(INDENT) + 2)
     while len(left) > WIDTH and "\n" not in left:
@@ -288,6 +290,7 @@ def wrapped(line: str) -> str:
 
 
 def _block_comment(lines: Sequence[str]) -> str:
+    # A comment's end within the text would end the C comment.
     safe = [re.sub(r"\*/", "* /", line) for line in lines]
     if len(safe) == 1:
         return f"/* {safe[0]} */"

@@ -1,4 +1,4 @@
-"""Where in C the local names of a function are declared: in the innermost blocks that need them."""
+"""Scopes of a function's local names in C: the innermost blocks that need them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import ast
 from collections.abc import Iterator, Sequence
 
 Block = tuple[int, ...]
-"""The way to a block: of each statement around it the place among its like, and 0 for its body or 1 for its else."""
+"""Path to a block: for each enclosing statement its index, and 0 for its body or 1 for its else branch."""
 
 
 def homes_of(node: ast.FunctionDef) -> dict[str, set[Block]]:
-    """Return the blocks in which each name is to be declared.
+    """Return the blocks in which each name is declared.
 
-    A name that several blocks use, each for itself, since each begins by giving it a value, is declared in each.
+    A name that several blocks use independently, since each of them first assigns it, is declared in each.
     """
     uses: dict[str, list[tuple[Block, bool]]] = {}
     body = node.body[1:] if ast.get_docstring(node) else node.body
@@ -22,7 +22,7 @@ def homes_of(node: ast.FunctionDef) -> dict[str, set[Block]]:
 
 
 def _homes(uses: Sequence[tuple[Block, bool]], depth: int) -> Iterator[Block]:
-    """Yield the homes of one name, all of whose uses lie in one block `depth` deep."""
+    """Yield the scopes of one name, all of whose uses lie in one block at level `depth`."""
     here = uses[0][0][:depth]
     if any(len(block) == depth for block, _ in uses):
         yield here
@@ -38,13 +38,13 @@ def _homes(uses: Sequence[tuple[Block, bool]], depth: int) -> Iterator[Block]:
 
 
 def _begins_with_a_value(uses: Sequence[tuple[Block, bool]], depth: int) -> bool:
-    """Tell whether the first use in a block, in the order of the text, gives the name a value in that very block."""
+    """Return whether the first use in a block, in textual order, is an assignment in that very block."""
     block, gives = uses[0]
     return gives and len(block) == depth
 
 
 def _uses(statements: Sequence[ast.stmt], block: Block) -> Iterator[tuple[str, Block, bool]]:
-    """Yield (name, block, whether it is given a value) in the order in which they are evaluated."""
+    """Yield (name, block, whether it is assigned) in the order of evaluation."""
     for k, statement in enumerate(statements):
         own = [
             n
@@ -56,6 +56,7 @@ def _uses(statements: Sequence[ast.stmt], block: Block) -> Iterator[tuple[str, B
             if isinstance(n, ast.Name)
         ]
         plain = isinstance(statement, ast.Assign)
+        # The right-hand side is evaluated before its target is assigned.
         for n in sorted(own, key=lambda n: isinstance(n.ctx, ast.Store)):
             yield n.id, block, plain and isinstance(n.ctx, ast.Store)
         for number, part in enumerate(("body", "orelse")):
@@ -63,14 +64,14 @@ def _uses(statements: Sequence[ast.stmt], block: Block) -> Iterator[tuple[str, B
 
 
 def names_stored(node: ast.stmt) -> list[str]:
-    """Return the names that a statement, or one within it, gives a value; not those that a loop counts with."""
+    """Return the names that a statement or a nested one assigns, without loop counters."""
     loops = {n.target.id for n in ast.walk(node) if isinstance(n, ast.For) and isinstance(n.target, ast.Name)}
     names = [n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
     return [name for name in dict.fromkeys(names) if name not in loops]
 
 
-def assigns_plainly(node: ast.stmt, name: str) -> bool:
-    """Tell whether a statement itself, not one within it, gives a name its value."""
+def assigns_directly(node: ast.stmt, name: str) -> bool:
+    """Return whether a statement itself, not a nested one, assigns a name."""
     if not isinstance(node, ast.Assign):
         return False
     target = node.targets[0]

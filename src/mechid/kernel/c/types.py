@@ -1,4 +1,4 @@
-"""The types of a kernel's functions and of the names in them, as C needs them."""
+"""C types of a kernel's functions and of their local names."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ ANNOTATIONS = {
 
 @dataclass(frozen=True)
 class Signature:
-    """What a function takes and gives.
+    """Arguments and results of a function.
 
     Attributes
     ----------
     arguments : mapping of str to str
         Types by name.
     written : frozenset of str
-        Arrays into which it, or what it calls, may write.
+        Arrays that the function or its callees may write to.
     counted : frozenset of str
-        Arrays of which it asks the length.
+        Arrays whose length is read.
     returns : tuple of str
-        Types of what it returns; one is returned, several are written through pointers.
+        Types of the results; a single one is returned, several are written through pointers.
     """
 
     arguments: Mapping[str, str]
@@ -43,33 +43,34 @@ class Signature:
 
 def signatures(functions: Mapping[str, ast.FunctionDef]) -> dict[str, Signature]:
     """Return the signature of each function."""
-    written = {name: _stored_into(node) for name, node in functions.items()}
+    written = {name: _written_arrays(node) for name, node in functions.items()}
+    # An array that a callee writes to is written by its caller too: propagate until nothing changes.
     before = None
     while before != (now := {name: frozenset(found) for name, found in written.items()}):
         before = now
         for name, node in functions.items():
-            for callee, place, array in _handed_on(node, functions):
+            for callee, place, array in _passed_arrays(node, functions):
                 if functions[callee].args.args[place].arg in written[callee]:
                     written[name].add(array)
     return {
         name: Signature(
             {a.arg: ANNOTATIONS[ast.unparse(a.annotation)] for a in node.args.args if a.annotation},
             frozenset(written[name]),
-            frozenset(_counted(node)),
-            _returned(node),
+            frozenset(_arrays_with_length(node)),
+            _result_types(node),
         )
         for name, node in functions.items()
     }
 
 
-def _stored_into(node: ast.FunctionDef) -> set[str]:
-    """Return the arrays into which a function itself writes."""
+def _written_arrays(node: ast.FunctionDef) -> set[str]:
+    """Return the arrays that a function itself writes to."""
     stores = (n for n in ast.walk(node) if isinstance(n, ast.Subscript) and isinstance(n.ctx, ast.Store))
     return {n.value.id for n in stores if isinstance(n.value, ast.Name)}
 
 
-def _handed_on(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> Iterator[tuple[str, int, str]]:
-    """Yield (function, place of the argument, name) of each plain name that a function hands on."""
+def _passed_arrays(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> Iterator[tuple[str, int, str]]:
+    """Yield (function, argument position, name) of each plain name that is passed on in a call."""
     for call in (n for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)):
         if isinstance(call.func, ast.Name) and call.func.id in functions:
             for place, argument in enumerate(call.args):
@@ -77,13 +78,13 @@ def _handed_on(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) 
                     yield call.func.id, place, argument.id
 
 
-def _counted(node: ast.FunctionDef) -> Iterator[str]:
+def _arrays_with_length(node: ast.FunctionDef) -> Iterator[str]:
     for n in ast.walk(node):
         if isinstance(n, ast.Attribute) and n.attr == "shape" and isinstance(n.value, ast.Name):
             yield n.value.id
 
 
-def _returned(node: ast.FunctionDef) -> tuple[str, ...]:
+def _result_types(node: ast.FunctionDef) -> tuple[str, ...]:
     text = ast.unparse(node.returns) if node.returns else "None"
     if text == "None":
         return ()
@@ -131,7 +132,7 @@ def _in_order(body: list[ast.stmt]) -> Iterator[ast.stmt]:
 def type_of(
     expr: ast.expr, types: Mapping[str, str], known: Mapping[str, Signature], constants: Mapping[str, Any]
 ) -> str:
-    """Return INT or DOUBLE, the type of an expression; of an array's name its own."""
+    """Return the type of an expression, INT or DOUBLE, or of an array's name that of the array."""
 
     def of(part: ast.expr) -> str:
         return type_of(part, types, known, constants)
@@ -144,9 +145,11 @@ def type_of(
         case ast.Subscript(value=ast.Name(id=name)):
             return INT if types.get(name) == INTEGERS or name in constants else DOUBLE
         case ast.Subscript():
-            return INT  # the length of an array
+            # Subscripts of an attribute are lengths of arrays.
+            return INT
         case ast.BinOp(left=left, op=op, right=right):
             both = {of(left), of(right)}
+            # Python's division of integers gives a float.
             return DOUBLE if DOUBLE in both or isinstance(op, ast.Div | ast.Pow) else INT
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return of(operand)
@@ -159,7 +162,8 @@ def type_of(
         case ast.Call() | ast.Attribute():
             return DOUBLE
         case _:
-            return INT  # comparisons and what joins them
+            # Comparisons and Boolean operations.
+            return INT
 
 
 def _of_value(value: Any) -> str:

@@ -1,5 +1,5 @@
-"""The time loop of every kernel, as text: `kernel.source` sets it behind what it writes of a plant (`plant.pyi`).
+"""Time loop of every kernel, as text: `kernel.source` appends it to the plant-specific functions (`plant.pyi`).
 
-No module of these is ever imported. They are modules so that the checkers of the project see them; what they import
-stands above them in a kernel's text.
+These modules are never imported. They are modules so that the project's checkers see them; the names that they import
+are defined above them in a kernel's text.
 """

@@ -7,7 +7,7 @@ from golden_variants import VARIANTS
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.command import Timing
 from mechid.simulation.batch import SETS, Batch
-from mechid.simulation.noted import joined
+from mechid.simulation.noted import concatenate_jumps
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.trajectory import SimulationOutcome
 from side_by_side import BASE, FULL, MICRO, alone, around, begun, together
@@ -26,13 +26,13 @@ def test_jumps_are_those_of_each_alone(late_s):
         ]
 
     def noted(run):
-        return joined([block.jumps.later(block.start) for block in run.blocks()])
+        return concatenate_jumps([block.jumps.shift_by(block.start) for block in run.blocks()])
 
     together = [[] for _ in points]
     for blocks in zip(*(run.blocks() for run in Batch(runs()).each()), strict=True):
         for found, block in zip(together, blocks, strict=True):
-            found.append(block.jumps.later(block.start))
-    for expected, found in zip(map(noted, runs()), map(joined, together), strict=True):
+            found.append(block.jumps.shift_by(block.start))
+    for expected, found in zip(map(noted, runs()), map(concatenate_jumps, together), strict=True):
         assert expected.samples.size > 4
         np.testing.assert_array_equal(found.samples, expected.samples)
         np.testing.assert_allclose(found.since, expected.since, atol=1e-5)

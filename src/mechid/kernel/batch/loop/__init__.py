@@ -1,5 +1,5 @@
-"""The time loop of a batch. Its modules are set as text behind the plant's part, as those of `kernel.loop` are.
+"""Time loop of a batch; its modules are appended as text to the plant-specific functions, as those of `kernel.loop`.
 
-Where a kernel's workspace has a number, that of a batch has one for each set, side by side: number `place` of set l is
-w[place * SETS + l].
+Where a kernel's workspace has one number, that of a batch has one for each set, side by side: number `place` of set l
+is w[place * SETS + l].
 """

@@ -1,4 +1,4 @@
-"""Kernels as they are kept on disk: known to be whole by their digests, and made by one process at a time."""
+"""Integrity of cached kernel files: verified by digests, compiled by one process at a time."""
 
 from __future__ import annotations
 
@@ -12,47 +12,47 @@ from pathlib import Path
 from mechid.writing import write_atomically
 
 TAG = f".py{sys.version_info.major}{sys.version_info.minor}."
-"""Of this version of Python, in the names that Numba gives."""
+"""Marks files of this version of Python in the names that Numba chooses."""
 
 
 def is_whole(path: Path) -> bool:
-    """Whether a kernel's source and all that was compiled of it are as they were written.
+    """Return whether a kernel's source and its compiled files are as they were written.
 
-    Machine code that is cut off or changed ends Python when it is loaded, so it is never loaded.
+    Loading truncated or altered machine code crashes Python, so such files are never loaded.
     """
-    sealed = _sealed(path)
-    return path.name in sealed and _own(sealed, path) == _own(_digests(path), path)
+    sealed = _stored_digests(path)
+    return path.name in sealed and _own_digests(sealed, path) == _own_digests(_digests(path), path)
 
 
 def is_sealed(path: Path) -> bool:
-    """Whether it was noted what a kernel's files hold."""
+    """Return whether the digests of a kernel's files have been stored."""
     return _seal(path).is_file()
 
 
 def seal(path: Path) -> None:
-    """Note what a kernel's files hold; where nothing can be written, as in a cache that others share, nothing is."""
+    """Store the digests of a kernel's files; do nothing where writing is impossible, as in a shared read-only cache."""
     with suppress(OSError):
         if not is_whole(path):
             write_atomically(_seal(path), json.dumps(_digests(path)) + "\n")
 
 
-def forget(path: Path) -> None:
-    """Remove a kernel with all that was compiled of it, also by other versions of Python.
+def remove_kernel(path: Path) -> None:
+    """Remove a kernel with all its compiled files, including those of other versions of Python.
 
     Raises
     ------
     OSError
-        It cannot be removed.
+        A file cannot be removed.
     """
     for file in (_seal(path), *_files(path)):
         file.unlink(missing_ok=True)
 
 
 @contextmanager
-def one_process(path: Path) -> Iterator[None]:
-    """Let one process at a time make a kernel; it is free again when that process ends, in whatever way.
+def lock_kernel(path: Path) -> Iterator[None]:
+    """Let one process at a time compile a kernel; the lock is released however that process ends.
 
-    Where the system cannot do that two processes may do the same work, the second in vain.
+    Without file locks on the system, two processes may do the same work, one of them in vain.
     """
     try:
         import fcntl
@@ -64,6 +64,7 @@ def one_process(path: Path) -> Iterator[None]:
         return
     with file:
         with suppress(OSError):
+            # The system releases the lock when the process ends, so that none is left behind by a crash.
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -72,7 +73,7 @@ def _seal(path: Path) -> Path:
     return path.with_suffix(".sums")
 
 
-def _sealed(path: Path) -> dict[str, str]:
+def _stored_digests(path: Path) -> dict[str, str]:
     try:
         found = json.loads(_seal(path).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -80,13 +81,14 @@ def _sealed(path: Path) -> dict[str, str]:
     return found if isinstance(found, dict) else {}
 
 
-def _own(digests: Mapping[str, str], path: Path) -> dict[str, str]:
-    """Return the digests of the source and of what this version of Python loads; others' come and go beside it."""
+def _own_digests(digests: Mapping[str, str], path: Path) -> dict[str, str]:
+    """Return the digests of the source and of the files that this version of Python loads; others may change."""
+    # Another version of Python adds its files to the same folder; they must not invalidate these.
     return {name: digest for name, digest in digests.items() if name == path.name or TAG in name}
 
 
 def _files(path: Path) -> list[Path]:
-    """Return the files of a kernel: its source, Numba's indices, machine code; those at work beside them left out."""
+    """Return the files of a kernel (source, Numba's indices, machine code), without temporary files."""
     compiled = path.parent.glob(f"__pycache__/{path.stem}.*")
     return [file for file in (path, *sorted(compiled)) if file.suffix in (".py", ".nbi", ".nbc") and file.is_file()]
 
