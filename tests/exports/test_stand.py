@@ -21,6 +21,7 @@ from mechid.exports.linear.options import Options as OfLinear
 from mechid.exports.linear.target import AGREES
 from mechid.exports.stand import describe_mechanism, select_mechanism
 from mechid.exports.tables.options import Options as OfTables
+from mechid.plant.flight import to_flight
 from mechid.simulation.simulator import Simulator, simulate_run
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")

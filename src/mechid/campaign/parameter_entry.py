@@ -11,7 +11,6 @@ from mechid.command.entry import is_table
 from mechid.parameter import Declaration, Parameter, Status
 
 KEYS = ("value", "min", "max", "sigma")
-# Smaller standard deviations are lost in rounding.
 SURE = 1e-12
 """Least standard deviation of a prior relative to its value."""
 HALF_TURN_DEG = 180.0
@@ -66,7 +65,6 @@ def _read_estimated(table: Mapping[str, Any], name: str, declaration: Declaratio
         sigma=_sigma(table, value, declaration, place),
         status=Status.FREE,
     )
-    # A periodic angle can be moved into its bounds by whole turns.
     if not parameter.is_periodic:
         _refuse_outside(parameter, place)
     return parameter

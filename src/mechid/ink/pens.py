@@ -25,7 +25,6 @@ from mechid.ink.sheet import Sheet
 from mechid.reading.child import TERMINATION_SIGNALS
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
-# With more pens, the last would start when the others have finished.
 MOST = 4
 """Most pens."""
 OBJECTS_UNSEEN = 50_000
@@ -69,7 +68,6 @@ class Pens:
         for process in self._processes:
             if kind is not None:
                 process.kill()
-            # The reader of unsent data has exited.
             with suppress(OSError):
                 _of(process.stdin).close()
             process.wait()
@@ -109,7 +107,6 @@ def _start_process() -> Process:
 
 
 def _of(stream: IO[bytes] | None) -> IO[bytes]:
-    # Both streams were opened as pipes.
     assert stream is not None
     return stream
 

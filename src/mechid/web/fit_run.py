@@ -9,6 +9,7 @@ from enum import Enum
 
 from mechid.errors import MechidError
 from mechid.identification.computation.progress import Listener, Progress
+from mechid.simulation.interruption import interrupt_by
 from mechid.web.estimate import Estimate
 
 Work = Callable[[Listener], Estimate]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mechid.exports.c.compiler import compile_sources, find_compiler
-from mechid.kernel.c.module import module_of
-from mechid.kernel.c.printer import WIDTH, Printer
+from mechid.kernel.c.module import fold_zeros, module_of
+from mechid.kernel.c.printer import WIDTH, Printer, wrap_line
 from small_kernel import TEXT, ran
 
 BEFORE = """

@@ -63,7 +63,7 @@ def compare_directly(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct |
     Parameters
     ----------
     lined : Mechanism
-        Mechanism on a held base with filtered lines (`plant.flight.with_line_filter`); the torque before the filter is used.
+        Mechanism on a held base with filtered lines (`plant.flight.with_line_filter`); the unfiltered torque is used.
     lanes : int
         Number of derivatives in its kernel.
     forcing : Forcing
