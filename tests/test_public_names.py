@@ -18,6 +18,7 @@ CLASSES = [name for name in NAMES if inspect.isclass(getattr(mechid, name))]
 COMMANDS = (
     "look",
     "check",
+    "emission",
     "simulate",
     "identify",
     "diagnose",

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from mechid.designs.design_file import DesignOptions
     from mechid.designs.run import design
     from mechid.diagnoses.run import diagnose
+    from mechid.emissions.emission import Emission
+    from mechid.emissions.run import emission
     from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
     from mechid.exports.export import Exported
     from mechid.exports.run import export
@@ -95,6 +97,8 @@ _NAMES = {
     "designs.design_file": ("DesignOptions",),
     "designs.run": ("design",),
     "diagnoses.run": ("diagnose",),
+    "emissions.emission": ("Emission",),
+    "emissions.run": ("emission",),
     "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
     "exports.export": ("Exported",),
     "exports.run": ("export",),
@@ -144,6 +148,7 @@ __all__ = [
     "Design",
     "DesignOptions",
     "Diagnosis",
+    "Emission",
     "Exported",
     "Fit",
     "FitError",
@@ -184,6 +189,7 @@ __all__ = [
     "demo",
     "design",
     "diagnose",
+    "emission",
     "equations",
     "explore",
     "export",

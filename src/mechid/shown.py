@@ -21,6 +21,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Comparison": "mechid.comparisons.document",
     "Design": "mechid.designs.document",
     "Diagnosis": "mechid.diagnoses.document",
+    "Emission": "mechid.emissions.document",
     "Exported": "mechid.exports.document",
     "Fit": "mechid.reports.document",
     "Fleet": "mechid.fleets.document",

@@ -12,6 +12,8 @@ from mechid.checks import numbers as checks
 from mechid.comparisons import numbers as comparisons
 from mechid.designs import numbers as designs
 from mechid.designs import sentences
+from mechid.emissions import document as emission_document
+from mechid.emissions import numbers as emissions
 from mechid.exports import export as exports
 from mechid.fleets import files as fleet_files
 from mechid.fleets import numbers as fleets
@@ -33,6 +35,7 @@ WRITTEN = {
     "Bootstraps": (bootstraps.FILE_NAME, bootstraps.FORMAT),
     "Designs": (sentences.JSON_NAME, designs.FORMAT),
     "Budgets": (budget_files.JSON, budgets.FORMAT),
+    "Emissions": (emission_document.JSON_NAME, emissions.FORMAT),
     "Fleets": (fleet_files.JSON_NAME, fleets.FORMAT),
     "Exports": (exports.FILE_NAME, exports.FORMAT),
     "Simulations": (simulations.FILE_NAME, simulations.FORMAT),

@@ -64,7 +64,7 @@ def load_campaign(
     >>> mechid.load_campaign("bench").records[0].name  # doctest: +SKIP
     'full_46'
     """
-    file = _campaign_file(Path(path))
+    file = find_campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     mechanism_path = file.parent / _mechanism(table, place) if mechanism_file is None else Path(mechanism_file)
@@ -72,8 +72,7 @@ def load_campaign(
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     sources = Sources(file.parent, lambda: load_mechanism(mechanism_path), _read, need_files, read_records)
-    # True values in the same folder show that the records were simulated.
-    if SYNTHETIC not in table and is_file(file.parent / TRUTH_NAME):
+    if SYNTHETIC not in table and is_synthetic(table, file):
         table = {**table, SYNTHETIC: True}
     return joined_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)
 
@@ -93,7 +92,7 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     RecordError
         A record's file is missing or cannot be used.
     """
-    file = _campaign_file(Path(path))
+    file = find_campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     table = merge_tables(table, place)
@@ -102,12 +101,24 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     return tuple(with_data(one, read_record(one.file, one.spec), mounting) for one in records if one.file)
 
 
-def _campaign_file(path: Path) -> Path:
+def find_campaign_file(path: Path) -> Path:
+    """Return the campaign file that a path names, or that lies in the folder that it names.
+
+    Raises
+    ------
+    InputFileError
+        The folder holds none.
+    """
     if not is_folder(path):
         return path
     if not is_file(path / FILE_NAME):
         raise InputFileError(f'{path}: no {FILE_NAME} in this folder; "mechid new {path}" writes one')
     return path / FILE_NAME
+
+
+def is_synthetic(table: Mapping[str, Any], file: Path) -> bool:
+    """Whether a campaign file says that its records were simulated, or has the values beside it that made them."""
+    return bool(table[SYNTHETIC]) if SYNTHETIC in table else is_file(file.parent / TRUTH_NAME)
 
 
 def _mechanism(table: Mapping[str, Any], place: Place) -> str:

@@ -29,7 +29,12 @@ from mechid.records import Mounting, Record
 
 SYNTHETIC = "synthetic"
 """Key of the flag for simulated records."""
-KEYS = ("mechanism", SYNTHETIC, "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN)
+OF_EMISSION = ("requirement", "background")
+"""Tables that `mechid emission` reads."""
+KEYS = (
+    *("mechanism", SYNTHETIC, "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN),
+    *OF_EMISSION,
+)
 
 
 @dataclass(frozen=True)

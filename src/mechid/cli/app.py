@@ -26,6 +26,7 @@ from mechid.cli.compare import compare
 from mechid.cli.demo import demo
 from mechid.cli.design import design
 from mechid.cli.diagnose import diagnose
+from mechid.cli.emission import emission
 from mechid.cli.ending import INTERRUPTED, is_interrupted, say_interrupted
 from mechid.cli.explore import explore
 from mechid.cli.export import export
@@ -94,6 +95,7 @@ app = typer.Typer(
 FIRST = (demo, look, new, check)
 VERBS = (
     *FIRST,
+    emission,
     simulate,
     identify,
     report,

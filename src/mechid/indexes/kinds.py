@@ -117,6 +117,14 @@ KINDS: tuple[Kind, ...] = (
         picture="budget_requirements",
     ),
     Kind(
+        heading="Emissions",
+        file="emission.json",
+        format="mechid-emission/1",
+        verdict=verdicts.emission_verdict,
+        page="emission.html",
+        picture="emission_",
+    ),
+    Kind(
         heading="Fleets",
         file="fleet.json",
         format="mechid-fleet/1",

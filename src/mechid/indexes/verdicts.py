@@ -100,6 +100,16 @@ def budget_verdict(data: Data) -> Verdict:
     return Verdict(f"{met} of {len(decided)} requirements met", tone, _few([where, *data["warnings"]]))
 
 
+def emission_verdict(data: Data) -> Verdict:
+    """Return how many requirements on the emission are shown to be met, and which are not."""
+    verdicts = [(str(one["name"]), str(one["verdict"])) for one in data["requirements"]]
+    open_ones = [f"{name}: {verdict.replace('_', ' ')}" for name, verdict in verdicts if verdict != "pass"]
+    failed = any(verdict == "fail" for _, verdict in verdicts)
+    headline = f"{len(verdicts) - len(open_ones)} of {len(verdicts)} requirements shown to be met"
+    tone = BAD if failed else CAUTION if open_ones else GOOD
+    return Verdict(headline, tone, _few([*open_ones, *data["notes"]]))
+
+
 def fleet_verdict(data: Data) -> Verdict:
     """Count the estimated campaigns, and name differing parameters and outliers."""
     failed, parameters = data["failed"], data["parameters"]

@@ -73,7 +73,7 @@ def _lines(every: Sequence[_AtRate], estimate: Estimate) -> Table:
     sigma = of_lines(lambda s: line_sigmas(estimate, s))
     phase_sigma = of_lines(lambda s: np.degrees(phase_sigmas(estimate, s)))
     residual, bound = of_emissions(lambda e: e.residual), of_emissions(lambda e: e.bound)
-    carried = list(chain.from_iterable(at.emission.carried for at in every))
+    carried = list(chain.from_iterable(at.emission.transfer_rules for at in every))
     columns = (
         *_key_columns(every, lambda at: at.emission.orders.size),
         numbers("order", "1", "frequency over the rate", of_emissions(lambda e: e.orders)),

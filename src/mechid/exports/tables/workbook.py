@@ -24,9 +24,9 @@ PLAIN = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls
 SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
 
-def write_workbook(tables: Sequence[Table], folder: Path) -> str:
+def write_workbook(tables: Sequence[Table], folder: Path, name: str = FILE_NAME) -> str:
     """Write tables as sheets, in order; return the file name. Missing numbers are empty cells."""
-    with atomic_file(folder / FILE_NAME) as beside, xlsxwriter.Workbook(str(beside), PLAIN) as book:
+    with atomic_file(folder / name) as beside, xlsxwriter.Workbook(str(beside), PLAIN) as book:
         head = book.add_format({"bold": True, "bottom": 1})
         for table in tables:
             sheet = book.add_worksheet(table.name)
@@ -41,7 +41,7 @@ def write_workbook(tables: Sequence[Table], folder: Path) -> str:
                 for at, cell in enumerate(row):
                     if isinstance(cell, str) or not math.isnan(cell):
                         sheet.write(number, at, cell)
-    return FILE_NAME
+    return name
 
 
 def read_workbook(tables: Sequence[Table], folder: Path) -> Iterator[dict[str, FloatArray]]:

@@ -1,0 +1,31 @@
+"""``mechid emission``: exported forces and torques against their specification."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def emission(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or the folder that holds it.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
+    requirements: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File with the [[requirement]] tables, in place of those of the campaign."),
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 5 where a verdict is not a pass.")] = False,
+) -> None:
+    """Judge the emission at the interface against its specification, from records alone."""
+    from mechid.cli.printed import print_result
+    from mechid.emissions.run import emission as judged
+    from mechid.errors import FitError
+    from mechid.holding import hold_folder
+
+    with hold_folder(out):
+        found = judged(campaign, requirements=requirements)
+        print_result(found, out)
+    if strict and not found.passes:
+        open_ones = ", ".join(one.requirement.name for one in found.assessments if one.verdict != "pass")
+        raise FitError(f"not shown to be met: {open_ones}; see {out / 'emission.md'}")

@@ -1,0 +1,265 @@
+"""Assessor: takes the records one by one, keeps their lines, spectra and verdicts, and forgets their samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mechid.analysis.commanded_rate import commanded_rate
+from mechid.analysis.look import Drive
+from mechid.arrays import FloatArray
+from mechid.campaign.campaign import CampaignRecord
+from mechid.emissions.background import HOLDING, Background, subtracted
+from mechid.emissions.declared import Declared
+from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
+from mechid.emissions.lines import find_lines, mains_of, orders_of
+from mechid.emissions.measured import Stretch, background_amplitude, measure
+from mechid.emissions.requirement import AMPLITUDE, PSD, Requirement, direction_of, unit_of
+from mechid.emissions.settings import EMISSION
+from mechid.emissions.spectra import Spectra, channel_spectra, usable_band, window_length
+from mechid.emissions.verdict import combine, judge
+from mechid.errors import RecordError
+from mechid.records import Record
+from mechid.signal.envelope import peak_groups
+from mechid.simulation.simulator import TimeBase
+
+LEAST_SAMPLES = 16 * EMISSION.least_windows
+LINE_ALPHA = 0.025
+"""Chance that the background's line at a listed line is larger than stated."""
+
+
+class Assessor:
+    """Judges records one after the other.
+
+    Parameters
+    ----------
+    declared : Declared
+    """
+
+    def __init__(self, declared: Declared) -> None:
+        self._declared = declared
+        self._at_rates: dict[str, list[AtRate]] = {one.name: [] for one in declared.requirements}
+        self._lines: list[EmissionLine] = []
+        self._spectra: list[EmissionSpectrum] = []
+        self._backgrounds: dict[str, EmissionSpectrum] = {}
+        self._bands: list[tuple[float, float]] = []
+        self._sources: list[SourceFile] = []
+        self._mains: dict[str, set[float]] = {}
+        self._chosen = {
+            direction: subtracted(declared.backgrounds, direction)
+            for direction in sorted({declared.own_direction(one) for one in declared.requirements})
+        }
+
+    def add(self, record: CampaignRecord) -> None:
+        """Judge a record that was read.
+
+        Raises
+        ------
+        RecordError
+            It is too short, or a background does not go with it.
+        """
+        data = record.data
+        assert data is not None
+        if data.samples < LEAST_SAMPLES:
+            raise RecordError(f'record "{record.name}": has {data.samples} samples; {LEAST_SAMPLES} are needed')
+        for background in self._declared.backgrounds:
+            background.refuse_other_clock(data)
+        parts = list(_stretches(record, data))
+        for channel in data.channels:
+            direction = direction_of(channel.quantity, self._declared.mounting)
+            if direction is not None:
+                y = channel.data[:]
+                for part, rate in parts:
+                    self._judge(record.name, data, y[part], (direction, rate, len(parts)))
+        self._sources.append(_source(data, "run", tuple(rate for _, rate in parts)))
+
+    def _judge(self, name: str, data: Record, y: FloatArray, at: tuple[str, float, int]) -> None:
+        direction, rate, parts = at
+        length = window_length(y.size, data.sample_rate_hz)
+        stretch = self._stretch(name, data, y, (direction, rate, length))
+        self._bands.append(usable_band(stretch.spectra.bin_hz, data.sample_rate_hz))
+        self._keep(name, direction, stretch)
+        for requirement in self._declared.requirements:
+            if self._declared.own_direction(requirement) == direction and requirement.holds_at(rate):
+                fine = self._fine(stretch, requirement, data, length)
+                measured = measure(stretch, requirement, len(self._declared.records) * parts, fine)
+                judged = judge(measured, requirement, name, rate)
+                self._at_rates[requirement.name].append(AtRate(record=name, rate=rate, judged=judged))
+
+    def _stretch(self, name: str, data: Record, y: FloatArray, at: tuple[str, float, int]) -> Stretch:
+        direction, rate, length = at
+        spectra = channel_spectra(y, data.sample_rate_hz, length)
+        lines = find_lines(spectra)
+        background = self._chosen.get(direction)
+        if background is None:
+            return Stretch(y=y, rate=rate, spectra=spectra, lines=lines)
+        background.refuse_motion(rate, name, direction, length)
+        return Stretch(
+            y=y,
+            rate=rate,
+            spectra=spectra,
+            lines=lines,
+            background=background.spectra(direction, length),
+            background_lines=background.lines(direction, length),
+            background_y=background.samples(direction),
+        )
+
+    def _fine(
+        self, stretch: Stretch, requirement: Requirement, data: Record, length: int
+    ) -> tuple[Spectra, Spectra | None] | None:
+        """Return the spectra at the resolution of a power density, no finer than the record's own windows."""
+        if requirement.kind != PSD:
+            return None
+        own = min(2 * max(round(0.5 * data.sample_rate_hz / requirement.resolution_hz), 8), length)
+        direction = self._declared.own_direction(requirement)
+        background = self._chosen.get(direction)
+        return (
+            channel_spectra(stretch.y, data.sample_rate_hz, own),
+            background.spectra(direction, own) if background else None,
+        )
+
+    def _keep(self, name: str, direction: str, stretch: Stretch) -> None:
+        spectra, lines = stretch.spectra, stretch.lines
+        unit = unit_of(direction, AMPLITUDE)
+        mains = mains_of(lines.frequency_hz, spectra)
+        self._mains.setdefault(direction, set()).update(mains[~np.isnan(mains)].tolist())
+        columns = (
+            lines.frequency_hz,
+            orders_of(lines.frequency_hz, stretch.rate, spectra.bin_hz),
+            lines.amplitude,
+            lines.sigma,
+            background_amplitude(stretch, LINE_ALPHA),
+            mains,
+        )
+        self._lines += [
+            EmissionLine(
+                record=name,
+                rate=stretch.rate,
+                direction=direction,
+                frequency_hz=f,
+                order=order,
+                amplitude=amplitude,
+                sigma=sigma,
+                background=beside,
+                mains_hz=multiple,
+                unit=unit,
+            )
+            for f, order, amplitude, sigma, beside, multiple in zip(*(c.tolist() for c in columns), strict=True)
+        ]
+        self._spectra.append(_grouped(name, stretch.rate, direction, spectra))
+        if stretch.background is not None and direction not in self._backgrounds:
+            chosen = self._chosen[direction]
+            assert chosen is not None
+            self._backgrounds[direction] = _grouped(chosen.name, np.nan, direction, stretch.background)
+
+    def result(self) -> Emission:
+        """Return the verdicts over all records that were added."""
+        low = max((band[0] for band in self._bands), default=np.nan)
+        high = min((band[1] for band in self._bands), default=np.nan)
+        assessments = tuple(
+            Assessment(
+                requirement=one,
+                judged=combine([at.judged for at in self._at_rates[one.name]]),
+                at_rates=tuple(self._at_rates[one.name]),
+                judged_hz=_overlap(one.mask.range_hz, (low, high)),
+            )
+            for one in self._declared.requirements
+        )
+        backgrounds = tuple(_source(one.record, one.state, ()) for one in self._declared.backgrounds)
+        return Emission(
+            assessments=assessments,
+            lines=tuple(self._lines),
+            spectra=tuple(self._spectra),
+            backgrounds=tuple(self._backgrounds.values()),
+            usable_hz=(low, high),
+            notes=tuple(self._notes(assessments, (low, high))),
+            sources=(*self._sources, *backgrounds),
+            synthetic=self._declared.synthetic,
+        )
+
+    def _notes(self, assessments: tuple[Assessment, ...], band: tuple[float, float]) -> Iterator[str]:
+        for one in assessments:
+            first, last = one.requirement.mask.range_hz
+            if not one.at_rates:
+                yield f"{one.requirement.name}: no record has a step rate in its rates; it is not judged."
+            elif one.judged_hz is None:
+                yield (
+                    f"{one.requirement.name}: its mask, {first:.4g} to {last:.4g} Hz, is outside the band of the "
+                    f"records, {band[0]:.4g} to {band[1]:.4g} Hz; it is not judged."
+                )
+            elif first < band[0] or last > band[1]:
+                yield (
+                    f"{one.requirement.name}: its mask goes from {first:.4g} to {last:.4g} Hz; judged is the part from "
+                    f"{one.judged_hz[0]:.4g} to {one.judged_hz[1]:.4g} Hz that the records show."
+                )
+        for chosen in dict.fromkeys(self._chosen.values()):
+            yield _background_note(", ".join(d for d, one in self._chosen.items() if one is chosen), chosen)
+        for direction, found in self._mains.items():
+            if found:
+                yield self._mains_note(direction, sorted(found))
+
+    def _mains_note(self, direction: str, multiples: list[float]) -> str:
+        own = [one for one in self._declared.requirements if self._declared.own_direction(one) == direction]
+        excluded = [one.name for one in own if one.exclude_mains]
+        what = f"left out of {', '.join(excluded)} as declared, but where they are orders of the step rate"
+        counted = "counted as emission; exclude_mains = true in a requirement leaves them out"
+        where = ", ".join(f"{f:.4g}" for f in multiples)
+        return f"{direction}: lines of the mains at {where} Hz; {what if excluded else counted}."
+
+
+def _background_note(direction: str, chosen: Background | None) -> str:
+    if chosen is None:
+        return f"{direction}: no background was measured; the noise of the bench counts as emission."
+    held = " It was measured with the motor powered: noise of the driver is subtracted too." * (chosen.state == HOLDING)
+    return f'{direction}: the background "{chosen.name}" ({chosen.state}) is subtracted.{held}'
+
+
+def _overlap(mask: tuple[float, float], band: tuple[float, float]) -> tuple[float, float] | None:
+    low, high = max(mask[0], band[0]), min(mask[1], band[1])
+    return (low, high) if low < high else None
+
+
+def _stretches(record: CampaignRecord, data: Record) -> Iterator[tuple[slice, float]]:
+    """Yield the parts of a record that are judged by themselves, each with its step rate in full steps/s."""
+    drive = Drive(command=record.command, time_offset_s=record.time_offset.value)
+    if not drive.is_stepped:
+        yield slice(0, data.samples), np.nan
+        return
+    base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
+    rate = commanded_rate(record.command.rate, drive.time_offset_s, base)
+    if len(rate) == 1:
+        yield slice(0, data.samples), float(rate[0, 1])
+        return
+    size = max(round(EMISSION.stretch_s * data.sample_rate_hz), LEAST_SAMPLES)
+    for first in range(0, max(data.samples - size, 0) + 1, size):
+        middle = data.time_start_s + (first + 0.5 * size) / data.sample_rate_hz
+        yield slice(first, first + size), float(np.interp(middle, rate[:, 0], rate[:, 1]))
+
+
+def _source(data: Record, state: str, rates: tuple[float, ...]) -> SourceFile:
+    return SourceFile(
+        name=data.name,
+        file=str(data.path),
+        sha256=data.digest,
+        state=state,
+        sample_rate_hz=data.sample_rate_hz,
+        duration_s=data.duration_s,
+        rates=rates,
+    )
+
+
+def _grouped(name: str, rate: float, direction: str, spectra: Spectra) -> EmissionSpectrum:
+    starts = peak_groups(spectra.density.size, EMISSION.groups)
+    middle = (starts + np.append(starts[1:], spectra.density.size) - 1) // 2
+    density = np.maximum.reduceat(spectra.density, starts)
+    return EmissionSpectrum(
+        record=name,
+        rate=rate,
+        direction=direction,
+        unit=unit_of(direction, AMPLITUDE),
+        bin_hz=spectra.bin_hz,
+        frequency_hz=middle * spectra.bin_hz,
+        amplitude=np.sqrt(density * spectra.peak_scale),
+        density=density,
+    )

@@ -1,0 +1,117 @@
+"""Emission campaign: the records of a campaign file one by one, its backgrounds and its requirements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mechid.campaign.bench_entry import read_bench, with_data
+from mechid.campaign.campaign import CampaignRecord
+from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
+from mechid.campaign.joined_campaign import KEYS
+from mechid.campaign.place import Place, refuse_unknown_keys
+from mechid.campaign.record_entry import read_records
+from mechid.campaign.record_tables import merge_tables
+from mechid.campaign.toml_file import read_toml
+from mechid.emissions.background import Background, read_backgrounds
+from mechid.emissions.requirement import QUANTITY_OF, Requirement, direction_of
+from mechid.emissions.requirement_entry import KEY as REQUIREMENT
+from mechid.emissions.requirement_entry import read_requirements
+from mechid.errors import InputFileError, did_you_mean
+from mechid.records import Mounting, prepare_to_read, read_record
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Declared:
+    """Records, backgrounds and requirements of an emission verdict.
+
+    Attributes
+    ----------
+    path : Path
+        Campaign file.
+    records : tuple of CampaignRecord
+        Not read yet.
+    mounting : Mounting or None
+    backgrounds : tuple of Background
+    requirements : tuple of Requirement
+    synthetic : bool
+    """
+
+    path: Path
+    records: tuple[CampaignRecord, ...]
+    mounting: Mounting | None
+    backgrounds: tuple[Background, ...]
+    requirements: tuple[Requirement, ...]
+    synthetic: bool
+
+    def read(self) -> Iterator[CampaignRecord]:
+        """Yield the records with their samples, one at a time: all of them would not fit into memory."""
+        prepare_to_read(record.file for record in self.records if record.file)
+        for record in self.records:
+            if record.file:
+                yield with_data(record, read_record(record.file, record.spec), self.mounting)
+
+    def own_direction(self, requirement: Requirement) -> str:
+        """Return the direction under which the records have a requirement's channel."""
+        quantity = QUANTITY_OF[requirement.direction]
+        return direction_of(quantity, self.mounting) or requirement.direction
+
+
+def load_declared(path: Path, requirements: Path | None) -> Declared:
+    """Return records, backgrounds and requirements; the mechanism file need not be there.
+
+    Parameters
+    ----------
+    path : Path
+        Campaign file or its folder.
+    requirements : Path or None
+        File with the ``[[requirement]]`` tables, in place of those of the campaign file.
+
+    Raises
+    ------
+    InputFileError
+        A file is missing or wrong, or a requirement asks for a direction that no record has.
+    RecordError
+        A background is missing or cannot be used.
+    """
+    file = find_campaign_file(path)
+    table, place = read_toml(file, "campaign"), Place(file.name)
+    refuse_unknown_keys(table, KEYS, place)
+    records = read_records(merge_tables(table, place), place, file.parent, need_files=True)
+    mounting = read_bench(table, place, records)
+    if requirements is None:
+        wanted = read_requirements(table, place, file.parent)
+        at = place
+    else:
+        at = Place(requirements.name)
+        own = read_toml(requirements)
+        refuse_unknown_keys(own, (REQUIREMENT,), at)
+        wanted = read_requirements(own, at, requirements.parent)
+    _refuse_unmeasured(wanted, records, mounting, at)
+    return Declared(
+        path=file,
+        records=records,
+        mounting=mounting,
+        backgrounds=read_backgrounds(table, place, file.parent, records, mounting),
+        requirements=wanted,
+        synthetic=is_synthetic(table, file),
+    )
+
+
+def _refuse_unmeasured(
+    wanted: tuple[Requirement, ...], records: tuple[CampaignRecord, ...], mounting: Mounting | None, place: Place
+) -> None:
+    measured = {direction_of(quantity, mounting) for record in records for quantity in _quantities(record)}
+    for k, one in enumerate(wanted):
+        if direction_of(QUANTITY_OF[one.direction], mounting) not in measured:
+            known = sorted(filter(None, measured))
+            near = did_you_mean(one.direction, known) or f"; they have {', '.join(known)}"
+            raise InputFileError(
+                f'{place.key(REQUIREMENT).item(k).key("direction")}: no record measures "{one.direction}"{near}, '
+                "or add the channel to the records"
+            )
+
+
+def _quantities(record: CampaignRecord) -> list[str]:
+    return [channel.quantity for channel in record.spec.channels] or ["torque"]

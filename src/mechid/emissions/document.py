@@ -1,0 +1,191 @@
+"""Emission verdict as a document: the verdicts, each direction's spectra, the values over the rate, the lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.emissions.emission import Emission
+from mechid.emissions.figures import emission_figures, over_rate_name, rates_of, spectrum_name, waterfall_name
+from mechid.emissions.numbers import emission_numbers
+from mechid.emissions.requirement import AMPLITUDE, PSD
+from mechid.emissions.tables import csv_texts, write_emission_workbook
+from mechid.identification.result.estimate_file import json_text
+from mechid.ink.data import Data
+from mechid.ink.digits import plain
+from mechid.ink.document import (
+    BAD,
+    CAUTION,
+    GOOD,
+    IN_DOCUMENTS,
+    Document,
+    Lines,
+    Part,
+    Picture,
+    Rows,
+    Section,
+    Verdict,
+    Words,
+)
+from mechid.ink.presenter import Presenter
+from mechid.ink.table import Table
+from mechid.ink.text_table import Column
+
+JSON_NAME = "emission.json"
+MOST_LINES = 12
+"""Largest lines of a direction that a page shows; lines.csv has all."""
+MEANING = (
+    "Pass: the upper bound of every value is below its limit. Fail: a lower bound is above it. Pass not shown: the "
+    "limit lies between the bounds. Not decidable: so it does, and the background itself is above the limit."
+)
+VERDICTS = (
+    Column("requirement", "name", words=True),
+    Column("direction", "direction", words=True),
+    Column("rate, steps/s", "rate"),
+    Column("frequency, Hz", "frequency"),
+    Column("value", "value"),
+    Column("bounds", "bounds"),
+    Column("limit", "limit"),
+    Column("unit", "unit", words=True),
+    Column("margin, dB", "margin"),
+    Column("verdict", "verdict", words=True, strong=True),
+)
+NARROW = (*(column for column in VERDICTS if column.key not in ("bounds", "unit", "direction")),)
+AT_RATES = (
+    Column("record", "record", words=True),
+    Column("rate, steps/s", "rate"),
+    Column("frequency, Hz", "frequency"),
+    Column("value", "value"),
+    Column("bounds", "bounds"),
+    Column("limit", "limit"),
+    Column("background", "background"),
+    Column("margin, dB", "margin"),
+    Column("verdict", "verdict", words=True),
+)
+LINES = (
+    Column("record", "record", words=True),
+    Column("rate, steps/s", "rate_text"),
+    Column("frequency, Hz", "frequency_Hz"),
+    Column("order", "order_text"),
+    Column("amplitude, peak", "amplitude"),
+    Column("± σ", "sigma"),
+    Column("mains, Hz", "mains_text"),
+)
+
+
+def emission_document(data: Mapping[str, Any]) -> Document:
+    """Return the document of what `emission_numbers` made."""
+    requirements = data["requirements"]
+    return Document(
+        title="Emission at the interface",
+        command="mechid emission",
+        under="Exported forces and torques of the records against their requirements, without a model.",
+        is_synthetic=bool(data["synthetic"]),
+        parts=(
+            _verdict(requirements),
+            Section("Requirements", tuple(_overview(data)), "requirements", "Requirements"),
+            Section("", tuple(_direction(data, one) for one in data["directions"]), entry="directions"),
+            Section("", tuple(_requirement(k, one) for k, one in enumerate(requirements)), entry="requirements"),
+            Section("Records", tuple(_records(data)), "records", "Records", where=IN_DOCUMENTS),
+        ),
+    )
+
+
+def _verdict(requirements: list[Data]) -> Verdict:
+    counts = {word: sum(one["verdict"] == word for one in requirements) for word in ("pass", "fail", "not_shown")}
+    met = f"{counts['pass']} of {len(requirements)} requirements shown to be met"
+    failed = f", {counts['fail']} failed" if counts["fail"] else ""
+    tone = BAD if counts["fail"] else GOOD if counts["pass"] == len(requirements) else CAUTION
+    return Verdict(met + failed, tone=tone)
+
+
+def _overview(data: Data) -> Iterator[Part]:
+    yield Rows(Table(VERDICTS, data["requirements"], narrower=((NARROW,),)))
+    yield Words(MEANING, "soft", where=IN_DOCUMENTS)
+    low, high = data["usable_band_Hz"]
+    if low is not None and high is not None:
+        yield Words(
+            f"Judged from {plain(low, 4)} to {plain(high, 4)} Hz: three bins of the windows, and the sample rate over "
+            "2.56. Resonances of the bench below that are not corrected.",
+            "soft",
+        )
+    yield Lines(data["notes"], "note", "Notes", "yellow")
+
+
+def _direction(data: Data, of: Data) -> Section:
+    direction, unit = of["name"], of["unit"].replace("*", " ")
+    own = [line for line in data["lines"] if line["direction"] == direction]
+    largest = sorted(own, key=lambda line: -line["amplitude"])[:MOST_LINES]
+    rows = [{**line, **_line_texts(line)} for line in largest]
+    parts: list[Part] = [Picture(spectrum_name(direction, AMPLITUDE), f"Amplitude spectra of {direction} with masks")]
+    if _draws_density(data, direction):
+        parts.append(Picture(spectrum_name(direction, PSD), f"Power densities of {direction} with masks"))
+    if len(of["rates"]) > 1:
+        parts.append(Picture(waterfall_name(direction), f"Waterfall of {direction} over the step rate"))
+    parts.append(Rows(Table(LINES, rows), f"Largest of {len(own)} lines, {unit}"))
+    return Section(direction, tuple(parts), f"direction-{direction}", direction, where=IN_DOCUMENTS)
+
+
+def _draws_density(data: Data, direction: str) -> bool:
+    """Whether a direction has a figure of densities: a requirement on the torque is on the drive axis's moment."""
+    wanted = {one["direction"] for one in data["requirements"] if one["kind"] == PSD}
+    measured = {one["name"] for one in data["directions"]}
+    return direction in wanted or ("torque" in wanted and "torque" not in measured and direction.startswith("m"))
+
+
+def _line_texts(line: Data) -> dict[str, str]:
+    return {
+        "rate_text": plain(line["rate"], 5) if line["rate"] is not None else "",
+        "order_text": plain(line["order"], 4) if line["order"] is not None else "",
+        "mains_text": plain(line["mains_Hz"], 4) if line["mains_Hz"] is not None else "",
+    }
+
+
+def _requirement(number: int, one: Data) -> Section:
+    parts: list[Part] = [
+        Words(
+            f"{one['definition']}. Unit: {one['unit'].replace('*', ' ')}. Confidence {100.0 * one['confidence']:g} %.",
+            "soft",
+        )
+    ]
+    if len(rates_of(one["at_rates"])) > 1:
+        parts.append(Picture(over_rate_name(number), f"{one['name']} over the step rate"))
+    parts.append(Rows(Table(AT_RATES, one["at_rates"])))
+    return Section(one["name"], tuple(parts), f"requirement-{number + 1}", one["name"], where=IN_DOCUMENTS)
+
+
+def _records(data: Data) -> Iterator[Part]:
+    columns = (
+        Column("record", "name", words=True),
+        Column("state", "state", words=True),
+        Column("file", "file_name", words=True),
+        Column("lasts, s", "duration"),
+        Column("rate, Hz", "sampled"),
+        Column("SHA-256", "sha256", words=True),
+    )
+    rows = [
+        {
+            **one,
+            "file_name": Path(one["file"]).name,
+            "duration": plain(one["duration_s"], 5),
+            "sampled": plain(one["sample_rate_hz"], 6),
+        }
+        for one in data["sources"]
+    ]
+    yield Rows(Table(columns, rows))
+
+
+def _write_workbook(_found: Emission, data: Mapping[str, Any], folder: Path) -> list[Path]:
+    return [write_emission_workbook(data, folder)]
+
+
+PRESENTER = Presenter(
+    name="emission",
+    numbers=emission_numbers,
+    document=emission_document,
+    line=lambda found: ", ".join(f"{one.requirement.name}: {one.verdict}" for one in found.assessments),
+    texts=lambda _found, data: {JSON_NAME: json_text(data), **csv_texts(data)},
+    files=_write_workbook,
+    figures=emission_figures,
+)

@@ -1,0 +1,116 @@
+"""Emission of a campaign against its requirements: verdicts, lines, spectra."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mechid.arrays import FloatArray
+from mechid.emissions.requirement import Requirement
+from mechid.emissions.verdict import Judged, Verdict
+from mechid.shown import Shown
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmissionLine:
+    """One line of one direction at one rate; amplitudes are peak values in N or N m.
+
+    `background` is the upper bound of the background's line at its frequency, 0 where there is none; `mains_hz` the
+    multiple of the mains that it is, NaN where it is none; `order` likewise.
+    """
+
+    record: str
+    rate: float
+    direction: str
+    frequency_hz: float
+    order: float
+    amplitude: float
+    sigma: float
+    background: float
+    mains_hz: float
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EmissionSpectrum:
+    """Largest amplitude and density of groups of bins of one direction at one rate, (G,) each; peak values and SI."""
+
+    record: str
+    rate: float
+    direction: str
+    unit: str
+    bin_hz: float
+    frequency_hz: FloatArray
+    amplitude: FloatArray
+    density: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtRate:
+    """Verdict on a requirement at one stretch of a record; rate in full steps/s, NaN where it is not known."""
+
+    record: str
+    rate: float
+    judged: Judged
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Assessment:
+    """One requirement with its verdict, and the verdicts at all rates that lead to it."""
+
+    requirement: Requirement
+    judged: Judged
+    at_rates: tuple[AtRate, ...]
+    judged_hz: tuple[float, float] | None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict over all rates."""
+        return self.judged.verdict
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourceFile:
+    """A record or a background that was judged: its file, digest, length and rates in full steps/s."""
+
+    name: str
+    file: str
+    sha256: str
+    state: str
+    sample_rate_hz: float
+    duration_s: float
+    rates: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Emission(Shown):
+    """Emission of a campaign against its requirements.
+
+    Attributes
+    ----------
+    assessments : tuple of Assessment
+        One for each requirement.
+    lines : tuple of EmissionLine
+    spectra, backgrounds : tuple of EmissionSpectrum
+        Of the records; of the backgrounds that were subtracted.
+    usable_hz : (float, float)
+        Frequencies in Hz that all records could be judged at.
+    notes : tuple of str
+        What was left out, subtracted or assumed.
+    sources : tuple of SourceFile
+    synthetic : bool
+        Whether the records were simulated.
+    """
+
+    assessments: tuple[Assessment, ...]
+    lines: tuple[EmissionLine, ...]
+    spectra: tuple[EmissionSpectrum, ...]
+    backgrounds: tuple[EmissionSpectrum, ...]
+    usable_hz: tuple[float, float]
+    notes: tuple[str, ...] = ()
+    sources: tuple[SourceFile, ...] = ()
+    synthetic: bool = False
+
+    @property
+    def passes(self) -> bool:
+        """Whether every requirement is shown to be met."""
+        return all(one.verdict is Verdict.PASS for one in self.assessments)

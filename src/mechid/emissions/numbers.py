@@ -1,0 +1,164 @@
+"""Numbers of an emission verdict in one plain dict: the content of emission.json."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine
+from mechid.emissions.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, THIRD_OCTAVE, Requirement
+from mechid.emissions.settings import EMISSION
+from mechid.emissions.verdict import Judged, Worst
+from mechid.ink.digits import digits, plain, with_sigma
+
+FORMAT = "mechid-emission/1"
+VERDICT_WORDS: Mapping[str, str] = {
+    "pass": "pass",
+    "fail": "fail",
+    "not_shown": "pass not shown",
+    "not_decidable": "not decidable",
+}
+DEFINITIONS: Mapping[str, str] = {
+    AMPLITUDE: "peak value of a sine (not RMS), one-sided; root mean square over Hann windows without overlap; Rice "
+    "bias removed",
+    RMS: "RMS in each band of the mask, one-sided density under Hann windows, half overlap",
+    PSD: "one-sided power density, Hann window, half overlap, bins of {resolution:g} Hz (noise bandwidth 1.5 bins)",
+    THIRD_OCTAVE: "RMS in third octaves of base ten (IEC 61260-1), one-sided density under Hann windows, half overlap",
+    BAND_PEAK: "largest instantaneous magnitude in each band of the mask (not RMS), Butterworth band-pass of order "
+    f"{EMISSION.filter_order}, forward",
+}
+
+
+def emission_numbers(found: Emission) -> dict[str, Any]:
+    """Return all that `mechid emission` shows."""
+    return {
+        "format": FORMAT,
+        "synthetic": found.synthetic,
+        "requirements": [_assessment(one) for one in found.assessments],
+        "lines": [_line(one) for one in found.lines],
+        "usable_band_Hz": [_number(value) for value in found.usable_hz],
+        "directions": _directions(found),
+        "notes": list(found.notes),
+        "sources": [
+            {
+                "name": one.name,
+                "file": one.file,
+                "sha256": one.sha256,
+                "state": one.state,
+                "sample_rate_hz": one.sample_rate_hz,
+                "duration_s": one.duration_s,
+                "rates": [_number(rate) for rate in one.rates],
+            }
+            for one in found.sources
+        ],
+    }
+
+
+def definition_of(requirement: Requirement) -> str:
+    """Return how the quantity of a requirement is defined."""
+    return DEFINITIONS[requirement.kind].format(resolution=requirement.resolution_hz)
+
+
+def _directions(found: Emission) -> list[dict[str, Any]]:
+    """Return the directions that were measured, each with its unit and the step rates at which it was."""
+    named = dict.fromkeys((one.direction, one.unit) for one in found.spectra)
+    rates = {
+        name: sorted({abs(one.rate) for one in found.spectra if one.direction == name and math.isfinite(one.rate)})
+        for name, _ in named
+    }
+    return [{"name": name, "unit": unit, "rates": rates[name]} for name, unit in named]
+
+
+def _assessment(one: Assessment) -> dict[str, Any]:
+    requirement, worst = one.requirement, one.judged.worst
+    text = {"verdict": VERDICT_WORDS[one.verdict], **_worst_text(worst)}
+    return {
+        "name": requirement.name,
+        "direction": requirement.direction,
+        "kind": requirement.kind,
+        "definition": definition_of(requirement),
+        "verdict": one.verdict.value,
+        "unit": requirement.unit,
+        "confidence": requirement.confidence,
+        "margin_dB_required": requirement.margin_db,
+        "exclude_mains": requirement.exclude_mains,
+        "mask": [list(point) for point in zip(*_mask(requirement), strict=True)],
+        "interpolation": "step" if requirement.mask.is_stepwise else "log-log",
+        "judged_Hz": list(one.judged_hz) if one.judged_hz else None,
+        "worst": _worst(worst),
+        "at_rates": [_at_rate(at) for at in one.at_rates],
+        "text": text,
+    }
+
+
+def _mask(requirement: Requirement) -> tuple[list[float], list[float]]:
+    return requirement.mask.frequencies_hz.tolist(), requirement.mask.limits.tolist()
+
+
+def _at_rate(at: AtRate) -> dict[str, Any]:
+    judged: Judged = at.judged
+    return {
+        "record": at.record,
+        "rate": _number(at.rate),
+        "verdict": judged.verdict.value,
+        "worst": _worst(judged.worst),
+        "text": {
+            "rate": plain(_number(at.rate), 5),
+            "verdict": VERDICT_WORDS[judged.verdict],
+            **_worst_text(judged.worst),
+        },
+    }
+
+
+def _worst(worst: Worst | None) -> dict[str, Any] | None:
+    if worst is None:
+        return None
+    return {
+        "record": worst.record,
+        "rate": _number(worst.rate),
+        "frequency_Hz": worst.frequency_hz,
+        "value": worst.value,
+        "sigma": worst.sigma,
+        "limit": worst.limit,
+        "lower": worst.lower,
+        "upper": worst.upper,
+        "background": worst.background,
+        "margin_dB": _number(worst.margin_db),
+    }
+
+
+def _worst_text(worst: Worst | None) -> dict[str, str]:
+    if worst is None:
+        return dict.fromkeys(("rate", "frequency", "value", "bounds", "limit", "margin", "background"), "")
+    return {
+        "rate": plain(_number(worst.rate), 5) if math.isfinite(worst.rate) else "",
+        "frequency": plain(worst.frequency_hz, 5),
+        "value": digits(worst.value, 3),
+        "bounds": f"{digits(worst.lower, 3)} to {digits(worst.upper, 3)}",
+        "limit": digits(worst.limit, 3),
+        "margin": f"{worst.margin_db:+.1f}" if math.isfinite(worst.margin_db) else "",
+        "background": digits(worst.background, 2),
+    }
+
+
+def _line(one: EmissionLine) -> dict[str, Any]:
+    amplitude, sigma = with_sigma(one.amplitude, one.sigma)
+    return {
+        "record": one.record,
+        "rate": _number(one.rate),
+        "direction": one.direction,
+        "frequency_Hz": one.frequency_hz,
+        "order": _number(one.order),
+        "mains_Hz": _number(one.mains_hz),
+        "amplitude": one.amplitude,
+        "sigma": one.sigma,
+        "background": one.background,
+        "unit": one.unit,
+        "text": {"frequency_Hz": plain(one.frequency_hz, 5), "amplitude": amplitude, "sigma": sigma},
+    }
+
+
+def _number(value: float) -> float | None:
+    """Return a number as JSON can hold it."""
+    return float(value) if math.isfinite(value) else None
