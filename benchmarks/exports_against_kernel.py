@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from mechid.command import Command, RateProfile
-from mechid.exports.c.compiler import compiled
+from mechid.exports.c.compiler import compile_sources
 from mechid.exports.c.source import Source
 from mechid.exports.fmu.importer import Importer
-from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
+from mechid.exports.fmu.unit import VERSIONS, Unit, with_ports, without_ports
 from mechid.exports.handover import Trial, handover
 from mechid.exports.run import read_with_campaign
 from mechid.exports.trials import sample_rate_hz, substeps
@@ -77,19 +77,19 @@ def kernel(mechanism):
 
 
 def c_text(what, folder):
-    """Return the same of the compiled text."""
+    """Return the same of the compile_sources text."""
     source = Source(what, 1.0 / sample_rate_hz(what), substeps(what))
     for name, text in source.files.items():
         (folder / name).write_text(text)
     (folder / "time.c").write_text(MAIN.format(seconds=SECONDS, samples=round(SECONDS * sample_rate_hz(what))))
-    program = compiled([folder / "mechanism.c", folder / "time.c"], folder / "timed")
+    program = compile_sources([folder / "mechanism.c", folder / "time.c"], folder / "timed")
     return lambda: float(subprocess.run([program], capture_output=True, text=True, check=True).stdout)
 
 
 def units(what, folder):
     """Return the same of the units, for each communication step; the importer's own calls count."""
-    at_rest = replace(what, mechanism=closed(what, {}, stand=True))
-    unit = Unit(replace(at_rest, mechanism=opened(at_rest.mechanism, stand=True)), SECONDS)
+    at_rest = replace(what, mechanism=without_ports(what, {}, stand=True))
+    unit = Unit(replace(at_rest, mechanism=with_ports(at_rest.mechanism, stand=True)), SECONDS)
     found = {}
     for version in VERSIONS:
         path = folder / f"{version}.fmu"

@@ -15,7 +15,7 @@ import numpy as np
 from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import handover
 from mechid.exports.run import read_with_campaign
-from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.stepping import choose_rates, steppings
 from mechid.exports.tables.bulk import order_loads
 
 ORDERS = 4.0
@@ -27,7 +27,7 @@ def main() -> None:
     folder, campaign = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None
     what = handover(*read_with_campaign(folder, campaign)[:2])
     estimate, ways = estimate_on_base(what), steppings(what.trials)
-    rates = usual_rates(estimate.mechanism, ways)
+    rates = choose_rates(estimate.mechanism, ways)
     print("| stepping | order | largest line, N m | median error | 95 % of rates below | largest | at steps/s |")
     print("|---|---|---|---|---|---|---|")
     for way in ways:

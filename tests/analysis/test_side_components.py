@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.analysis.side_components import TRACKED, least_coherence, pooled, side_components, side_lines
+from mechid.analysis.side_components import TRACKED, least_coherence, pool_measurements, side_components, side_lines
 from table_of_six import MEASURED, NOISE, measured, tracked
 
 RATE = 40.0
@@ -100,7 +100,7 @@ def test_records_of_one_rate_count_by_their_windows():
     for part in (slice(0, half), slice(half, None)):
         channels = tuple(replace(c, data=c.data[part]) for c in record.channels)
         pieces += tracked(replace(record, channels=channels), RATE)
-    joined = pooled(pieces)
+    joined = pool_measurements(pieces)
     assert (joined.windows, whole.windows) == (8, 9)
     np.testing.assert_allclose(side_lines(joined).amplitude, side_lines(whole).amplitude, atol=5e-4)
 

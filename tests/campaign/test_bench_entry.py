@@ -88,12 +88,12 @@ def entry(quantity, column="Fz", more=""):
         ),
         (
             {"channels": entry("force_z", more=', unit = "N", noise_sigma = 1.0')},
-            "noise_sigma: it says how an output is matched, and this is a component",
+            "noise_sigma: applies to outputs only, and this is a component",
         ),
         ({"channels": entry("force_z", more=', unit = "N*m"')}, 'unit "N.m" does not measure force_z; expected N'),
         (
             {"channels": '[ { quantity = "force_z", column = "Fz", unit = "N" } ]'},
-            "nothing but components beside the torque",
+            "only components beside the torque",
         ),
     ],
 )

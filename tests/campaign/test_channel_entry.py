@@ -66,7 +66,7 @@ REFUSED = {
     "input": (
         NAME,
         f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", role = "input" }}]',
-        "record[0].channels: nothing but inputs; name what the model is to match",
+        "record[0].channels: only inputs; add a channel that the model has to match",
     ),
     "input that drives nothing": (
         NAME,
@@ -76,7 +76,7 @@ REFUSED = {
     "between without input": (
         NAME,
         f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", between = "held" }}]',
-        "record[0].channels[0].between: it says how an input runs between samples",
+        "record[0].channels[0].between: applies to inputs only",
     ),
     "no torque": (
         NAME,

@@ -47,7 +47,10 @@ WRONG = {
     "window of texts": ({"window_s": ["a", 1.0]}, 'conditioning.window_s[0]: found "a"; write the number alone in s'),
     "decimate by half": ({"decimate": 0.5}, "conditioning.decimate: found 0.5; write a whole number from 1 to 1000"),
     "no gap": ({"max_gap_s": 0.0}, "conditioning.max_gap_s: found 0.0; write the longest gap"),
-    "limits alone": ({"limits": {"torque": [-1, 1]}}, "conditioning.limits: samples on or beyond them are missing"),
+    "limits alone": (
+        {"limits": {"torque": [-1, 1]}},
+        "conditioning.limits: samples on or beyond the limits count as missing",
+    ),
     "limits of nothing": (
         {"limits": {"torqe": [-1, 1]}, "max_gap_s": 1.0},
         'conditioning.limits.torqe: unknown key; did you mean "torque"?',

@@ -113,7 +113,7 @@ def test_a_noise_level_of_nothing_is_told(changed, sigma):
 
 @pytest.mark.parametrize("sigma", ["1e9", "1.7e308"])
 def test_a_noise_level_that_leaves_nothing_to_be_told_is_refused(changed, sigma):
-    with pytest.raises(InputFileError, match=r"channels\[0\]\.noise_sigma: found .* any motion is as good"):
+    with pytest.raises(InputFileError, match=r"channels\[0\]\.noise_sigma: found .* any motion fits"):
         load_campaign(with_noise(changed, sigma))
 
 

@@ -93,7 +93,7 @@ def test_states_that_the_file_names_are_as_it_says(tmp_path):
         (f'{STEPS}, start = "estimated"', "start_state = 3", "start_state: found 3; write a table"),
         (f'{STEPS}, start = "estimated"', "start_state = { rates = 1.0 }", "start_state.rates: unknown key"),
         (STEPS, "burn_in_s = -0.1", "burn_in_s: found -0.1; write a time of 0 s or more"),
-        (STEPS, "burn_in_s = 0.02", "burn_in_s: found 0.02, and the record has 0.0199 s"),
+        (STEPS, "burn_in_s = 0.02", "burn_in_s: found 0.02, but the record lasts 0.0199 s"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_place(tmp_path, command, more, message):

@@ -18,7 +18,7 @@ from mechid.budgets.example import BUDGET, write_example
 from mechid.campaign import load_campaign
 from mechid.cli.app import app
 from mechid.web import read_estimated
-from mechid.web.run import explored
+from mechid.web.run import load_source
 from mechid.web.session import Session
 
 pytestmark = pytest.mark.slow
@@ -176,7 +176,7 @@ def test_compare_finds_the_fit_and_that_of_the_file_with_the_harmonic_alike(walk
 
 
 def test_the_explorer_takes_up_values_and_verdict(walked, estimate):
-    source = explored(walked.campaign, fit=walked.fit)
+    source = load_source(walked.campaign, fit=walked.fit)
     shown = source.estimate
     session = Session(source)
     assert session.estimate is shown

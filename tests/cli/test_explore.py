@@ -62,7 +62,7 @@ def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run
         def tell(self, progress):
             super().tell(progress)
             session.follow()
-            notes.append((session.watched.state.value, len(session.watched.reports)))
+            notes.append((session.shown_run.state.value, len(session.shown_run.reports)))
 
     monkeypatch.setattr("mechid.reports.into_folder.StageLines", Noted)
     assert run("identify", staged, "--out", out).exit_code == 0
@@ -70,10 +70,10 @@ def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run
     assert len(notes) > 3
     session.follow()
     assert session.reading.wait(WAIT_S)
-    assert session.take_up()
+    assert session.adopt_result()
     parameters = read_estimate(out / "estimate.json")["parameters"]
     assert session.state.now.values["gear.stiffness"] == parameters["gear.stiffness"]["value"]
-    assert not session.take_up()
+    assert not session.adopt_result()
     assert read_estimated(out / "estimate.json", session.source.campaign).values == session.estimate.values
 
 

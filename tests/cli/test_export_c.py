@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from layouts import mechanism_of
-from mechid.exports.c.compiler import found_compiler
+from mechid.exports.c.compiler import find_compiler
 from mechid.exports.document import PAGES
 from paper_estimate import estimate_of, write_estimate_of_paper
 from paper_estimate import write_estimate as write_signed
@@ -46,7 +46,7 @@ def test_it_writes_the_files_of_the_contract(run, fit, bench, tmp_path, target, 
     )
     assert said["format"] == "mechid-export/1"
     assert said["target"] == target
-    assert (said["checked"] is not None) == (found_compiler() is not None)
+    assert (said["checked"] is not None) == (find_compiler() is not None)
     assert "Grade A" in " ".join(result.stdout.split())
 
 

@@ -12,10 +12,10 @@ from mechid.comparisons.figures import (
     EVIDENCE_NAME,
     RECORDS_NAME,
     SPECTRA_NAME,
-    above_least,
-    apart_most,
     comparison_figures,
-    over_first,
+    criterion_differences,
+    most_different_spectra,
+    residual_ratios,
 )
 from mechid.errors import UsageError
 from mechid.ink.in_markdown import document_markdown
@@ -75,9 +75,9 @@ def test_page_and_markdown_say_what_the_terminal_does(found, data, tmp_path):
         text = (tmp_path / name).read_text()
         assert data["outcome"]["message"] + " Preferred: two." in text
         assert "8107" in text
-    assert over_first(data) == pytest.approx(np.array([[1.0, 1.5], [1.0, 2.0]]))
+    assert residual_ratios(data) == pytest.approx(np.array([[1.0, 1.5], [1.0, 2.0]]))
     rows = [row["bic_effective"] for row in data["scores"]]
-    assert above_least(data, "bic_effective") == pytest.approx([0.0, rows[1] - rows[0]])
+    assert criterion_differences(data, "bic_effective") == pytest.approx([0.0, rows[1] - rows[0]])
 
 
 def test_a_folder_that_cannot_be_made_is_refused(found, data, tmp_path):
@@ -97,4 +97,7 @@ def test_residual_spectra_stand_side_by_side(data):
     assert f"figures/{SPECTRA_NAME}" in document_markdown(PRESENTER.document(shown))
     assert SPECTRA_NAME in dict(comparison_figures(shown))
     more = [{**record, "name": name} for name in ("full_46", "sweep")]
-    assert [one["name"] for one in apart_most({**shown, "spectra": {"records": more}})] == ["full_46", "sweep"]
+    assert [one["name"] for one in most_different_spectra({**shown, "spectra": {"records": more}})] == [
+        "full_46",
+        "sweep",
+    ]

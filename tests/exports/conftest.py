@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from mechid.command import Command, RateProfile
-from mechid.exports.export import Exported, exported
+from mechid.exports.export import Exported, write_export
 from mechid.exports.handover import Handover, Trial, handover
 from mechid.exports.tables.options import Options
 from mechid.identification.result.fit_file import read_fit
@@ -42,4 +42,4 @@ def paper(tmp_path_factory):
 @pytest.fixture(scope="session")
 def tables(paper, tmp_path_factory):
     """Return the paper's tables at two rates; not to be changed."""
-    return Tables(paper, exported(paper, "tables", tmp_path_factory.mktemp("tables"), Options(rates=RATES)))
+    return Tables(paper, write_export(paper, "tables", tmp_path_factory.mktemp("tables"), Options(rates=RATES)))

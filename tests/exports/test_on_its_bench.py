@@ -16,8 +16,8 @@ from mechid.exports.linear.linear import linear_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.target import AGREES
 from mechid.exports.stepping import steppings
-from mechid.exports.tables.check import direct
-from mechid.exports.tables.history import history
+from mechid.exports.tables.check import compare_directly
+from mechid.exports.tables.history import simulate_history
 from mechid.plant.flight import to_flight, with_line_filter
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator
@@ -67,7 +67,7 @@ def test_lines_are_those_on_the_base_times_the_stages_response(chain):
 def test_lines_agree_with_a_direct_simulation_of_the_bench(chain):
     estimate, found, bench = lines_of(chain[0], stand=True)
     lined = with_line_filter(estimate.mechanism, cut_off(found.mode))
-    compared = direct(lined, len(estimate.names) + len(lined.plant.states), found)
+    compared = compare_directly(lined, len(estimate.names) + len(lined.plant.states), found)
     assert np.abs(compared.off).max() < 1e-7 * np.abs(bench.lines).max()
 
 
@@ -180,7 +180,7 @@ def test_the_history_has_what_the_bench_shows(paper):
     handed = bench_of(paper, HOUSINGS["whole"])
     mechanism, trial = handed.mechanism, handed.trials[0]
     lined = with_line_filter(to_flight(mechanism, stand=True), 2.0 * np.pi * 500.0)
-    found = history(mechanism, lined, len(lined.plant.states), trial).numeric
+    found = simulate_history(mechanism, lined, len(lined.plant.states), trial).numeric
     own = simulate_accurately(Simulator(mechanism.plant, trial.command, trial.base), mechanism.kernel_values()).torque
     np.testing.assert_allclose(found["transducer_torque_Nm"], own, atol=1e-5 * np.abs(own).max())
     assert "base_torque_Nm" not in found

@@ -13,18 +13,18 @@ from export_bench import bench_of
 from golden_variants import VARIANTS
 from layouts import mechanism_of
 from mechid.errors import UsageError
-from mechid.exports.c.compiler import found_compiler
+from mechid.exports.c.compiler import find_compiler
 from mechid.exports.c.target import Options as OfC
-from mechid.exports.export import exported
+from mechid.exports.export import write_export
 from mechid.exports.fmu.options import Options as OfUnit
 from mechid.exports.linear.options import Options as OfLinear
 from mechid.exports.linear.target import AGREES
-from mechid.exports.stand import handed_on, which_mechanism
+from mechid.exports.stand import describe_mechanism, select_mechanism
 from mechid.exports.tables.options import Options as OfTables
 from mechid.plant.flight import to_flight
 from mechid.simulation.simulator import Simulator, simulate_run
 
-needs_compiler = pytest.mark.skipif(found_compiler() is None, reason="no C compiler is installed")
+needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")
 FLIES = "The mechanism as it flies, without [housing]; --option stand=yes hands on the bench."
 STANDS = "The mechanism as on the bench, with [housing]; its base is at rest."
 NO_STAND = "The mechanism as it flies, and as on the bench: it has no test stand."
@@ -41,7 +41,7 @@ TOLERANCE = {"c": 1e-9, "fmu": 1e-9, "linear": AGREES, "tables": 1e-7}
 @pytest.fixture(scope="module", params=TARGETS)
 def done(request, paper, tmp_path_factory):
     """Return what each target has written by default."""
-    return exported(paper, request.param, tmp_path_factory.mktemp(request.param), TARGETS[request.param])
+    return write_export(paper, request.param, tmp_path_factory.mktemp(request.param), TARGETS[request.param])
 
 
 @pytest.fixture(scope="module", params=TARGETS)
@@ -51,7 +51,7 @@ def either_way(request, paper, tmp_path_factory):
     rigid = bench_of(paper, {"housing": None})
     with_stand, without = (
         [
-            exported(of, target, tmp_path_factory.mktemp(target), replace(TARGETS[target], stand=stand))
+            write_export(of, target, tmp_path_factory.mktemp(target), replace(TARGETS[target], stand=stand))
             for stand in (False, True)
         ]
         for of in (paper, rigid)
@@ -140,7 +140,7 @@ def test_every_target_is_held_against_what_it_says_that_it_is(either_way):
 @pytest.mark.parametrize("stand", [False, True])
 def test_the_c_text_is_of_the_mechanism_that_it_says(paper, tmp_path, stand):
     """Truth: the kernel of the mechanism in flight, or of the bench; the file's own words, and its parameters."""
-    done = exported(paper, "c", tmp_path, OfC(stand=stand))
+    done = write_export(paper, "c", tmp_path, OfC(stand=stand))
     assert done.to_dict()["mechanism"] == (STANDS if stand else FLIES)
     assert done.written.checked.largest_error < 1e-9
     names = parameters_of((tmp_path / "mechanism.h").read_text(encoding="utf-8"))
@@ -151,9 +151,9 @@ def test_the_c_text_is_of_the_mechanism_that_it_says(paper, tmp_path, stand):
 def test_what_is_handed_on_is_the_budget_s_mechanism(paper):
     """Truth: `to_flight`, on which budget, tables and linear models rest; the housing swings beside it."""
     trial = paper.trials[0]
-    flying = torque(handed_on(paper.mechanism, {}, stand=False), trial)
+    flying = torque(select_mechanism(paper.mechanism, {}, stand=False), trial)
     np.testing.assert_array_equal(flying, torque(to_flight(paper.mechanism), trial))
-    bench = torque(handed_on(paper.mechanism, {}, stand=True), trial)
+    bench = torque(select_mechanism(paper.mechanism, {}, stand=True), trial)
     np.testing.assert_array_equal(bench, torque(paper.mechanism, trial))
     assert np.std(bench - flying) > 0.01 * np.std(flying)
 
@@ -162,7 +162,7 @@ def test_what_is_handed_on_is_the_budget_s_mechanism(paper):
 def test_the_c_text_and_the_unit_take_the_same_values(paper, tmp_path):
     """Truth: what differs in flight stands in the file."""
     asked = {"load.inertia": "0.02"}
-    done = exported(paper, "c", tmp_path, asked)
+    done = write_export(paper, "c", tmp_path, asked)
     assert done.to_dict()["mechanism"] == f"{FLIES} With load.inertia = 0.02."
     assert parameters_of((tmp_path / "mechanism.h").read_text(encoding="utf-8"))["load.inertia"] == 0.02
     assert OfC.read(asked).values == OfUnit.read(asked).values == {"load.inertia": 0.02}
@@ -182,26 +182,26 @@ def test_every_target_reads_the_option(options):
 def test_any_mechanism_is_handed_on_without_its_test_stand(name):
     """Truth: the tables of each variant's file that belong to the bench; what drives it is what drove it."""
     bench = mechanism_of(VARIANTS[name])
-    flying = handed_on(bench, {}, stand=False)
+    flying = select_mechanism(bench, {}, stand=False)
     tables = {parameter.split(".")[0] for parameter in flying.plant.declarations}
     assert not tables & {"housing", "transducer", "charge_amplifier", "anti_alias"}
     assert flying.plant.inputs == bench.plant.inputs
     assert list(flying.plant.outputs) == list(bench.plant.outputs)
     left = {parameter.rpartition(".")[0] for parameter in bench.plant.declarations.keys() - flying.plant.declarations}
-    said = which_mechanism(bench, {}, stand=False)
+    said = describe_mechanism(bench, {}, stand=False)
     assert set(re.findall(r"\[([a-z_.]+)\]", said)) == left
-    assert handed_on(bench, {}, stand=True).plant == bench.plant
+    assert select_mechanism(bench, {}, stand=True).plant == bench.plant
 
 
 def test_a_mechanism_without_test_stand_is_the_same_either_way():
     bench = mechanism_of(VARIANTS["current_driven_stepper"])
     for stand in (False, True):
-        assert which_mechanism(bench, {}, stand=stand) == (
+        assert describe_mechanism(bench, {}, stand=stand) == (
             "The mechanism as it flies, and as on the bench: it has no test stand."
         )
 
 
 def test_one_that_comes_from_no_file_is_handed_on_as_it_is(paper):
     bench = replace(paper.mechanism, plant=replace(paper.mechanism.plant, layout=None))
-    assert handed_on(bench, {}, stand=False).plant.layout is None
-    assert "comes from no mechanism file" in which_mechanism(bench, {}, stand=False)
+    assert select_mechanism(bench, {}, stand=False).plant.layout is None
+    assert "comes from no mechanism file" in describe_mechanism(bench, {}, stand=False)

@@ -4,7 +4,7 @@ import sys
 from types import ModuleType, SimpleNamespace
 
 import mechid
-from mechid.progress.listening import NotebookLine, listening, progress_words, telling
+from mechid.progress.listening import NotebookLine, line_receiver, progress_listener, progress_words
 
 
 def notebook(monkeypatch, shown):
@@ -23,7 +23,7 @@ def test_progress_in_a_notebook_is_one_line_that_goes(monkeypatch):
     shown = []
     notebook(monkeypatch, shown)
     told = [mechid.Progress(1, 4, "multi-start", f"start {k}", 1.0, 2.0) for k in (1, 2)]
-    with listening(None) as listener:
+    with progress_listener(None) as listener:
         assert isinstance(listener, NotebookLine)
         for one in told:
             listener(one)
@@ -34,19 +34,19 @@ def test_progress_in_a_notebook_is_one_line_that_goes(monkeypatch):
 def test_a_listener_goes_before_the_notebooks_line(monkeypatch):
     notebook(monkeypatch, [])
     heard = []
-    with listening(heard.append) as listener:
+    with progress_listener(heard.append) as listener:
         listener(mechid.Progress(1, 4, "multi-start", "", None, 0.0))
     assert len(heard) == 1
 
 
 def test_a_script_hears_nothing():
-    with listening(None) as listener:
+    with progress_listener(None) as listener:
         assert not isinstance(listener, NotebookLine)
 
 
 def test_lines_told_in_a_notebook_are_one_line_too(monkeypatch):
     shown = []
     notebook(monkeypatch, shown)
-    with telling(None) as told:
+    with line_receiver(None) as told:
         told("mode <slew>: 3 rates")
     assert ["&lt;slew&gt;" in shown[0], shown[1:]] == [True, [""]]

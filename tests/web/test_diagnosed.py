@@ -159,7 +159,7 @@ def test_values_of_records_have_a_switch_and_follow_the_mechanism_where_it_is_of
     session.turn("stepper.peak_voltage", 9.0)
     assert off_by(9.0) < 1e-4
     assert shown_data(session, {}, {}, {})["effects"] == {"record.voltage": False}
-    assert not any(q.replaces for r in session._without_off(session.campaign).records for q in r.parameters)
+    assert not any(q.replaces for r in session._remove_disabled(session.campaign).records for q in r.parameters)
     session.undo()
     session.undo()
     assert off_by(VOLTAGE["record.full_46.peak_voltage"]) < 1e-4
@@ -177,8 +177,8 @@ def test_a_fit_leaves_what_is_off_as_it_is(campaign, whole, tmp_path):
     session.turn("gear.stiffness", 1.02 * whole.value("gear.stiffness"))
     session.fit_from_here()
     assert session.run.wait(60.0)
-    assert session.take_up(), session.run.fault
-    assert abs(session.estimate.away("gear.stiffness", whole.value("gear.stiffness"))) < 4.0
+    assert session.adopt_result(), session.run.fault
+    assert abs(session.estimate.sigmas_from("gear.stiffness", whole.value("gear.stiffness"))) < 4.0
     assert not VOLTAGE.keys() & session.estimate.values.keys()
     assert shown_data(session, {}, {}, {})["effects"] == {"record.voltage": False}
     session.switch("record.voltage", is_on=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bokeh.models import Range1d
 
-from mechid.web.figures import TINY, apart, hold, largest, padded, round_up
+from mechid.web.figures import TINY, hold, largest, pad_columns, round_up, spread_labels
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -12,11 +12,11 @@ def test_labels_are_apart_and_none_is_lowered(seed):
     """Truth: the gap between neighbours in height; who stood lower stands lower."""
     rng = np.random.default_rng(seed)
     places = rng.uniform(0.0, 1.0, 12).tolist()
-    heights = apart(places, 0.05)
+    heights = spread_labels(places, 0.05)
     order = np.argsort(places, kind="stable")
     assert np.all(np.diff(np.array(heights)[order]) >= 0.05 - 1e-8)
     assert all(height >= place - 1e-8 for place, height in zip(places, heights, strict=True))
-    assert apart([0.1, 0.5], 0.05) == [0.1, 0.5]
+    assert spread_labels([0.1, 0.5], 0.05) == [0.1, 0.5]
 
 
 @pytest.mark.parametrize("value", [1e-9, 0.00123, 0.5, 0.99, 1.0, 7.3, 123456.0])
@@ -44,6 +44,6 @@ def test_the_largest_of_curves_passes_over_what_is_not_finite():
 
 
 def test_shorter_columns_end_in_nan():
-    columns = padded({"a": np.arange(3.0), "b": np.arange(1.0)})
+    columns = pad_columns({"a": np.arange(3.0), "b": np.arange(1.0)})
     np.testing.assert_array_equal(columns["a"], [0.0, 1.0, 2.0])
     np.testing.assert_array_equal(columns["b"], [0.0, np.nan, np.nan])

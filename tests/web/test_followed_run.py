@@ -41,9 +41,9 @@ def test_it_follows_what_is_noted_as_it_is_noted(path):
     journal.note("finished", outcome="converged", message="")
     followed.poll()
     assert (followed.state, followed.is_alive) == (RunState.FINISHED, True)
-    assert not followed.has_left("estimate.json")
+    assert not followed.has_written("estimate.json")
     path.with_name("estimate.json").write_text("{}")
-    assert followed.has_left("estimate.json")
+    assert followed.has_written("estimate.json")
 
 
 def test_a_run_that_ended_before_is_not_alive(path):

@@ -18,7 +18,7 @@ from mechid.simulation.interruption import check_interruption
 from mechid.web import Source
 from mechid.web.estimate import Estimate
 from mechid.web.fit_run import FitRun, RunState
-from mechid.web.fit_shown import course
+from mechid.web.fit_shown import progress_curves
 from mechid.web.session import MOST_SHOWN, Session
 from mechid.web.shown import shown_data
 from turned import TRUTH, at_truth
@@ -32,7 +32,7 @@ def ended(session):
     while session.is_fitting and time.monotonic() < until:
         time.sleep(0.02)
     assert session.run.state is RunState.FINISHED, session.run.fault
-    assert session.take_up()
+    assert session.adopt_result()
 
 
 def test_explained_is_said_where_the_residual_is_the_noise_and_not_where_it_is_a_sixth_above(session):
@@ -64,7 +64,7 @@ def test_a_record_that_a_fit_left_out_is_called_so_and_stays_one_to_estimate_fro
     session = Session(replace(source, estimate=estimate))
     uses = shown_data(session, session.pictures(), {}, {})["uses"]
     assert uses == {"full_46": "", "micro_46": "left out of the last fit", "sweep": "held out"}
-    session._take_estimate(estimate)
+    session._adopt_estimate(estimate)
     assert [r.use for r in session.campaign.records] == ["estimate", "estimate", "validate"]
 
 
@@ -106,7 +106,7 @@ def test_a_fit_from_here_finds_the_truth_and_undo_takes_it_back(session):
     estimate = session.estimate
     for name, true in TRUTH.items():
         assert session.state.now.values[name] == estimate.values[name]
-        assert abs(estimate.away(name, true)) < 4.0
+        assert abs(estimate.sigmas_from(name, true)) < 4.0
     assert estimate.summary["tone"] in ("good", "caution")
     assert [q["question"] for q in estimate.summary["questions"]][1] == "What is least certain?"
     session.undo()
@@ -116,7 +116,7 @@ def test_a_fit_from_here_finds_the_truth_and_undo_takes_it_back(session):
 def test_the_course_of_a_fit_ends_where_the_fit_does(session):
     session.fit_from_here()
     ended(session)
-    ratios, places = course(session.run.reports, session.state.knobs)
+    ratios, places = progress_curves(session.run.reports, session.state.knobs)
     assert ratios["worst"][0][1] > 10.0
     for own in ratios.values():
         assert own[-1] == (len(session.run.reports), pytest.approx(1.0, abs=0.05))
@@ -135,7 +135,7 @@ def test_the_course_of_a_fit_that_explains_nothing_ends_as_far_off_as_its_record
     session.look(names, 1e9)
     pictures = session.pictures()
     off = [float(np.sqrt(np.mean(pictures[name].residual ** 2))) / synthetic.NOISE_NM for name in names]
-    ratios, _ = course(session.run.reports, session.state.knobs)
+    ratios, _ = progress_curves(session.run.reports, session.state.knobs)
     assert min(off) > 2.0
     assert ratios["worst"][-1][1] == pytest.approx(max(off), rel=0.05)
     assert ratios["median"][-1][1] == pytest.approx(sum(off) / 2.0, rel=0.05)
@@ -154,7 +154,7 @@ def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session)
     session.cancel()
     assert session.run.wait(SECONDS)
     assert session.run.state is RunState.CANCELLED
-    assert not session.take_up()
+    assert not session.adopt_result()
     assert (session.state, session.estimate) == (was, estimate)
 
 
@@ -172,7 +172,7 @@ def test_a_cancelled_run_ends_also_where_it_has_nothing_to_report():
 
 def test_the_course_of_a_long_fit_is_thinned_and_keeps_its_end(session):
     reports = [Progress(1, 4, "multi-start", "", 1e4 / k, 0.0, {"gear.stiffness": 900.0 + k}) for k in range(1, 5001)]
-    ratios, places = course(reports, session.state.knobs)
+    ratios, places = progress_curves(reports, session.state.knobs)
     assert 250 < len(places["gear.stiffness"]) < 700
     assert places["gear.stiffness"][-1][0] == 5000
     assert ratios == {"worst": [], "median": []}
@@ -182,7 +182,7 @@ def test_a_record_that_is_lost_leaves_a_gap_in_the_course(session):
     """Truth: the worst and the median of the numbers written here."""
     told = ({"a": 3.0, "b": 9.0, "c": 5.0}, {}, {"a": 2.0, "b": math.inf, "c": 4.0})
     reports = [Progress(1, 4, "gated growth", "", None, 0.0, over_noise=own) for own in told]
-    ratios, _ = course(reports, session.state.knobs)
+    ratios, _ = progress_curves(reports, session.state.knobs)
     assert ratios == {"worst": [(1, 9.0)], "median": [(1, 5.0), (3, 4.0)]}
 
 
@@ -198,7 +198,7 @@ def test_a_fit_that_cannot_be_made_says_why(session):
     session.fit_from_here()
     assert session.run.wait(SECONDS)
     assert session.run.state is RunState.FAILED
-    assert "nothing to estimate" in session.run.fault
+    assert "no parameter to estimate" in session.run.fault
 
 
 def test_the_saved_mechanism_reads_back_to_the_settings(session, tmp_path):
@@ -245,7 +245,7 @@ def test_terms_that_a_fit_added_have_knobs_once_it_has_ended(lacking, whole):
     written = session.pictures()["full_46"]
     assert not set(DETENT) & session.state.knobs.keys()
     session.set_free("gear.stiffness", is_free=False)
-    session._take_estimate(estimate)
+    session._adopt_estimate(estimate)
     assert {n: session.state.now.values[n] for n in DETENT} == {n: whole.value(n) for n in DETENT}
     assert set(DETENT) <= session.state.now.free
     assert "gear.stiffness" not in session.state.now.free
@@ -259,6 +259,6 @@ def test_terms_that_a_fit_added_have_knobs_once_it_has_ended(lacking, whole):
     assert ratio > 2.0
     plain = {name: q.value for name, q in source.campaign.parameters.items()}
     session.take(DETENT[0])
-    session._take_estimate(replace(estimate, mechanism=None, values=plain))
+    session._adopt_estimate(replace(estimate, mechanism=None, values=plain))
     assert session.state.knobs.keys() == plain.keys() & session.state.knobs.keys()
     assert session.hand in session.state.knobs

@@ -46,7 +46,7 @@ def test_a_free_time_offset_of_a_record_has_a_knob():
     bounds = {"value": 0.0, "min": -0.002, "max": 0.002}
     record = synthetic.record("a", torque, synthetic.COMMANDS["full_46"], time_offset=bounds)
     campaign = synthetic.campaign(synthetic.truth(), record)
-    state = first_state(campaign).turned("record.a.time_offset_s", 0.001)
+    state = first_state(campaign).set_value("record.a.time_offset_s", 0.001)
     assert campaign_at(campaign, state).record("a").time_offset.value == 0.001
     held = campaign_at(campaign, state.with_free("record.a.time_offset_s", is_free=False))
     assert held.record("a").time_offset.status is Status.KNOWN
@@ -69,12 +69,12 @@ def test_everything_is_undone_in_order_and_a_drag_at_once(demo):
         else:
             knob = state.knobs[name].parameter
             for _ in range(3):
-                state = state.turned(name, rng.uniform(knob.min, knob.max), grip=f"grip {k}")
+                state = state.set_value(name, rng.uniform(knob.min, knob.max), grip=f"grip {k}")
         was.append(state.now)
     for setting in reversed(was[:-1]):
-        state = state.undone()
+        state = state.undo()
         assert state.now == setting
-    assert state.undone().now == was[0]
+    assert state.undo().now == was[0]
 
 
 @pytest.mark.parametrize(
@@ -82,15 +82,15 @@ def test_everything_is_undone_in_order_and_a_drag_at_once(demo):
     [("friction.coulomb", 0.05, 0.05, 0.05), ("friction.static", 0.0001, 0.0001, 0.0001)],
 )
 def test_static_friction_is_never_below_coulomb_friction(demo, name, value, static, coulomb):
-    values = first_state(demo).turned(name, value).now.values
+    values = first_state(demo).set_value(name, value).now.values
     assert (values["friction.static"], values["friction.coulomb"]) == (static, coulomb)
 
 
 def test_a_knob_stops_at_its_ends_and_refuses_what_is_no_number(demo):
     state = first_state(demo)
-    assert state.turned("gear.stiffness", 1e9).now.values["gear.stiffness"] == 5000.0
+    assert state.set_value("gear.stiffness", 1e9).now.values["gear.stiffness"] == 5000.0
     for value in (math.nan, math.inf):
         with pytest.raises(UsageError, match=r"gear\.stiffness"):
-            state.turned("gear.stiffness", value)
+            state.set_value("gear.stiffness", value)
     with pytest.raises(UsageError, match=r"did you mean .gear\.stiffness"):
-        state.turned("gear.stifness", 1000.0)
+        state.set_value("gear.stifness", 1000.0)

@@ -112,7 +112,7 @@ def test_a_page_gets_rows_for_the_terms_that_a_fit_added(lacking, open_tab, tabs
     source, estimate = lacking
     page = Tab(source, Equations(source.campaign.mechanism.plant), Document(), tabs)
     assert "groups" not in asked(page, do="take", name=KNOB, number=1)
-    page.session._take_estimate(estimate)
+    page.session._adopt_estimate(estimate)
     state = asked(page, do="take", name=DETENT[0], number=2)
     assert all(f'data-name="{name}"' in state["groups"] for name in state["knobs"])
     assert set(DETENT) <= state["knobs"].keys()

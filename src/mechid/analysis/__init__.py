@@ -1,7 +1,7 @@
-"""Judgement of a finished fit: its records predicted and judged, and hypotheses side by side.
+"""Analysis of finished fits: validation on each record, and comparison of hypotheses.
 
-`validate` judges every record of a fit, `compare` sets finished fits of the same records against each other. The names
-here load what they need when they are first used: a comparison needs no simulator.
+`validate` evaluates the prediction of every record of a fit, `compare` compares finished fits of the same records. The
+names here are imported on first use: a comparison needs no simulator.
 
 Internal to mechid but for the names that docs/python.md lists.
 """
@@ -19,7 +19,7 @@ __all__ = ["ChannelValidation", "Comparison", "RecordValidation", "compare", "va
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name, its home imported."""
+    """Import a public name on first use."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     home = "comparison" if name in ("Comparison", "compare") else "validation"

@@ -1,4 +1,4 @@
-"""Test of a residual against its record's noise, by the number of independent samples."""
+"""Test of a residual against the noise floor of its record, by the number of independent samples."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mechid.signal.noise import FLOOR_ERROR
 
 
 class NoiseLevel(Enum):
-    """How a residual stands to the noise floor."""
+    """Level of a residual relative to the noise floor."""
 
     NOISE = "no larger than white noise of the floor's level gets by chance"
     COLOURED = "no larger than chance allows for so few effective samples, but larger than white noise gets"
@@ -22,18 +22,18 @@ class NoiseLevel(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class AgainstNoise:
-    """A residual beside the noise floor of its record.
+    """Residual and noise floor of one channel.
 
     Attributes
     ----------
     residual_rms, noise_sigma : float
-        In the channel's unit; NaN where there is none.
+        In the channel's unit; NaN if unknown.
     samples : int
-        That count in the residual.
+        Number of samples counted in the residual.
     effective_samples : float
-        How many independent ones they are worth, `signal.effective_samples`.
+        Effective sample count of the residual, `signal.effective_samples`.
     floor_samples : int
-        From which the floor was read.
+        Number of samples from which the floor was estimated.
     """
 
     residual_rms: float
@@ -44,20 +44,21 @@ class AgainstNoise:
 
     @property
     def ratio(self) -> float:
-        """Residual RMS over noise floor, NaN where there is none."""
+        """Residual-to-noise ratio; NaN if unknown."""
         return self.residual_rms / self.noise_sigma if self.noise_sigma > 0.0 else math.nan
 
     @property
     def most_by_chance(self) -> float:
-        """The largest ratio that chance explains with so many effective samples."""
+        """Largest ratio that chance explains with this effective sample count."""
         return most_by_chance(self.effective_samples, self.floor_samples)
 
     @property
     def level(self) -> NoiseLevel:
-        """The judgement.
+        """Level of the residual.
 
-        What a model misses is mostly a few lines, which make a residual of few effective samples: that alone must
-        not excuse its size. So "noise" is only what white noise gets, of which all samples are independent.
+        Model errors mostly appear as a few spectral lines, and such a residual has few effective samples. A low count
+        must not excuse a large residual. "Noise" therefore allows only for the scatter of white noise, whose samples
+        are all independent.
         """
         if not math.isfinite(self.ratio):
             return NoiseLevel.LOST
@@ -67,22 +68,22 @@ class AgainstNoise:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the residual is explained down to the noise."""
+        """Whether the residual is at the level of white noise."""
         return self.level is NoiseLevel.NOISE
 
 
 def most_by_chance(effective_samples: float, floor_samples: int) -> float:
-    """Return the largest ratio of a residual's RMS to its noise floor that chance explains.
+    """Return the largest residual-to-noise ratio that chance explains.
 
-    The RMS of n independent samples has the relative standard error sqrt(1 / 2n), the floor its own of about
-    1.7 / sqrt(N). However few samples there are, the search weights what is above `NOISE.misfit` as a misfit.
+    The RMS of n independent samples has the relative standard error sqrt(1 / 2n); the error of the floor is about
+    1.7 / sqrt(N). The limit never exceeds `NOISE.misfit`, above which the search weights a residual as a misfit.
 
     Parameters
     ----------
     effective_samples : float
-        n, of the residual; NaN counts as one.
+        n, effective sample count of the residual; NaN counts as one.
     floor_samples : int
-        N, of the record from which the floor was read.
+        N, number of samples from which the floor was estimated.
 
     Examples
     --------
@@ -91,6 +92,7 @@ def most_by_chance(effective_samples: float, floor_samples: int) -> float:
     >>> most_by_chance(30, 10_001)
     1.2
     """
+    # NaN fails the comparison and counts as one sample.
     n = effective_samples if effective_samples >= 1.0 else 1.0
     error = math.sqrt(0.5 / n + FLOOR_ERROR**2 / max(floor_samples, 1))
     return min(1.0 + RESIDUAL.noise_errors * error, NOISE.misfit)

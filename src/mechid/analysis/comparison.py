@@ -1,4 +1,4 @@
-"""Hypotheses side by side: finished fits of the same records by criteria, residuals and parameters."""
+"""Comparison of finished fits of the same records by criteria, residuals and parameters."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mechid.analysis.criteria import Score, score, shared_effective_samples
-from mechid.analysis.hypothesis import Believed, Hypothesis, hypotheses_of
+from mechid.analysis.hypothesis import Hypothesis, HypothesisParameter, hypotheses_of
 from mechid.analysis.preference import Preference, cautions, preference
 from mechid.parameter import Status
 from mechid.shown import Shown
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordComparison:
-    """One record under each hypothesis, in their order; residuals in N m, effective samples as the criteria count."""
+    """One record under each hypothesis, in order; residuals in N m, effective samples as used in the criteria."""
 
     name: str
     use: str
@@ -32,34 +32,34 @@ class RecordComparison:
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterComparison:
-    """One parameter under each hypothesis, None where a hypothesis has no such parameter.
+    """One parameter under each hypothesis, None if a hypothesis lacks the parameter.
 
-    `differences_sigmas` are those to the first hypothesis over the larger of the two standard errors: both
-    estimates come from the same records and share their noise, so the errors do not add. None where neither
-    has an error.
+    `differences_sigmas` are differences to the first hypothesis, divided by the larger of the two standard
+    errors: both estimates come from the same records and share their noise, so the errors do not add. None if
+    neither estimate has an error.
     """
 
     name: str
     unit: str
-    values: tuple[Believed | None, ...]
+    values: tuple[HypothesisParameter | None, ...]
     differences_sigmas: tuple[float | None, ...]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Comparison(Shown):
-    """Finished fits side by side.
+    """Comparison of finished fits.
 
     Attributes
     ----------
     hypotheses : tuple of Hypothesis
-        In the order given.
+        In the given order.
     scores : tuple of Score
     records : tuple of RecordComparison
     parameters : tuple of ParameterComparison
-        Those that any hypothesis estimates, or that differ.
+        Parameters that any hypothesis estimates, or whose values differ.
     preference : Preference
     cautions : tuple of str
-        What weakens the comparison.
+        Limitations of the comparison.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -71,14 +71,14 @@ class Comparison(Shown):
 
 
 def compare(fits: Mapping[str, Fit]) -> Comparison:
-    """Compare finished fits of the same records, by their names; `mechid.compare` reads them.
+    """Compare finished fits of the same records, given by name; `mechid.compare` reads them.
 
     Raises
     ------
     UsageError
-        Fits of different records, or one in memory that does not hold its campaign.
+        The fits have different records, or a fit in memory lacks its campaign.
     InputFileError
-        An estimate.json is wrong or without validation.
+        An estimate.json is invalid or has no validation.
     """
     hypotheses = hypotheses_of(fits)
     effective = shared_effective_samples(hypotheses)
@@ -112,22 +112,23 @@ def _parameters(hypotheses: Sequence[Hypothesis]) -> tuple[ParameterComparison, 
 
 
 def _is_of_interest(row: ParameterComparison) -> bool:
-    """Whether a parameter is more than the same known number everywhere."""
+    """Return whether a parameter is estimated anywhere or differs between hypotheses."""
     known = {None if p is None or p.status != Status.KNOWN else p.value for p in row.values}
     return known == {None} or len(known) > 1
 
 
-def _parameter(name: str, values: Sequence[Believed | None]) -> ParameterComparison:
+def _parameter(name: str, values: Sequence[HypothesisParameter | None]) -> ParameterComparison:
     unit = next(p.unit for p in values if p is not None)
     first, *others = values
     differences = (None, *(_difference(first, other) for other in others))
     return ParameterComparison(name=name, unit=unit, values=tuple(values), differences_sigmas=differences)
 
 
-def _difference(first: Believed | None, other: Believed | None) -> float | None:
-    """Return other - first in the larger standard error, an angle the short way round."""
+def _difference(first: HypothesisParameter | None, other: HypothesisParameter | None) -> float | None:
+    """Return other - first in units of the larger standard error; angles differ by at most half a turn."""
     if first is None or other is None:
         return None
+    # Both estimates share the noise of the records, so the errors do not add.
     sigma = max(first.std_error or 0.0, other.std_error or 0.0)
     difference = angle_difference(other.value, first.value) if first.unit == "deg" else other.value - first.value
     return difference / sigma if sigma > 0.0 and math.isfinite(difference) else None

@@ -1,6 +1,6 @@
-"""components.json: forces and moments that the bench measured beside the drive torque, at the mounting point.
+"""components.json: forces and moments measured besides the drive torque, about the mounting point.
 
-It lies beside the estimate that it belongs to, as residual.json does; the budget has no records.
+Like residual.json, a companion file of the estimate for the budget, which has no records.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechid.analysis.beside_estimate import read_beside
+from mechid.analysis.companion_file import read_companion
 from mechid.analysis.residual_emission import TRACKED
 from mechid.analysis.side_components import SideAtRate, side_lines
 from mechid.analysis.validation import RecordValidation
@@ -27,18 +27,18 @@ STALE = "make it anew by mechid report, or delete it"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideRecord:
-    """The components of one record.
+    """Components of one record.
 
     Attributes
     ----------
     name : str
     stepping : str
-        As it was driven: "full", "half" or "micro".
+        Stepping mode of the command: "full", "half" or "micro".
     microsteps : int
     components : tuple of str, (s,)
-        Of `records.COMPONENTS`, in the order of the matrices behind the drive torque.
+        Quantities among `records.COMPONENTS`, in the order of the matrices after the drive torque.
     rates : tuple of SideAtRate
-        Ascending.
+        In ascending order.
     """
 
     name: str
@@ -50,16 +50,16 @@ class SideRecord:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideRecords:
-    """What components.json holds: all records, and how the mechanism stood on the table."""
+    """Content of components.json: components of all records, and the mounting of the mechanism."""
 
     mounting: Mounting
     records: tuple[SideRecord, ...]
 
 
 def components_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> dict[str, Any] | None:
-    """Return the content of components.json, None where no record has a component beside its torque.
+    """Return the content of components.json, None if no record has a component besides its torque.
 
-    Records that contradicted the others and were left out are not in it.
+    Records excluded from the fit as contradictory are omitted.
     """
     measured = {
         name: record for name, record in validation.items() if record.side and not fit.records[name].reading.left_out
@@ -81,7 +81,7 @@ def components_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> 
 
 
 def components_text(measured: SideRecords, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the file holds, as JSON can; numbers that are none are where an order was not tracked."""
+    """Return the content of the file for JSON; orders that were not tracked are NaN."""
     return {
         "format": FORMAT,
         "drive_axis": measured.mounting.drive_axis,
@@ -102,20 +102,20 @@ def components_text(measured: SideRecords, provenance: Mapping[str, Any]) -> dic
 
 
 def side_records(fit: Fit, validation: Mapping[str, RecordValidation]) -> SideRecords | None:
-    """Return the components of the records of a fit in memory, rounded as components.json holds them."""
+    """Return the components of a fit in memory, rounded as in components.json."""
     content = components_content(fit, validation)
     return None if content is None else _records(content)
 
 
 def read_components(fit: Fit) -> SideRecords | None:
-    """Return the components of the records of a fit by its folder's components.json; None where there is none.
+    """Read the components of a fit from components.json in its folder; None if there is none.
 
     Raises
     ------
     InputFileError
-        The file is damaged, or of another fit.
+        The file is damaged or belongs to another fit.
     """
-    return read_beside(fit, FILE_NAME, FORMAT, STALE, _records)
+    return read_companion(fit, FILE_NAME, FORMAT, STALE, _records)
 
 
 def _records(content: Mapping[str, Any]) -> SideRecords:
@@ -127,34 +127,35 @@ def _records(content: Mapping[str, Any]) -> SideRecords:
 
 
 def _row(at: SideAtRate) -> dict[str, Any]:
-    """Return a rate: for people amplitude, phase and error of each line, for the budget the matrices."""
+    """Return the entry of a rate: amplitudes, phases and errors for readers, matrices for the budget."""
     lines, tracked = side_lines(at), np.isfinite(at.amplitude[:, :1])
     return {
         "rate": at.rate,
         "windows": at.windows,
         "duration_s": at.duration_s,
-        "drive_amplitude": _rounded(at.amplitude[:, 0]),
-        "amplitude": [_rounded(row) for row in np.where(tracked, lines.amplitude, np.nan)],
-        "phase_deg": [_rounded(row) for row in np.where(lines.known, np.degrees(lines.phase), np.nan)],
-        "sigma": [_rounded(row) for row in np.where(tracked, lines.sigma, np.nan)],
-        "power": [_packed(matrix) for matrix in at.power],
-        "noise": [_packed(matrix) for matrix in at.noise],
+        "drive_amplitude": _round_values(at.amplitude[:, 0]),
+        "amplitude": [_round_values(row) for row in np.where(tracked, lines.amplitude, np.nan)],
+        "phase_deg": [_round_values(row) for row in np.where(lines.known, np.degrees(lines.phase), np.nan)],
+        "sigma": [_round_values(row) for row in np.where(tracked, lines.sigma, np.nan)],
+        "power": [_pack_matrix(matrix) for matrix in at.power],
+        "noise": [_pack_matrix(matrix) for matrix in at.noise],
     }
 
 
-def _rounded(values: FloatArray) -> list[float]:
+def _round_values(values: FloatArray) -> list[float]:
     return [float(f"{value:.{DIGITS}g}") for value in values]
 
 
-def _packed(matrix: ComplexArray) -> list[float]:
-    """Return a Hermitian matrix, (c, c), as its lower triangle, real and imaginary part of each; none where unknown."""
+def _pack_matrix(matrix: ComplexArray) -> list[float]:
+    """Return the lower triangle of a Hermitian matrix, (c, c), as real and imaginary parts; empty if unknown."""
     if not np.isfinite(matrix).all():
         return []
+    # The upper triangle follows from the matrix being Hermitian.
     lower = matrix[np.tril_indices(len(matrix))]
-    return _rounded(np.column_stack([lower.real, lower.imag]).ravel())
+    return _round_values(np.column_stack([lower.real, lower.imag]).ravel())
 
 
-def _unpacked(packed: Sequence[float], channels: int) -> ComplexArray:
+def _unpack_matrix(packed: Sequence[float], channels: int) -> ComplexArray:
     if not packed:
         return np.full((channels, channels), np.nan, dtype=np.complex128)
     pairs = np.array(packed, dtype=np.float64).reshape(-1, 2)
@@ -175,8 +176,8 @@ def _record(name: str, entry: Mapping[str, Any]) -> SideRecord:
                 rate=float(row["rate"]),
                 windows=int(row["windows"]),
                 duration_s=float(row["duration_s"]),
-                power=np.array([_unpacked(packed, len(components) + 1) for packed in row["power"]]),
-                noise=np.array([_unpacked(packed, len(components) + 1) for packed in row["noise"]]),
+                power=np.array([_unpack_matrix(packed, len(components) + 1) for packed in row["power"]]),
+                noise=np.array([_unpack_matrix(packed, len(components) + 1) for packed in row["noise"]]),
             )
             for row in entry["rates"]
         ),

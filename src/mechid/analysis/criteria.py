@@ -1,9 +1,10 @@
 """Information criteria of hypotheses: likelihood against the number of parameters.
 
 The likelihood is Gaussian with each record's own noise level at its maximum, the residual's RMS s:
--2 ln L = sum over records of n (ln(2 pi s^2) + 1). Coloured residuals are worth fewer samples than they
-have, so beside n stands the effective number: that of the hypothesis with the smallest residual, which is
-nearest to the noise alone, and the same for all, as likelihoods compare only over the same data.
+-2 ln L = sum over records of n (ln(2 pi s^2) + 1). Coloured residuals carry less information than their
+sample count n suggests, so the criteria are also computed with effective sample counts. These are taken from
+the hypothesis with the smallest residual, which is closest to pure noise, and used for all hypotheses, since
+likelihoods are comparable only over the same data.
 """
 
 from __future__ import annotations
@@ -17,25 +18,25 @@ from mechid.analysis.hypothesis import Hypothesis, RecordEvidence
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """What a hypothesis scores; lower is better, and only differences between hypotheses mean anything.
+    """Criteria of a hypothesis; lower is better, and only differences between hypotheses are meaningful.
 
     Attributes
     ----------
     hypothesis : str
     free : int
-        Parameters of mechanism and records that are estimated.
+        Number of estimated parameters of the mechanism and the records.
     counted : int
-        k: those, an offset and a drift a record where fitted, and a noise level a record.
+        k: these parameters, fitted offsets and drifts, and one noise level per record.
     samples, effective_samples : float
-        Of the records estimated from.
+        Sample counts of the fitted records.
     deviance : float
         -2 ln L over all samples.
     aic, bic : float
-        deviance + 2 k, deviance + k ln n: as if the residuals were white.
+        deviance + 2 k, deviance + k ln n, assuming white residuals.
     aic_effective, bic_effective : float
-        The same by the effective samples; all infinite where a record is not followed.
+        The same with effective samples; infinite if a simulation fails.
     held_out : float
-        sum of n_eff ln s^2 over the records to validate with.
+        sum of n_eff ln s^2 over the validation records.
     """
 
     hypothesis: str
@@ -52,7 +53,7 @@ class Score:
 
 
 def shared_effective_samples(hypotheses: Sequence[Hypothesis]) -> dict[str, float]:
-    """Return for each record the effective samples of the smallest residual; NaN where none follows it."""
+    """Return the effective sample count of the smallest residual of each record; NaN if all simulations failed."""
     return {name: _of_smallest([h.records[name] for h in hypotheses]) for name in hypotheses[0].records}
 
 
@@ -62,7 +63,7 @@ def _of_smallest(records: Sequence[RecordEvidence]) -> float:
 
 
 def score(hypothesis: Hypothesis, effective: Mapping[str, float]) -> Score:
-    """Return the criteria of a hypothesis, the records' effective samples being `effective`."""
+    """Compute the criteria of a hypothesis from the records' effective sample counts."""
     used, k = hypothesis.used_for("estimate"), hypothesis.counted
     n, m = float(sum(r.samples for r in used)), sum(effective[r.name] for r in used)
     by_all = sum(_deviance(r, r.samples) for r in used)
@@ -83,7 +84,7 @@ def score(hypothesis: Hypothesis, effective: Mapping[str, float]) -> Score:
 
 
 def _deviance(record: RecordEvidence, samples: float) -> float:
-    """Return -2 ln L of a record at its own noise level; infinite where it is not followed."""
+    """Return -2 ln L of a record at its own noise level; infinite if the simulation failed."""
     s = record.residual_rms
     followed = s > 0.0 and math.isfinite(s) and math.isfinite(samples)
     return samples * (math.log(2.0 * math.pi * s**2) + 1.0) if followed else math.inf

@@ -1,4 +1,4 @@
-"""Plot of a fit: a record, what the fit says of it, and the residual."""
+"""Plot of a record with the prediction of a fit and the residual."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def plot_fit(fit: Fit, record: str | None, quantity: str | None, ax: Axes | None) -> Axes:
-    """Draw what was measured of a record, offset and drift removed, what the fit says of it, and what is left."""
+    """Draw measurement, prediction and residual of a record, without offset and drift."""
     campaign = fit.required_campaign
     name = one_of(record, (r.name for r in campaign.records if r.data is not None), "record")
     found = predict(campaign.record(name), fit)

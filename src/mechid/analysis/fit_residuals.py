@@ -1,4 +1,4 @@
-"""Residuals of a fit: how it predicts each record, what is left of their torques, what was measured beside them."""
+"""Residuals of a fit: prediction quality, residual torques and further measured components of each record."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REPORT_NAME = "report.json"
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelSummary:
-    """Prediction of one channel; the attributes are those of `ChannelValidation`, NaN where the simulation failed."""
+    """Prediction of one channel, with attributes as in `ChannelValidation`; NaN if the simulation failed."""
 
     samples: int
     samples_sha256: str
@@ -35,7 +35,7 @@ class ChannelSummary:
 
     @classmethod
     def from_dict(cls, own: Mapping[str, Any]) -> Self:
-        """Return the summary that a channel's entry of the ``validation`` table holds."""
+        """Read the summary from a channel's entry in the ``validation`` table."""
         return cls(
             samples=own["samples"],
             samples_sha256=own["samples_sha256"],
@@ -48,14 +48,14 @@ class ChannelSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class ValidationSummary:
-    """Prediction of one record, as estimate.json keeps it in the table ``validation``.
+    """Prediction of one record, as stored in the table ``validation`` of estimate.json.
 
     Attributes
     ----------
     command : mapping
-        How the driver was taken to step.
+        Stepping assumed for the driver.
     judged_from_s : float or None
-        Record time from which on a held-out record is judged, behind the part on which its own values were fitted.
+        Record time from which a held-out record is evaluated; its per-record parameters are fitted before that.
     channels : mapping of quantity to ChannelSummary
         The leading one first.
     """
@@ -66,7 +66,7 @@ class ValidationSummary:
 
     @classmethod
     def from_dict(cls, own: Mapping[str, Any]) -> Self:
-        """Return the summary that a record's ``validation`` table holds, as `RecordValidation.to_dict` makes it."""
+        """Read the summary from a record's ``validation`` table, as made by `RecordValidation.to_dict`."""
         return cls(
             command=own["command"],
             judged_from_s=own["judged_from_s"],
@@ -76,18 +76,18 @@ class ValidationSummary:
 
 @dataclass(frozen=True, eq=False)
 class FitResiduals:
-    """Residuals of one fit, from its folder or computed.
+    """Residuals of one fit, read from its folder or computed.
 
-    identify leaves them in estimate.json, residual.json and components.json. Each file is read when it is first asked
-    for. Of a fit in memory, and where the folder holds none, they are computed from the campaign that the fit holds;
-    both ways give the same numbers.
+    ``mechid identify`` stores them in estimate.json, residual.json and components.json. Each file is read on first
+    use. For a fit in memory, or if the folder lacks the files, they are computed from the campaign of the fit. Both
+    ways give the same numbers.
     """
 
     fit: Fit
 
     @cached_property
     def summaries(self) -> Mapping[str, ValidationSummary]:
-        """How each record is predicted, by name; empty where the folder does not say.
+        """Prediction of each record, by name; empty if the folder does not contain it.
 
         Raises
         ------
@@ -103,27 +103,27 @@ class FitResiduals:
 
     @cached_property
     def torques(self) -> tuple[ResidualRecord, ...] | None:
-        """What is left of each torque record over the rate; None where the folder does not say.
+        """Residual torque of each record over the rate; None if the folder does not contain it.
 
         Raises
         ------
         InputFileError
-            residual.json is damaged, or of another fit.
+            residual.json is damaged or belongs to another fit.
         UsageError
             The fit has neither a folder nor its campaign.
         """
         from mechid.analysis.residual_file import residual_records
 
-        return residual_records(self.fit, self._validation) if self._is_computed else self._torques_left
+        return residual_records(self.fit, self._validation) if self._is_computed else self._stored_torques
 
     @cached_property
     def components(self) -> SideRecords | None:
-        """Forces and moments measured beside the torques; None where there are none.
+        """Forces and moments measured besides the torque; None if there are none.
 
         Raises
         ------
         InputFileError
-            components.json is damaged, or of another fit.
+            components.json is damaged or belongs to another fit.
         UsageError
             The fit has neither a folder nor its campaign.
         """
@@ -133,34 +133,36 @@ class FitResiduals:
 
     @cached_property
     def _is_computed(self) -> bool:
-        """Whether the folder lacks residual.json, which identify always leaves, and the campaign is at hand."""
-        return self.fit.folder is None or (self.fit.campaign is not None and self._torques_left is None)
+        """Whether to compute the residuals: the folder lacks residual.json, and the campaign is available."""
+        return self.fit.folder is None or (self.fit.campaign is not None and self._stored_torques is None)
 
     @cached_property
-    def _torques_left(self) -> tuple[ResidualRecord, ...] | None:
-        from mechid.analysis.residual_file import read_residual  # a comparison reads no such file
+    def _stored_torques(self) -> tuple[ResidualRecord, ...] | None:
+        # Imported here: a comparison does not read residual.json.
+        from mechid.analysis.residual_file import read_residual
 
         return read_residual(self.fit)
 
     @cached_property
     def _validation(self) -> Validations:
-        from mechid.analysis.validation import validate  # the simulator, which a fit in a folder does not need
+        # Imported here: it loads the simulator, which a fit in a folder does not need.
+        from mechid.analysis.validation import validate
 
         return validate(self.fit.required_campaign, self.fit)
 
 
 def _read_summaries(fit: Fit) -> dict[str, ValidationSummary]:
-    """Return the ``validation`` table of each record whose estimate.json has one."""
+    """Read the ``validation`` tables of a fit, by record."""
     tables = {name: record.validation for name, record in fit.records.items() if record.validation is not None}
     try:
         return {name: ValidationSummary.from_dict(table) for name, table in tables.items()}
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = f"no {error}" if isinstance(error, KeyError) else "an entry is not what this mechid writes"
-        raise InputFileError(f"{fit.source}: {what}; it was written by another version, identify anew") from error
+        problem = f"no {error}" if isinstance(error, KeyError) else "an entry is not what this mechid writes"
+        raise InputFileError(f"{fit.source}: {problem}; it was written by another version, identify anew") from error
 
 
 def is_simulated(fit: Fit) -> bool:
-    """Whether the records of a fit were simulated, as it says itself or the report in its folder does."""
+    """Return whether the records were simulated, according to the fit or the report in its folder."""
     if fit.synthetic or fit.folder is None:
         return fit.synthetic
     try:
@@ -172,5 +174,5 @@ def is_simulated(fit: Fit) -> bool:
 
 
 def _number(value: float | None) -> float:
-    """Return a number, NaN for the null that estimate.json has in its place."""
+    """Return a number, NaN for null in estimate.json."""
     return math.nan if value is None else float(value)

@@ -1,4 +1,4 @@
-"""Mains hum in what a fit leaves of a record: removed before lines are read as the mechanism's emission."""
+"""Removal of mains hum from a residual, before its lines are attributed to the mechanism."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from mechid.signal.settings import HUM
 from mechid.signal.trend import fit_line
 
 
-def without_hum(
+def remove_hum(
     residual: Series, travel: Series, sample_rate_hz: float, mains_hz: float, orders: Sequence[float]
 ) -> tuple[Series, frozenset[float]]:
-    """Return a residual without multiples of the mains' frequency, and the orders that it does not tell from them.
+    """Remove multiples of the mains frequency; also return the orders that cannot be separated from them.
 
-    Where the rate varies, orders cross the multiples and stay. At a steady rate a multiple that an order coincides with
-    stays in the residual, and the order is none that the record tells.
+    If the rate varies, the orders only cross the multiples and are kept. At a steady rate, a multiple that coincides
+    with an order stays in the residual, and the record gives no information on that order.
 
     Parameters
     ----------
@@ -28,20 +28,21 @@ def without_hum(
         Full steps travelled.
     sample_rate_hz, mains_hz : float
     orders : sequence of float
-        Of the step rate.
+        Multiples of the step rate.
     """
     rates = [window.rate for window in travel_windows(travel, sample_rate_hz)]
     if not rates:
         return residual, frozenset()
     rate, duration_s = sum(rates) / len(rates), residual.size / sample_rate_hz
+    # At a varying rate, orders cross the hum and can be separated from it.
     steady = max(rates) <= (1.0 + ORDER.steady) * min(rates)
 
     def nearest(hz: float) -> float:
         return min(abs(hz - order * rate) for order in orders) if steady else float("inf")
 
     own = HumSeries(residual, sample_rate_hz, lambda hz, reach: nearest(hz) > reach)
-    told = evident_grid([own], mains_hz)
-    hz = told.own_hz[0] if told else mains_hz
+    grid = evident_grid([own], mains_hz)
+    hz = grid.own_hz[0] if grid else mains_hz
     top = min(HUM.highest_hz, 0.45 * sample_rate_hz)
     multiples = [k * hz for k in range(1, int(top / hz) + 1)]
     apart = [line for line in multiples if nearest(line) > ORDER.hum_apart / duration_s]

@@ -1,4 +1,4 @@
-"""A finished fit as one hypothesis among several: what a comparison rests on."""
+"""Finished fit as one hypothesis of a comparison."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ if TYPE_CHECKING:
     from mechid.identification.result.record_result import RecordFit
 
 LEFT_OUT = "left out"
-"""The use of a record that the campaign file gives to estimate from, and that contradicted the others."""
-SHOWN = 8
-"""Digits of a digest that tell one from another in a message."""
+"""Use of a record meant for the estimation but excluded because it contradicts the others."""
+DIGEST_DIGITS = 8
+"""Digits of a digest that are shown in a message."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordEvidence:
-    """One record as a hypothesis predicts it, over all of its samples or the rest of a held-out one.
+    """Prediction of one record by a hypothesis, over all samples or the evaluated part of a held-out record.
 
     Attributes
     ----------
     name : str
     use : {"estimate", "validate", "left out"}
-        The last where the fit left it out against its campaign file.
+        The last if the fit excluded the record although the campaign file includes it.
     digest : str
-        Of the samples compared.
+        Digest of the compared samples.
     used : int
-        Samples that the fit itself counted; fewer than `samples` where a window or a horizon cut it short.
+        Samples counted in the fit; fewer than `samples` if a window or a horizon shortened the record.
     samples : int
     effective_samples, residual_rms, fit_percent : float
-        NaN where the simulation failed; the RMS in N m.
+        NaN if the simulation failed; the RMS in N m.
     projected : int
-        How many of offset and drift, cosine and sine of lines were fitted.
+        Number of fitted offsets, drifts, and cosines and sines of lines.
     command : mapping
-        How the driver was taken to step.
+        Stepping assumed for the driver.
     judged_from_s : float or None
-        Record time from which on a held-out record is judged, behind the part on which its own values were fitted.
+        Record time from which a held-out record is evaluated; its per-record parameters are fitted before that.
     """
 
     name: str
@@ -62,7 +62,7 @@ class RecordEvidence:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Believed:
+class HypothesisParameter:
     """One parameter of a hypothesis, in the file's unit."""
 
     name: str
@@ -79,18 +79,18 @@ class Hypothesis:
     Attributes
     ----------
     name : str
-        Of its folder.
+        Name of its folder.
     grade : Grade
     synthetic : bool
-        Whether its records were simulated.
+        Whether the records were simulated.
     outcome : FitOutcome
     equations : str
-        Digest of the plant.
+        Digest of the plant equations.
     parameters, records : mapping by name
     fit_digest : str
         `Fit.mechanism_digest` of the fit.
     residuals : FitResiduals or None
-        What it left of its records.
+        Residuals of the fit.
     """
 
     name: str
@@ -98,40 +98,40 @@ class Hypothesis:
     synthetic: bool = False
     outcome: FitOutcome
     equations: str
-    parameters: Mapping[str, Believed]
+    parameters: Mapping[str, HypothesisParameter]
     records: Mapping[str, RecordEvidence]
     fit_digest: str = ""
     residuals: FitResiduals | None = field(default=None, repr=False, compare=False)
 
     @property
     def free(self) -> frozenset[str]:
-        """Names of the parameters that the records estimate."""
+        """Names of the estimated parameters."""
         return frozenset(n for n, p in self.parameters.items() if p.status == Status.FREE)
 
     @property
     def adjustable(self) -> frozenset[str]:
-        """Names of the parameters that the fit could move, those that ended at a bound included."""
+        """Names of the estimated parameters, including those that ended at a bound."""
         return self.free | {n for n, p in self.parameters.items() if p.status == Status.AT_BOUND}
 
     def used_for(self, use: str) -> tuple[RecordEvidence, ...]:
-        """Return the records of a use."""
+        """Return the records with this use."""
         return tuple(r for r in self.records.values() if r.use == use)
 
     @property
     def counted(self) -> int:
-        """Number of all that was fitted: free parameters, offsets, drifts, and a noise level a record."""
+        """Number of fitted quantities: free parameters, offsets, drifts, lines, and one noise level per record."""
         return len(self.free) + sum(r.projected + 1 for r in self.used_for("estimate"))
 
 
 def hypotheses_of(fits: Mapping[str, Fit]) -> tuple[Hypothesis, ...]:
-    """Return finished fits of the same records as hypotheses, each with its name.
+    """Convert finished fits of the same records to hypotheses.
 
     Raises
     ------
     UsageError
-        Fits of different records, or one in memory that does not hold its campaign.
+        The fits have different records, or a fit in memory lacks its campaign.
     InputFileError
-        An estimate.json is wrong or without validation.
+        An estimate.json is invalid or has no validation.
     """
     found = [_hypothesis(name, fit) for name, fit in fits.items()]
     for other in found[1:]:
@@ -150,7 +150,7 @@ def _hypothesis(name: str, fit: Fit) -> Hypothesis:
         synthetic=fit.synthetic,
         outcome=fit.outcome,
         equations=str(fit.provenance.get("plant", "")),
-        parameters={n: _believed(n, p) for n, p in key_by_period_or_order(fit.parameters).items()},
+        parameters={n: _parameter_of(n, p) for n, p in key_by_period_or_order(fit.parameters).items()},
         records={n: _evidence(r, summaries[n]) for n, r in fit.records.items()},
         fit_digest=fit.mechanism_digest,
         residuals=residuals,
@@ -158,9 +158,9 @@ def _hypothesis(name: str, fit: Fit) -> Hypothesis:
 
 
 def key_by_period_or_order(parameters: Mapping[str, ParameterEstimate]) -> dict[str, ParameterEstimate]:
-    """Return parameters with the number of each entry of a list replaced by its period or order.
+    """Replace the index of each list entry in parameter names by its period or order.
 
-    It is the same harmonic wherever it stands in its list.
+    A harmonic is the same parameter at any position in its list.
     """
     tables: dict[str, str] = {}
     for name, p in parameters.items():
@@ -168,14 +168,15 @@ def key_by_period_or_order(parameters: Mapping[str, ParameterEstimate]) -> dict[
         if listed and listed.entry and name.rpartition(".")[2] == listed.told_by:
             unit = "" if p.unit == "1" else p.unit
             tables[name.rpartition(".")[0]] = f"{listed.name}.{p.value:.9g}{unit}"
+    # Two entries with the same period could not be told apart, so indices are kept.
     if len(set(tables.values())) < len(tables):
         return dict(parameters)
     split = ((*name.rpartition("."), p) for name, p in parameters.items())
     return {f"{tables.get(table, table)}{dot}{key}": p for table, dot, key, p in split}
 
 
-def _believed(name: str, p: ParameterEstimate) -> Believed:
-    return Believed(name=name, unit=p.unit, value=p.value, std_error=p.std_error, status=p.status)
+def _parameter_of(name: str, p: ParameterEstimate) -> HypothesisParameter:
+    return HypothesisParameter(name=name, unit=p.unit, value=p.value, std_error=p.std_error, status=p.status)
 
 
 def _evidence(r: RecordFit, summary: ValidationSummary) -> RecordEvidence:
@@ -196,12 +197,12 @@ def _evidence(r: RecordFit, summary: ValidationSummary) -> RecordEvidence:
 
 
 def _lines(r: RecordFit) -> int:
-    """Return how many lines were removed of a record's leading channel."""
+    """Return the largest number of lines removed from a channel of the record."""
     return max((len(channel.lines) for channel in r.channels.values()), default=0)
 
 
 def short_names(folders: Sequence[Path]) -> list[str]:
-    """Return the folders' names, with as many of their parents as tells them apart.
+    """Return the names of the folders, with as many parents as needed to make them unique.
 
     Examples
     --------
@@ -217,7 +218,7 @@ def short_names(folders: Sequence[Path]) -> list[str]:
 
 
 def _refuse_other_records(first: Hypothesis, other: Hypothesis) -> None:
-    """Refuse fits whose records are not the same samples, or not put to the same use."""
+    """Refuse fits whose records differ in their samples or their use."""
     remedy = "compare fits of the same records"
     missing = first.records.keys() ^ other.records.keys()
     for name in sorted(missing):
@@ -226,21 +227,22 @@ def _refuse_other_records(first: Hypothesis, other: Hypothesis) -> None:
     for name, a in first.records.items():
         b = other.records[name]
         if a.digest != b.digest:
-            digests = f"sha256 {b.digest[:SHOWN]}, {a.digest[:SHOWN]} in {first.name}"
-            said = f'record "{name}": other samples ({digests})'
-            raise UsageError(f"{other.name}: {said}: another file, column, unit, gain or clock; {remedy}")
+            digests = f"sha256 {b.digest[:DIGEST_DIGITS]}, {a.digest[:DIGEST_DIGITS]} in {first.name}"
+            problem = f'record "{name}": other samples ({digests})'
+            raise UsageError(f"{other.name}: {problem}: another file, column, unit, gain or clock; {remedy}")
         if a.judged_from_s != b.judged_from_s:
             here, there = (
                 "as a whole" if x is None else f"from {x:.4g} s on" for x in (b.judged_from_s, a.judged_from_s)
             )
-            said = (
-                f'record "{name}": judged {here}, {there} in {first.name}, where values of its own were fitted before'
+            problem = f'record "{name}": evaluated {here}, {there} in {first.name}, after a fit of own values'
+            raise UsageError(
+                f"{other.name}: {problem}; declare the same per-record parameters as free in both campaign files"
             )
-            raise UsageError(f"{other.name}: {said}; declare the same of its values as free in both campaign files")
         if LEFT_OUT in (a.use, b.use) and a.use != b.use:
-            of = first if a.use == LEFT_OUT else other
-            said = f'record "{name}": {of.name} left it out, because it contradicts the others'
-            raise UsageError(f'{other.name}: {said}; give it use = "validate" in all campaign files, and identify anew')
+            excluding = first if a.use == LEFT_OUT else other
+            problem = f'record "{name}": {excluding.name} left it out, because it contradicts the others'
+            remedy = 'give it use = "validate" in all campaign files, and identify anew'
+            raise UsageError(f"{other.name}: {problem}; {remedy}")
         if a.use != b.use:
-            said = f'record "{name}": use = "{b.use}", "{a.use}" in {first.name}'
-            raise UsageError(f"{other.name}: {said}; estimate from the same records, hold the same ones out")
+            problem = f'record "{name}": use = "{b.use}", "{a.use}" in {first.name}'
+            raise UsageError(f"{other.name}: {problem}; estimate from the same records, hold the same ones out")

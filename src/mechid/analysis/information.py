@@ -1,4 +1,4 @@
-"""Which record and which channel tells what: the information that each holds on each parameter."""
+"""Fisher information of each record and channel on each parameter."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from mechid.parameter import Parameter, Status
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Information:
-    """What the records that were estimated from tell of the free parameters, residuals taken as white.
+    """Information of the fitted records on the free parameters, assuming white residuals.
 
     Attributes
     ----------
     parameters, records : tuple of str
-        P and K names.
+        P and K names, respectively.
     share : (P, K)
-        Part of the Fisher information on a parameter that a record holds, all others fixed; rows sum to 1.
+        Share of each record in the Fisher information on a parameter, all others fixed; rows sum to 1.
     without : (P, K)
-        Factor on the standard error if the record were missing; inf where the others cannot tell.
+        Factor on the standard error if the record were missing; inf if the others cannot determine it.
     repeated : (P, K)
-        Factor on the standard error if the record were there twice.
+        Factor on the standard error if the record were present twice.
     channels : tuple of str
         C quantities, in the order of the plant.
     channel_share, without_channel : (P, C)
-        The same of the quantities, each over all records: part of the information, and factor on the standard error
-        if it were not measured.
+        The same for the quantities, each over all records: share of the information, and factor on the standard
+        error if the quantity were not measured.
     """
 
     parameters: tuple[str, ...]
@@ -51,11 +51,11 @@ class Information:
 
 
 def record_information(campaign: Campaign, fit: Fit) -> Information | None:
-    """Return the information by record and by channel at an estimate, each record over its whole length.
+    """Compute the information by record and by channel at an estimate, each record over its whole length.
 
     The Fisher matrix of a channel is J^T J / s^2 with the exact Jacobian J and the residual's RMS s; offset and
-    drift are projected out. None where nothing is free, a simulation fails, or all records together leave a
-    direction undetermined.
+    drift are projected out. None if nothing is free, a simulation fails, or the records leave a direction
+    undetermined.
     """
     problem = _problem(campaign, fit)
     if problem.size == 0:
@@ -67,18 +67,18 @@ def record_information(campaign: Campaign, fit: Fit) -> Information | None:
     names, slopes = problem.coordinates.value_slopes(q)
     to_search = np.linalg.inv(slopes)
     parts = [
-        Part(target.name, quantity, triangle.jacobian @ to_search)
+        ChannelJacobian(target.name, quantity, triangle.jacobian @ to_search)
         for target, own in zip(problem.targets, triangles, strict=True)
         for quantity, triangle in zip(target.quantities, own or (), strict=bool(own))
     ]
     if None in triangles or not all(np.all(np.isfinite(part.jacobian)) for part in parts):
         return None
-    return _judged(names, tuple(problem.space.mechanism.plant.outputs), parts)
+    return _information(names, tuple(problem.space.mechanism.plant.outputs), parts)
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """What one channel of a record tells: its Jacobian to the file's values in sigmas, (n, P)."""
+class ChannelJacobian:
+    """Jacobian of one channel of a record with respect to the values of the file, in sigmas, (n, P)."""
 
     record: str
     quantity: str
@@ -86,17 +86,17 @@ class Part:
 
 
 def _problem(campaign: Campaign, fit: Fit) -> Problem:
-    """Return the fit's problem at its end: its values, its free parameters, residuals' RMS as noise.
+    """Rebuild the problem of the fit at its estimate, with the RMS of the residuals as noise levels.
 
-    What every record has of its own is told by each of that one; the mechanism's, their mean, by none.
+    A mechanism parameter that every record overrides is not free: the records determine only their own values.
     """
     free = tuple(name for name, p in fit.parameters.items() if p.status == Status.FREE)
     mechanism = fit.mechanism
     targets = []
     taken = [r for record in campaign.records if record.data and (r := record_as_fitted(record, fit)).use == "estimate"]
     for record in taken:
-        target = _as_left(target_of(record), fit.records[record.name])
-        targets.append(replace(target, own=tuple(_as_found(q, fit) for q in target.own)))
+        target = _with_residual_noise(target_of(record), fit.records[record.name])
+        targets.append(replace(target, own=tuple(_at_estimate(q, fit) for q in target.own)))
     of_records = set.intersection(*({q.replaces for q in target.own} for target in targets)) if targets else set()
     mechanism = mechanism.with_free(tuple(name for name in free if name not in of_records))
     substeps = fit.provenance.get("substeps")
@@ -108,21 +108,23 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
     )
 
 
-def _as_found(parameter: Parameter, fit: Fit) -> Parameter:
-    """Return a record's own parameter where the fit found it, free where it is estimated."""
+def _at_estimate(parameter: Parameter, fit: Fit) -> Parameter:
+    """Set a per-record parameter to its estimate, free if it is estimated."""
     own = fit.parameters.get(parameter.name)
     if own is None:
         return parameter
     return replace(parameter, value=own.value, status=Status.FREE if own.status == Status.FREE else Status.KNOWN)
 
 
-def _as_left(target: Target, own: RecordFit) -> Target:
-    """Return a target whose noise is what the fit leaves of its channels."""
+def _with_residual_noise(target: Target, own: RecordFit) -> Target:
+    """Set the noise levels of a target to the residual RMS of its channels."""
     return target.map_channels(lambda channel: replace(channel, sigma=own.residual_of(channel.quantity)))
 
 
-def _judged(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[Part]) -> Information | None:
+def _information(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[ChannelJacobian]) -> Information | None:
+    # Scaled to a unit diagonal, so that the eigenvalues in `_variances` compare parameters of any unit.
     scale = np.sqrt(sum(np.sum(part.jacobian**2, axis=0) for part in parts))
+    # A parameter without any sensitivity has no information in any record.
     if not np.all(scale > 0.0):
         return None
     each = [(part, (part.jacobian / scale).T @ (part.jacobian / scale)) for part in parts]
@@ -151,8 +153,9 @@ def _judged(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[Part])
 
 
 def _variances(fisher: FloatArray) -> FloatArray:
-    """Return the diagonal of the inverse; inf for every parameter in a direction that is not determined."""
+    """Return the diagonal of the inverse; inf for parameters in undetermined directions."""
     values, vectors = np.linalg.eigh(fisher)
+    # Relative to the largest eigenvalue, at the level of rounding; the least value guards a zero matrix.
     lost = values <= 1e-13 * max(float(values[-1]), 1e-300)
     inverse = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, values))
     diagonal = np.einsum("ij,j,ij->i", vectors, inverse, vectors)

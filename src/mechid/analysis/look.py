@@ -1,4 +1,4 @@
-"""A record by itself, before any model: how healthy and how noisy it is, what is in it, how it seems to be driven."""
+"""Model-free examination of a record: data quality, noise, spectral lines, resonances and step rate."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mechid.analysis.attributed_lines import AttributedLine, attribute_line
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.measured_resonances import MeasuredResonance, measured_resonances
 from mechid.analysis.noise_evidence import NoiseEvidence, noise_evidence
 from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
 from mechid.analysis.prediction import Travel
-from mechid.analysis.seen_lines import SeenLine, seen_line
-from mechid.analysis.step_lines import StepLine, summed_up
+from mechid.analysis.step_lines import StepLine, average_orders
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
@@ -36,26 +36,26 @@ from mechid.signal.trend import fit_line
 from mechid.simulation.simulator import TimeBase
 
 MORE_ORDERS = (0.25, *ORDERS, 6.0, 8.0)
-"""A quarter: the currents of a two-phase motor repeat after four full steps."""
-USUAL_MICROSTEPS = 16
+"""Orders of the step rate; a quarter, since the currents of a two-phase motor repeat after four full steps."""
+DEFAULT_MICROSTEPS = 16
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """How a record is said to be driven: its command, and the record time in s at which that starts."""
+    """Declared drive of a record: its command, and the record time in s at which the command starts."""
 
     command: Command
     time_offset_s: float = 0.0
 
     @property
     def is_stepped(self) -> bool:
-        """Whether it says at which rate the motor steps."""
+        """Whether the command gives a step rate."""
         return not isinstance(self.command, MeasuredCommand) and any(self.command.rate.rates)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Waterfall:
-    """Amplitude, (F, C), at frequencies (F,) Hz and record times (C,) s, with the step rate there or NaN, (C,)."""
+    """Amplitude, (F, C), at frequencies (F,) Hz and record times (C,) s; step rate at these times or NaN, (C,)."""
 
     time_s: FloatArray
     frequency_hz: FloatArray
@@ -65,7 +65,7 @@ class Waterfall:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChannelLook:
-    """One channel, in its own unit; spectra and RMS are of what is left without its mean."""
+    """Examination of one channel, in its own unit; spectra and RMS exclude the mean."""
 
     channel: Channel
     mean: float
@@ -81,8 +81,8 @@ class ChannelLook:
     density: FloatArray
     bands: tuple[Band, ...]
     below_rms: float
-    lines: tuple[SeenLine, ...]
-    mains: tuple[SeenLine, ...]
+    lines: tuple[AttributedLine, ...]
+    mains: tuple[AttributedLine, ...]
     step_lines: tuple[StepLine, ...]
     over_rate: tuple[OrderLine, ...]
     resonances: tuple[MeasuredResonance, ...]
@@ -91,10 +91,9 @@ class ChannelLook:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordLook:
-    """A record: how it is said to be driven, what it suggests itself, and its channels.
+    """Examination of a record: declared drive, suggested step rate and channels.
 
-    `constant_rate` is the one step rate in full steps/s, as declared, else as suggested; None where it varies or is not
-    known.
+    `constant_rate` is the step rate in full steps/s, declared or else suggested; None if it varies or is unknown.
     """
 
     record: Record
@@ -106,20 +105,20 @@ class RecordLook:
 
     @property
     def rate(self) -> RateProfile | None:
-        """The step rate: as declared, else as suggested, else unknown."""
+        """The declared step rate, else the suggested one; None if unknown."""
         if self.declared:
             return self.declared.command.rate
         return self.suggested.profile if self.suggested else None
 
 
 def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
-    """Return what a record shows by itself.
+    """Examine a record without a model.
 
     Parameters
     ----------
     record : Record
     declared : Drive or None
-        How it is said to be driven; one that says no step rate counts as none.
+        Declared drive; ignored if it gives no step rate.
 
     Examples
     --------
@@ -127,7 +126,8 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     >>> record = read_record(path, RecordSpec(name="a", path="a.csv"))  # doctest: +SKIP
     >>> look_at(record).channels[0].noise.sigma  # doctest: +SKIP
     """
-    with one_core_algebra(), np.errstate(all="ignore"):  # of numbers beyond all measure spectra are none
+    # Extreme sample values overflow in the spectra, whose values are then not finite; no warning is needed.
+    with one_core_algebra(), np.errstate(all="ignore"):
         return _look_at(record, declared)
 
 
@@ -160,21 +160,21 @@ def _travel(declared: Drive | None, suggested: SuggestedRate | None, base: TimeB
 
 
 def _microsteps(declared: Drive | None, suggested: SuggestedRate | None) -> int:
-    """Return the steps a full step: as declared, else as suggested, else the usual ones."""
+    """Return the microsteps per full step: declared, else suggested, else the default."""
     if declared:
         return declared.command.microsteps
-    return (suggested.microsteps if suggested else None) or USUAL_MICROSTEPS
+    return (suggested.microsteps if suggested else None) or DEFAULT_MICROSTEPS
 
 
 def rate_at(travel: Travel, times_s: FloatArray) -> FloatArray:
-    """Return the magnitude of a step rate at record times, (C,), full steps/s; 0 before its start."""
+    """Return the magnitude of the step rate at record times, (C,), full steps/s; 0 before the start."""
     since = travel.timing.command_s(times_s)
     rate = np.abs(np.interp(since, travel.rate.times_s, travel.rate.rates))
     return np.asarray(np.where(since < 0.0, 0.0, rate), dtype=np.float64)
 
 
 def _constant_rate(travel: Travel | None) -> float | None:
-    """Return the magnitude of the rate where it is one over the whole record, else None."""
+    """Return the magnitude of a constant rate, None if the rate varies over the record."""
     if travel is None:
         return None
     rate = commanded_rate(travel.rate, travel.timing.offset_s, travel.base)
@@ -190,10 +190,11 @@ def _channel(
     frequency, density = power_density(y, fs)
     bands = third_octaves(frequency, density)
     quiet = quiet_stretches(channel.data, fs)
-    noise = noise_evidence(channel, fs, [one for one in quiet if _at_rest(one, travel, steps)])
+    noise = noise_evidence(channel, fs, [one for one in quiet if _is_at_rest(one, travel, steps)])
     constant = _constant_rate(travel)
     level = Remainder(channel.data, line)
     orders = (*MORE_ORDERS, float(steps)) if steps > max(MORE_ORDERS) else MORE_ORDERS
+    # Orders are defined by the travel, so without a rate there are none.
     tracked = tuple(order_lines((level,), travel, fs, orders)) if travel else ()
     mains = mains_lines(spectrum)
     return ChannelLook(
@@ -211,9 +212,9 @@ def _channel(
         density=density,
         bands=bands,
         below_rms=rms_below(frequency, density, bands),
-        lines=tuple(seen_line(one, mains, constant, spectrum.bin_hz) for one in lines),
-        mains=tuple(seen_line(one.line, (one,), constant, spectrum.bin_hz) for one in mains),
-        step_lines=summed_up(tracked),
+        lines=tuple(attribute_line(one, mains, constant, spectrum.bin_hz) for one in lines),
+        mains=tuple(attribute_line(one.line, (one,), constant, spectrum.bin_hz) for one in mains),
+        step_lines=average_orders(tracked),
         over_rate=() if constant else tracked,
         resonances=measured_resonances(
             () if constant else tracked,
@@ -226,8 +227,8 @@ def _channel(
     )
 
 
-def _at_rest(stretch: QuietStretch, travel: Travel | None, steps: int) -> bool:
-    """Tell whether no step falls into a stretch, of so many a full step; where no rate is known it may be so."""
+def _is_at_rest(stretch: QuietStretch, travel: Travel | None, steps: int) -> bool:
+    """Return whether no step falls into a stretch, at `steps` per full step; True if no rate is known."""
     if travel is None:
         return True
     ends = travel[stretch.first : stretch.stop : stretch.stop - stretch.first - 1]

@@ -1,8 +1,8 @@
-"""Resonances in a record: frequencies at which it is large whatever the step rate is.
+"""Resonances in a record: frequencies of large response, independent of the step rate.
 
-Two kinds of evidence. Where the rate varies, each order of it is largest when it passes a resonance: peaks of several
-orders at different rates and one frequency are a resonance, peaks at one rate are not. And the density of the record,
-lines smoothed away, has a hump there.
+There are two kinds of evidence. If the rate varies, each order is largest when it passes a resonance: peaks of several
+orders at different rates but one frequency indicate a resonance, peaks at one rate do not. Also, the spectral density
+of the record, smoothed over its lines, has a hump at a resonance.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from mechid.signal.lines import Line
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredResonance:
-    """A frequency that does not follow the rate.
+    """A resonance: a frequency that does not follow the step rate.
 
     Attributes
     ----------
     frequency_hz : float
     spread_hz : float
-        Half the distance of the peaks, or half the hump's width 3 dB below its top.
+        Half the distance of the peaks, or half the width of the hump 3 dB below its top.
     orders : tuple of float
-        Of the step rate, whose peaks are there, each at a rate of its own; empty where none was tracked.
+        Orders of the step rate that peak at the resonance, at different rates; empty if none was tracked.
     hump : bool
-        Whether the density has a hump there.
+        Whether the density has a hump at the frequency.
     """
 
     frequency_hz: float
@@ -49,30 +49,30 @@ def measured_resonances(
     lines: Sequence[Line],
     spacing_hz: float,
 ) -> tuple[MeasuredResonance, ...]:
-    """Return the resonances that a record shows, by frequency.
+    """Find the resonances of a record, in order of frequency.
 
     Parameters
     ----------
     tracked : iterable of OrderLine
-        Of the record's orders over a varying rate; empty where the rate is constant or not known.
+        Lines of the orders over a varying rate; empty if the rate is constant or unknown.
     frequency, density : ndarray, shape (M,)
-        As `mechid.signal.power_density` makes them.
+        Result of `mechid.signal.power_density`.
     lines : sequence of Line
-        Of the spectrum.
+        Lines of the spectrum.
     spacing_hz : float
-        Distance of the lines of a constant rate, whose tops draw the humps; 0 where there is none, and what is between
-        the lines does.
+        Distance of the lines of a constant rate, whose tops form the humps; 0 if the rate is not constant, in which
+        case the density between the lines forms them.
     """
-    humps = _humps(frequency, density if spacing_hz else _between(frequency, density, lines), spacing_hz)
+    humps = _humps(frequency, density if spacing_hz else _without_lines(frequency, density, lines), spacing_hz)
     groups = [group for group in _groups(_order_peaks(tracked)) if len({order for order, _ in group}) > 1]
-    found = [_of_orders(group, humps) for group in groups]
-    taken = [one.frequency_hz for one in found]
-    alone = [h for h in humps if not any(abs(h[0] / hz - 1.0) < 2.0 * RESONANCE.alike for hz in taken)]
+    found = [_from_peaks(group, humps) for group in groups]
+    explained = [one.frequency_hz for one in found]
+    alone = [h for h in humps if not any(abs(h[0] / hz - 1.0) < 2.0 * RESONANCE.alike for hz in explained)]
     found += [MeasuredResonance(frequency_hz=hz, spread_hz=half, orders=(), hump=True) for hz, half in alone]
     return tuple(sorted(found, key=lambda one: one.frequency_hz))
 
 
-def _of_orders(group: Sequence[tuple[float, float]], humps: Sequence[tuple[float, float]]) -> MeasuredResonance:
+def _from_peaks(group: Sequence[tuple[float, float]], humps: Sequence[tuple[float, float]]) -> MeasuredResonance:
     frequencies = [frequency for _, frequency in group]
     middle = float(np.median(frequencies))
     return MeasuredResonance(
@@ -84,7 +84,7 @@ def _of_orders(group: Sequence[tuple[float, float]], humps: Sequence[tuple[float
 
 
 def _order_peaks(lines: Iterable[OrderLine]) -> list[tuple[float, float]]:
-    """Return order and frequency of each peak of an order's amplitude over the rate."""
+    """Return order and frequency of each amplitude peak over the rate."""
     by_order: dict[float, list[OrderLine]] = {}
     for line in lines:
         by_order.setdefault(line.order, []).append(line)
@@ -94,8 +94,10 @@ def _order_peaks(lines: Iterable[OrderLine]) -> list[tuple[float, float]]:
 def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, float]]:
     amplitude = np.array([math.sqrt(max(line.power(), 0.0)) for line in lines])
     noise = np.array([line.errors[0] for line in lines])
+    # Raising small amplitudes to the noise keeps peaks of noise from standing out.
     size = np.maximum(amplitude, RESONANCE.above_noise * noise / RESONANCE.stands_out)
-    from scipy.signal import find_peaks  # takes 0.4 s to load, which only those pay who look for resonances
+    # Imported here: loading takes 0.4 s, needed only in the search for resonances.
+    from scipy.signal import find_peaks
 
     peaks, _ = find_peaks(np.log(np.maximum(size, np.finfo(float).tiny)), prominence=math.log(RESONANCE.stands_out))
     return [
@@ -106,13 +108,13 @@ def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, flo
 
 
 def _rate_at(lines: Sequence[OrderLine], amplitude: FloatArray, peak: int) -> float:
-    """Return the rate of a peak, between its windows by the weight of their power."""
+    """Return the rate of a peak, averaged over the adjacent windows with their power as weight."""
     around = slice(max(peak - 1, 0), peak + 2)
     return float(np.average([line.rate for line in lines[around]], weights=amplitude[around] ** 2))
 
 
 def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, float]]]:
-    """Return the peaks in groups of like frequency."""
+    """Group peaks of similar frequency."""
     groups: list[list[tuple[float, float]]] = []
     for peak in sorted(peaks, key=lambda p: p[1]):
         if groups and peak[1] <= groups[-1][0][1] * (1.0 + RESONANCE.alike):
@@ -122,11 +124,11 @@ def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, floa
     return groups
 
 
-def _between(frequency: FloatArray, density: FloatArray, lines: Sequence[Line]) -> FloatArray:
-    """Return a density with straight lines in place of a spectrum's lines.
+def _without_lines(frequency: FloatArray, density: FloatArray, lines: Sequence[Line]) -> FloatArray:
+    """Replace the lines of a density by linear interpolation.
 
-    d bins off a line its skirt under a Hann window is 1 / (pi d^3) of its amplitude, which is cut where it meets the
-    level around.
+    Under a Hann window, the skirt of a line at a distance of d bins is 1 / (pi d^3) of its amplitude. The line is cut
+    out to the distance at which its skirt reaches the surrounding level.
     """
     number = np.arange(frequency.size)
     kept = np.ones(frequency.size, dtype=bool)
@@ -137,7 +139,7 @@ def _between(frequency: FloatArray, density: FloatArray, lines: Sequence[Line]) 
 
 
 def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> list[tuple[float, float]]:
-    """Return frequency and half width of the humps of a density, in Hz."""
+    """Return frequency and half-width of the humps of a density, in Hz."""
     from scipy.signal import find_peaks
 
     width = float(frequency[1])
@@ -146,6 +148,7 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
         return []
     reach = 2 * math.ceil(0.5 * spacing_hz / width) + 1
     tops = maximum_filter1d(density, reach) if spacing_hz else density
+    # A logarithmic grid gives humps the same relative resolution at all frequencies.
     grid = np.geomspace(
         0.5 * lowest, frequency[-1], int(RESONANCE.points_a_decade * math.log10(frequency[-1] / lowest) + 8)
     )
@@ -157,22 +160,22 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
     for k, prominent in zip(peaks.tolist(), facts["prominences"].tolist(), strict=True):
         if grid[k] < lowest or decibels[k] < floor + RESONANCE.hump_db:
             continue
-        inside = _inside(decibels, k, min(3.0, prominent))
+        inside = _extent(decibels, k, min(3.0, prominent))
         half = 0.5 * float(grid[inside[1]] - grid[inside[0]])
         if half >= RESONANCE.wider * spacing_hz:
             found.append((float(grid[k]), half))
     return found
 
 
-def _inside(decibels: FloatArray, peak: int, below: float) -> tuple[int, int]:
-    """Return the last points on either side of a peak that are less than `below` under it."""
+def _extent(decibels: FloatArray, peak: int, below: float) -> tuple[int, int]:
+    """Return the outermost points around a peak that are less than `below` dB under it."""
     under = np.flatnonzero(decibels < decibels[peak] - below)
     before, after = under[under < peak], under[under > peak]
     return (int(before[-1]) + 1 if before.size else 0), (int(after[0]) - 1 if after.size else decibels.size - 1)
 
 
 def _running_mean(frequency: FloatArray, density: FloatArray) -> FloatArray:
-    """Return the mean of a density over `RESONANCE.smooth` of each frequency on both sides."""
+    """Return the moving average of a density over the relative width `RESONANCE.smooth` on both sides."""
     total = np.concatenate([[0.0], np.cumsum(density)])
     number = np.arange(frequency.size)
     first = np.minimum(np.floor(number * (1.0 - RESONANCE.smooth)).astype(np.int64), number)

@@ -1,4 +1,4 @@
-"""Noise level of a channel as known without a model, and its evidence."""
+"""Model-free estimate of the noise level of a channel."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from mechid.signal.resolution import resolution
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseEvidence:
-    """What is known of the noise of a channel, in its unit.
+    """Noise level of a channel in its unit, with the evidence for it.
 
     Attributes
     ----------
     sigma : float
-        What it is taken to be: the largest that any of the following tells.
+        The noise level: the largest of the following estimates.
     rests_on : str
         ``"floor"``, ``"quiet stretch"`` or ``"resolution"``.
     floor : float
-        Of white noise, in the upper part of the band.
+        Level of white noise, from the upper part of the band.
     quiet : float or None
-        RMS of the quietest stretches in which nothing is driven, with all colour.
+        RMS of the quietest stretches without motion, including coloured noise.
     resolution : float
-        Step in which the samples are written, 0 where there is none.
+        Quantisation step of the samples, 0 if none is found.
     """
 
     sigma: float
@@ -39,10 +39,11 @@ class NoiseEvidence:
 
 
 def noise_evidence(channel: Channel, sample_rate_hz: float, quiet: Sequence[QuietStretch]) -> NoiseEvidence:
-    """Return what is known of the noise of a channel, with the stretches in which nothing moves."""
+    """Estimate the noise level of a channel from its spectrum, its resolution and stretches without motion."""
     y, step = channel.data, resolution(channel.data)
     floor = noise_floor(y, sample_rate_hz, rejected=channel.bridged)
     quietest = quiet_rms(quiet)
+    # The error of uniform quantisation has the standard deviation step / sqrt(12).
     sigmas = {"floor": floor, "resolution": step / math.sqrt(12.0)}
     if quietest is not None and quietest > RESIDUAL.readings_agree * floor:
         sigmas["quiet stretch"] = quietest

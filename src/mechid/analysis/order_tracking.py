@@ -1,8 +1,8 @@
-"""Amplitude and phase of torques, or of what else is recorded, at multiples of the step rate.
+"""Order tracking: amplitude and phase of recorded quantities at multiples of the step rate.
 
-A record is cut into windows of equal travel, so that a sweep is tracked as well as a constant rate. In each
-the sines of all orders are fitted together, their phase taken from the commanded position; order 1 is once a
-full step.
+A record is cut into windows of equal travel, so that sweeps can be tracked like constant rates. In each window the
+sines of all orders are fitted jointly, with their phase relative to the commanded position. Order 1 is one period
+per full step.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from mechid.signal import order_amplitudes
 from mechid.signal.series import Series, blocks
 
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
-"""Half: the rotor tooth of 3.6 deg in a 1.8 deg motor; one to four: the full step and its harmonics."""
+"""Default orders. 0.5: rotor tooth of 3.6 deg in a 1.8 deg motor; 1 to 4: full step and its harmonics."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrderLine:
-    """One order in one window, of signals side by side.
+    """One order in one window, for several signals.
 
     Attributes
     ----------
     order : float
-        Multiple of the step rate, 1 is once a full step.
+        Multiple of the step rate; 1 is one period per full step.
     rate : float
         Mean step rate, full steps/s.
     samples : (int, int)
-        First sample of the window, and the one after its last.
+        First sample of the window, and the one after the last.
     amplitudes : tuple of complex
-        Of each signal in its unit, c in Re(c exp(2 pi i order position)).
+        Amplitude of each signal in its unit, c in Re(c exp(2 pi i order position)).
     errors : tuple of float
-        Standard error of an amplitude's real and imaginary part, as if what is left over were white.
+        Standard error of the real and the imaginary part of each amplitude, assuming a white remainder.
     """
 
     order: float
@@ -46,22 +46,22 @@ class OrderLine:
     errors: tuple[float, ...]
 
     def power(self, signal: int = 0) -> float:
-        """Return the squared amplitude less what noise adds to it on average; of noise alone it scatters about 0."""
+        """Return the squared amplitude minus the mean contribution of noise; for noise alone it scatters about 0."""
         return abs(self.amplitudes[signal]) ** 2 - 2.0 * self.errors[signal] ** 2
 
 
 @dataclass(frozen=True, eq=False)
 class TravelWindow:
-    """A stretch of a record in which the command moves.
+    """A window of a record in which the command moves.
 
     Attributes
     ----------
     along : slice
-        From its first sample to its last.
+        From the first sample to the last.
     moving : (n,) of int
-        Which of these samples count: without those at which the command dwells.
+        Indices of the counted samples in `along`, without those at which the command dwells.
     position : (n,)
-        Full steps travelled.
+        Travel at the counted samples in full steps.
     sample_rate_hz : float
     """
 
@@ -72,45 +72,45 @@ class TravelWindow:
 
     @property
     def size(self) -> int:
-        """Number of samples that count."""
+        """Number of counted samples."""
         return self.moving.size
 
     @property
     def travelled(self) -> float:
-        """Full steps."""
+        """Travel of the window in full steps."""
         return float(self.position[-1] - self.position[0])
 
     @property
     def rate(self) -> float:
-        """Mean rate, full steps/s."""
+        """Mean rate in full steps/s."""
         return self.travelled * self.sample_rate_hz / (self.size - 1)
 
     def reaches(self, order: float) -> bool:
-        """Return whether the line of an order is clear of half the sample rate."""
+        """Return whether the line of an order is well below half the sample rate."""
         return order * self.rate < ORDER.highest_share * 0.5 * self.sample_rate_hz
 
     def of(self, series: Series) -> FloatArray:
-        """Return the samples of a series that count, (n,)."""
+        """Return the counted samples of a series, (n,)."""
         return series[self.along][self.moving]
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrderError:
-    """What the model makes of one order of the commanded step rate.
+    """Model error at one order of the commanded step rate.
 
     Attributes
     ----------
     order : float
-        Multiple of the step rate, 1 is once a full step.
+        Multiple of the step rate; 1 is one period per full step.
     windows : int
     measured, modelled : float
-        Amplitude, N m, root mean square over the windows.
+        Amplitudes in N m, root mean square over the windows.
     amplitude_error_percent : float or None
-        100 (modelled / measured - 1); None where the measured line is not resolved.
+        100 (modelled / measured - 1); None if the measured line is not resolved.
     phase_error_deg : float or None
-        By how much the model leads, amplitudes weighting the windows; None as above.
+        Phase lead of the model, averaged over the windows by amplitude; None as above.
     peak_rate : float
-        Full steps/s in the window where the measured amplitude is largest.
+        Rate in full steps/s of the window with the largest measured amplitude.
     peak_measured, peak_modelled : float
         Amplitudes in that window, N m.
     """
@@ -127,39 +127,40 @@ class OrderError:
 
 
 def order_errors(measured: Series, modelled: Series, travel: Series, sample_rate_hz: float) -> tuple[OrderError, ...]:
-    """Return the error at each of `ORDERS` that the record reaches.
+    """Compute the model error at each of `ORDERS` within the bandwidth of the record.
 
     Parameters
     ----------
     measured, modelled : Series of N samples
         N m.
     travel : Series of N samples
-        Full steps travelled at each sample, never falling.
+        Full steps travelled at each sample, non-decreasing.
     sample_rate_hz : float
     """
     lines: dict[float, list[OrderLine]] = {order: [] for order in ORDERS}
     for line in order_lines((measured, modelled), travel, sample_rate_hz):
         lines[line.order].append(line)
-    return tuple(_summed_up(order, each) for order, each in lines.items() if each)
+    return tuple(_order_error(order, each) for order, each in lines.items() if each)
 
 
 def order_lines(
     signals: Sequence[Series], travel: Series, sample_rate_hz: float, orders: Sequence[float] = ORDERS
 ) -> Iterator[OrderLine]:
-    """Yield each order that a window reaches, window after window of equal travel.
+    """Yield the lines of each window of equal travel, at the orders within its bandwidth.
 
     Parameters
     ----------
     signals : sequence of Series of N samples
-        Each in its own unit, less its offset and drift.
+        Signals in their own units, without offset and drift.
     travel : Series of N samples
-        Full steps travelled at each sample, never falling; stretches at which it stands are left out.
+        Full steps travelled at each sample, non-decreasing; stretches at rest are left out.
     sample_rate_hz : float
     orders : sequence of float
-        Above 0, apart by more than a sixteenth.
+        Positive orders, more than a sixteenth apart.
     """
     for window in travel_windows(travel, sample_rate_hz):
         used = [order for order in orders if window.reaches(order)]
+        # Each order takes two parameters; with fewer samples the fit leaves too little to estimate its errors.
         if window.size <= 4 * len(used) + 4 or not used:
             continue
         together = np.column_stack([window.of(signal) for signal in signals])
@@ -175,7 +176,7 @@ def order_lines(
 
 
 def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWindow]:
-    """Yield the windows of equal travel of a record, none where the command travels too little."""
+    """Yield the windows of equal travel of a record; none if the command travels too little."""
     for samples in _windows(travel):
         if samples.size > 1:
             along = slice(int(samples[0]), int(samples[-1]) + 1)
@@ -184,7 +185,7 @@ def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWind
 
 
 def _windows(travel: Series) -> Iterator[IntArray]:
-    """Yield the samples of windows of equal travel, without those at which the command dwells."""
+    """Yield the sample indices of windows of equal travel, without samples at which the command dwells."""
     first, last = float(travel[:1][0]), float(travel[travel.size - 1 :][0])
     total, count = last - first, max(int((last - first) / ORDER.window_steps), 1)
     if total < ORDER.least_steps:
@@ -194,6 +195,7 @@ def _windows(travel: Series) -> Iterator[IntArray]:
         before = max(part.start - 1, 0)
         position = travel[before : part.stop]
         moving = 1 + np.flatnonzero(np.diff(position) > 0.0)
+        # The last sample would otherwise begin a window of its own.
         which = np.minimum((position[moving] - first) / total * count, count - 0.5).astype(np.int64)
         more, *others = np.split(before + moving, np.flatnonzero(np.diff(which, prepend=number)))
         begun.append(more)
@@ -204,7 +206,7 @@ def _windows(travel: Series) -> Iterator[IntArray]:
     yield np.concatenate(begun)
 
 
-def _summed_up(order: float, lines: list[OrderLine]) -> OrderError:
+def _order_error(order: float, lines: list[OrderLine]) -> OrderError:
     y, p = np.array([line.amplitudes for line in lines]).T
     error = float(np.sqrt(np.mean([line.errors[0] ** 2 for line in lines])))
     size_y, size_p = (float(np.sqrt(np.mean(np.abs(c) ** 2))) for c in (y, p))

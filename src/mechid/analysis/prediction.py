@@ -1,4 +1,4 @@
-"""A record beside what a fit predicts of it."""
+"""Prediction of the channels of a record by a fit."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mechid.simulation.start import Start
 
 @dataclass(frozen=True)
 class Travel:
-    """Full steps that a command has travelled at each sample, worked out where they are looked at."""
+    """Travel of a command at each sample in full steps, computed on access."""
 
     rate: RateProfile
     base: TimeBase
@@ -38,31 +38,31 @@ class Travel:
         return self.base.samples
 
     def __getitem__(self, part: slice, /) -> FloatArray:
-        """Return those of a slice."""
+        """Return the travel at the samples of a slice."""
         times = self.base.start_s + np.arange(*part.indices(self.size)) / self.base.sample_rate_hz
         return steps_travelled(self.rate, self.timing.command_s(times))
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One measured channel over the whole of its record, and what the fit says of it.
+    """One measured channel over the whole record, with its prediction by a fit.
 
     Attributes
     ----------
     measured : Series of N samples
-        As it was read, in its quantity's SI unit.
+        Samples as read, in the SI unit of the quantity.
     removed : Line
-        Offset and drift between it and the model; none where the campaign keeps them.
+        Offset and drift between measurement and model; zero if the campaign keeps them.
     modelled : Series of N samples
-        NaN from where the simulation failed, and `removed` is NaN then too.
+        Modelled samples; NaN from the point where the simulation failed, and then `removed` is NaN too.
     travel : Series
-        Full steps that the command has travelled, N.
+        Travel of the command in full steps, N.
     base : TimeBase
     quantity : str
     rejected : (s,) of int
-        Samples that do not count.
+        Indices of excluded samples.
     rest : Prediction or None
-        The same from behind the first part of a held-out record, on which what it has of its own was fitted.
+        The evaluated part of a held-out record, after the first part, on which its per-record parameters were fitted.
     """
 
     measured: Series
@@ -76,32 +76,32 @@ class Prediction:
 
     @property
     def judged(self) -> Prediction:
-        """The part by which the record is judged: all of it, but for a first part on which its nuisance was fitted."""
+        """The evaluated part: the whole record, without a first part on which nuisance parameters were fitted."""
         return self.rest or self
 
     @property
     def judged_from(self) -> int:
-        """The first sample of that part."""
+        """First sample of the evaluated part."""
         return self.base.samples - self.judged.base.samples
 
     @property
     def level(self) -> Remainder:
-        """Measured less offset and drift, N; less nothing where the simulation failed."""
+        """Measured minus offset and drift, N; unchanged if the simulation failed."""
         return Remainder(self.measured, self.removed if self.finite else Line())
 
     @property
     def residual(self) -> Remainder:
-        """Measured less model less offset and drift, N; 0 at samples that do not count."""
+        """Measured minus model, offset and drift, N; 0 at excluded samples."""
         return Remainder(self.measured, self.removed, self.modelled, self.rejected)
 
     @property
     def finite(self) -> bool:
-        """Whether the simulation came to the record's end."""
+        """Whether the simulation reached the end of the record."""
         return math.isfinite(self.removed.offset)
 
 
 def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
-    """Return the channels of a record, as the fit took it, beside the prediction of that fit; the leading one first."""
+    """Predict the channels of a record, as interpreted by the fit; the leading channel first."""
     record = record_as_fitted(record, fit)
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
@@ -115,26 +115,27 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     own = fit.records.get(record.name)
+    # Nuisance parameters of a held-out record were fitted on these samples, which cannot test the prediction.
     begin = own.nuisance.samples if own and own.nuisance else 0
     return {
-        channel.quantity: _beside(
-            _as_counted(channel, fit, record.name), outputs[channel.quantity], travel, target.base, begin
+        channel.quantity: _pair_with_model(
+            _without_rejected(channel, fit, record.name), outputs[channel.quantity], travel, target.base, begin
         )
         for channel in (*target.channels, *others)
     }
 
 
-def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
-    """Return a channel without the samples that the fit rejected."""
+def _without_rejected(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
+    """Exclude the samples that the fit rejected from a channel."""
     own = fit.records[record].channels.get(channel.quantity) if record in fit.records else None
     runs = own.rejected_runs if own else ()
     return replace(channel, rejected=np.union1d(channel.rejected, samples_of(runs))) if runs else channel
 
 
-def _beside(
+def _pair_with_model(
     channel: TargetChannel, modelled: Series, travel: Travel, base: TimeBase, judged_from: int = 0
 ) -> Prediction:
-    """Return a channel beside its prediction, and the same of the samples from the one on by which it is judged."""
+    """Pair a channel with its prediction, over the whole record and from the sample `judged_from`."""
     removed = Line(math.nan, math.nan)
     if is_finite(modelled):
         removed = channel.line(Remainder(channel.measured, model=modelled), channel.rejected)
@@ -147,7 +148,7 @@ def _beside(
         )
         left = TimeBase(base.sample_rate_hz, base.samples - judged_from, base.start_s + judged_from * base.interval_s)
         stretch = stretch_of(modelled, judged_from, base.samples)
-        rest = _beside(later, stretch, replace(travel, base=left), left)
+        rest = _pair_with_model(later, stretch, replace(travel, base=left), left)
     return Prediction(
         measured=channel.measured,
         removed=removed,

@@ -1,4 +1,4 @@
-"""Which hypothesis the records prefer, how clearly, and what that rests on: in words."""
+"""Preference among hypotheses, with its strength and reasons in words."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from mechid.analysis.settings import RESIDUAL
 from mechid.parameter import Status
 
 LEVELS = ((2.0, "hardly"), (6.0, "slightly"), (10.0, "clearly"), (math.inf, "decisively"))
-"""A difference of a criterion up to so much, in words; after Burnham and Anderson, Kass and Raftery."""
-TELLING = LEVELS[0][0]
-"""A smaller difference tells nothing."""
+"""Upper limits of criterion differences, in words; after Burnham and Anderson, Kass and Raftery."""
+MEANINGFUL = LEVELS[0][0]
+"""Smallest meaningful difference of a criterion."""
 
 
 class ComparisonOutcome(Enum):
-    """How a comparison ends; the value is the sentence its reader sees."""
+    """Outcome of a comparison; the value is the sentence shown to the user."""
 
     AGREED = "The criteria and the records held out prefer the same hypothesis."
     UNTESTED = "The criteria prefer one hypothesis; no record was held out to test its prediction."
     UNDECIDED_BY_PREDICTION = "The criteria prefer one hypothesis; the records held out are predicted equally well."
-    DISPUTED = "The criteria prefer one hypothesis, the records held out another: what decides is not the noise."
-    CRITERIA_DISAGREE = "AIC and BIC prefer different hypotheses: the parameters more are worth it to one alone."
+    DISPUTED = "The criteria prefer one hypothesis, the records held out another: the difference is not due to noise."
+    CRITERIA_DISAGREE = "AIC and BIC prefer different hypotheses: only one justifies the additional parameters."
     OPEN = "The records do not separate the hypotheses; the simpler one will do."
     ONLY_ONE = "Only one of the fits came to an optimum; the others show what they reached, not what they could reach."
     NONE = "None of the fits came to an optimum, so none can be preferred."
 
     @property
     def code(self) -> str:
-        """Short name for programs."""
+        """Short name for use in programs."""
         return self.name.lower()
 
 
 UNDECIDED = (ComparisonOutcome.OPEN, ComparisonOutcome.CRITERIA_DISAGREE)
-"""Outcomes that prefer none."""
+"""Outcomes without a preferred hypothesis."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Preference:
-    """The outcome, the hypothesis preferred by name or None, and the grounds as sentences."""
+    """Outcome, name of the preferred hypothesis or None, and reasons as sentences."""
 
     outcome: ComparisonOutcome
     preferred: str | None
@@ -50,7 +50,7 @@ class Preference:
 
 
 def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Preference:
-    """Return which hypothesis is preferred, and why."""
+    """Determine the preferred hypothesis and the reasons."""
     by_name = {h.name: h for h in hypotheses}
     succeeded = [s for s in scores if by_name[s.hypothesis].outcome.has_optimum and math.isfinite(s.aic_effective)]
     lost = [_why_lost(by_name[s.hypothesis]) for s in scores if s not in succeeded]
@@ -73,28 +73,29 @@ def _why_lost(hypothesis: Hypothesis) -> str:
 
 
 def _outcome(ranked: Sequence[Score]) -> ComparisonOutcome:
-    """Return the outcome of hypotheses in order of their AIC."""
+    """Return the outcome for scores sorted by AIC."""
     if len(ranked) == 1:
         return ComparisonOutcome.ONLY_ONE
     best = ranked[0]
-    if ranked[1].aic_effective - best.aic_effective < TELLING:
+    if ranked[1].aic_effective - best.aic_effective < MEANINGFUL:
         return ComparisonOutcome.OPEN
+    # BIC penalises parameters more; if it disagrees, the extra parameters are not supported clearly.
     if min(ranked, key=lambda s: s.bic_effective) is not best:
         return ComparisonOutcome.CRITERIA_DISAGREE
     if not any(s.held_out for s in ranked):
         return ComparisonOutcome.UNTESTED
     gap = best.held_out - min(s.held_out for s in ranked[1:])
-    if math.isnan(gap) or abs(gap) < TELLING:
+    if math.isnan(gap) or abs(gap) < MEANINGFUL:
         return ComparisonOutcome.UNDECIDED_BY_PREDICTION
     return ComparisonOutcome.AGREED if gap < 0.0 else ComparisonOutcome.DISPUTED
 
 
-def how_clearly(difference: float) -> str:
-    """Return a difference of a criterion in a word.
+def strength_word(difference: float) -> str:
+    """Describe a criterion difference in one word.
 
     Examples
     --------
-    >>> how_clearly(0.5), how_clearly(7.0), how_clearly(4000.0)
+    >>> strength_word(0.5), strength_word(7.0), strength_word(4000.0)
     ('hardly', 'clearly', 'decisively')
     """
     return next(word for limit, word in LEVELS if difference < limit or limit == math.inf)
@@ -105,7 +106,7 @@ def _margin(best: Score, other: Score) -> str:
     differences = f"AIC {aic:+.4g}, BIC {bic:+.4g} of the other, by effective samples"
     if bic < 0.0:
         return f"{best.hypothesis} before {other.hypothesis} by AIC, behind it by BIC ({differences})"
-    return f"{best.hypothesis} {how_clearly(min(aic, bic))} before {other.hypothesis} ({differences})"
+    return f"{best.hypothesis} {strength_word(min(aic, bic))} before {other.hypothesis} ({differences})"
 
 
 def _relation(best: Hypothesis, other: Hypothesis) -> str:
@@ -151,7 +152,7 @@ def _cut_short(hypothesis: Hypothesis) -> str:
 
 
 def cautions(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> tuple[str, ...]:
-    """Return what weakens a comparison, one line each."""
+    """Return the limitations of a comparison, one line each."""
     lines = [_cut_short(h) for h in hypotheses if any(r.used < r.samples for r in h.used_for("estimate"))]
     share = scores[0].effective_samples / scores[0].samples
     if share < RESIDUAL.white:

@@ -1,8 +1,8 @@
-"""Residual of a fit over the rate: torque lines at orders of the step rate, and the density between them.
+"""Residual torque over the rate: lines at orders of the step rate, and the density between them.
 
-A line that the model lacks is in no parameter's error and in no relative error of a modelled line. It is in the
-residual, and there it is told by its order: in windows of equal travel the sines of all orders are fitted together, and
-what they leave says how large noise alone would make them.
+A line that the model lacks appears in no parameter error and in no relative error of a modelled line, but in the
+residual, where its order identifies it. The sines of all orders are fitted jointly in windows of equal travel. The
+remainder gives the amplitude that noise alone would produce.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.analysis.hum_in_residual import without_hum
+from mechid.analysis.hum_in_residual import remove_hum
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
 from mechid.analysis.settings import ORDER
 from mechid.arrays import FloatArray
@@ -24,31 +24,31 @@ from mechid.signal.series import Series
 from mechid.signal.window import windowed_density
 
 TRACKED = (*np.arange(0.25, 2.0, 0.25).tolist(), *np.arange(2.0, 8.0, 0.5).tolist(), *np.arange(8.0, 17.0).tolist())
-"""Quarters to 2, where detents and imbalances of the phases stand, halves to 8, whole ones to 16 microsteps a step."""
+"""Tracked orders: quarters up to 2, for detents and phase imbalance; halves up to 8; integers up to 16 microsteps."""
 SPACED = tuple(zip(TRACKED, np.diff(TRACKED, prepend=0.0).tolist(), strict=True))
-"""Each with its distance to the one below."""
+"""Tracked orders with their distance to the next lower one."""
 CENTRES_HZ = 10.0 ** (np.arange(41) / 10.0)
-"""Of the third octaves of the density, 1 Hz to 10 kHz."""
+"""Centres of the third octaves of the density, 1 Hz to 10 kHz."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResidualAtRate:
-    """What is left of a torque record at one rate.
+    """Residual of a torque record at one rate.
 
     Attributes
     ----------
     rate : float
-        Full steps/s, its magnitude.
+        Magnitude in full steps/s.
     windows : int
     duration_s : float
-        Of all windows.
+        Total duration of the windows.
     amplitude : (K,)
-        Amplitude of the lines at `TRACKED`, N m, noise included, root mean square over the windows; NaN where the
+        Amplitude of the lines at `TRACKED` in N m, including noise, root mean square over the windows; NaN if the
         record does not reach or resolve the order.
     sigma : (K,)
-        The same that noise of the density between the lines would give alone.
+        Amplitude expected from noise alone, with the density between the lines.
     density : (B,)
-        What lies between the lines, (N m)^2/Hz, in third octaves about `CENTRES_HZ`; NaN where no window resolves it.
+        Density between the lines in (N m)^2/Hz, in third octaves about `CENTRES_HZ`; NaN if no window resolves it.
     """
 
     rate: float
@@ -71,34 +71,34 @@ class _Window:
 def residual_emission(
     residual: Series, travel: Series, sample_rate_hz: float, mains_hz: float | None = None
 ) -> tuple[ResidualAtRate, ...]:
-    """Return what is left of a torque record by rate, ascending; none where the command travels too little.
+    """Compute the residual of a torque record by ascending rate; empty if the command travels too little.
 
-    Multiples of the mains' frequency are no emission: they are removed, and an order of a steady rate that the record
-    does not tell from one of them is not known.
+    Multiples of the mains frequency are removed, since they are not emission. Orders of a steady rate that cannot be
+    separated from them are NaN.
 
     Parameters
     ----------
     residual : Series of N samples
-        Measured less model, offset and drift, N m.
+        Measured minus model, offset and drift, in N m.
     travel : Series of N samples
-        Full steps travelled at each sample, never falling.
+        Full steps travelled at each sample, non-decreasing.
     sample_rate_hz : float
     mains_hz : float or None
-        Of the grid whose hum is in the records, Hz.
+        Frequency in Hz of the grid whose hum is in the records.
     """
     found: dict[int, list[_Window]] = {}
     hidden: frozenset[float] = frozenset()
     if mains_hz:
-        residual, hidden = without_hum(residual, travel, sample_rate_hz, mains_hz, TRACKED)
+        residual, hidden = remove_hum(residual, travel, sample_rate_hz, mains_hz, TRACKED)
     for key, window, orders in tracked_windows(travel, sample_rate_hz):
-        found.setdefault(key, []).append(_tracked(window, window.of(residual), orders, hidden))
-    return tuple(_joined(found[key]) for key in sorted(found))
+        found.setdefault(key, []).append(_track_window(window, window.of(residual), orders, hidden))
+    return tuple(_average_windows(found[key]) for key in sorted(found))
 
 
 def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int, TravelWindow, list[float]]]:
-    """Yield each window of a record with the number of its rate, alike within `ORDER.rate_step`, and its orders.
+    """Yield each window of a record with the index of its rate class, of width `ORDER.rate_step`, and its orders.
 
-    The orders are those of `TRACKED` that it reaches and tells apart; windows without any are left out.
+    The orders are those of `TRACKED` that the window reaches and resolves; windows without any are left out.
     """
     for window in travel_windows(travel, sample_rate_hz):
         orders = [q for q, apart in SPACED if window.reaches(q) and apart * window.travelled >= ORDER.turns]
@@ -106,25 +106,27 @@ def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int
             yield round(np.log(window.rate) / np.log1p(ORDER.rate_step)), window, orders
 
 
-def _tracked(window: TravelWindow, left: FloatArray, orders: list[float], hidden: Collection[float]) -> _Window:
+def _track_window(window: TravelWindow, left: FloatArray, orders: list[float], hidden: Collection[float]) -> _Window:
     amplitudes, rest = fit_orders(left[:, None], window.position, orders)
     duration_s = left.size / window.sample_rate_hz
     fine = windowed_density(rest[:, 0], window.sample_rate_hz)
     frequency = np.arange(fine.size) / duration_s
     at_lines, tracked = window.rate * np.array(orders), np.isin(TRACKED, orders)
     density = _third_octaves(frequency, fine, at_lines)
-    near = around(frequency, fine, at_lines)
+    near = density_around(frequency, fine, at_lines)
     power, noise = np.full((2, len(TRACKED)), np.nan)
     power[tracked], noise[tracked] = np.abs(amplitudes[:, 0]) ** 2, 2.0 * near / duration_s
+    # Orders that coincide with hum at a steady rate are unknown.
     power[np.isin(TRACKED, [*hidden])] = np.nan
     return _Window(window.rate, duration_s, power, noise, density)
 
 
-def around(frequency: FloatArray, density: NDArray[Any], lines_hz: FloatArray) -> NDArray[Any]:
-    """Return the mean density around each line, (..., k), over an octave to both sides and `ORDER.bins` bins at least.
+def density_around(frequency: FloatArray, density: NDArray[Any], lines_hz: FloatArray) -> NDArray[Any]:
+    """Return the mean density around lines, (..., k), over an octave on both sides and at least `ORDER.bins` bins.
 
-    Of densities (..., n) at frequencies (n,). A bin less counts for each line that was fitted among them.
+    Densities have the shape (..., n), frequencies (n,). One bin is deducted for each line fitted in the range.
     """
+    # Differences of cumulative sums give all means at once, without a loop over the lines.
     sums = np.concatenate([np.zeros((*density.shape[:-1], 1)), np.cumsum(density, axis=-1)], axis=-1)
     first = np.maximum(np.searchsorted(frequency, 0.5 * lines_hz), 1)
     last = np.minimum(np.maximum(np.searchsorted(frequency, 2.0 * lines_hz), first + ORDER.bins), frequency.size)
@@ -134,7 +136,7 @@ def around(frequency: FloatArray, density: NDArray[Any], lines_hz: FloatArray) -
 
 
 def _third_octaves(frequency: FloatArray, density: FloatArray, lines_hz: FloatArray) -> FloatArray:
-    """Return the mean density in each band, a bin less for each line that was fitted there; NaN where few are left."""
+    """Return the mean density in each band, with one bin deducted per fitted line; NaN if too few bins are left."""
     edges = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
     bins, lines = (np.histogram(at, edges)[0] for at in (frequency, lines_hz))
     left = bins - lines
@@ -142,7 +144,7 @@ def _third_octaves(frequency: FloatArray, density: FloatArray, lines_hz: FloatAr
     return np.where(left >= ORDER.fewest_bins, power / np.maximum(left, 1), np.nan)
 
 
-def _joined(windows: list[_Window]) -> ResidualAtRate:
+def _average_windows(windows: list[_Window]) -> ResidualAtRate:
     with np.errstate(invalid="ignore"):
         power, noise, density = (
             _mean(np.array([getattr(w, name) for w in windows])) for name in ("power", "noise", "density")
@@ -158,7 +160,7 @@ def _joined(windows: list[_Window]) -> ResidualAtRate:
 
 
 def _mean(rows: FloatArray) -> FloatArray:
-    """Return the mean of each column over what is known, NaN where nothing is."""
+    """Return the mean of each column over its finite values, NaN if there are none."""
     known = np.isfinite(rows)
     count = known.sum(axis=0)
     return np.where(count > 0, np.where(known, rows, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)

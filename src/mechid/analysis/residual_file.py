@@ -1,6 +1,6 @@
-"""residual.json: what a fit leaves of its torque records over the rate, beside the estimate it belongs to.
+"""residual.json: residuals of the torque records over the rate, a companion file of the estimate.
 
-The budget has no records; this is what it needs of them.
+The budget reads it, since it has no records.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechid.analysis.beside_estimate import read_beside
+from mechid.analysis.companion_file import read_companion
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
 from mechid.arrays import FloatArray
 
@@ -26,19 +26,19 @@ STALE = "make it anew by mechid report, or delete it"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResidualRecord:
-    """What is left of one torque record.
+    """Residual of one torque record.
 
     Attributes
     ----------
     name : str
     stepping : str
-        As it was driven: "full", "half" or "micro".
+        Stepping mode of the command: "full", "half" or "micro".
     microsteps : int
     noise_sigma : float
-        Of a sample, N m, white.
+        Standard deviation of the white noise of a sample in N m.
     sample_rate_hz : float
     rates : tuple of ResidualAtRate
-        Ascending.
+        In ascending order.
     """
 
     name: str
@@ -50,25 +50,27 @@ class ResidualRecord:
 
     @property
     def noise_density(self) -> float:
-        """One-sided density of the white noise, (N m)^2/Hz."""
+        """One-sided density of the white noise in (N m)^2/Hz."""
         return 2.0 * self.noise_sigma**2 / self.sample_rate_hz
 
 
 def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> dict[str, Any]:
-    """Return the content of residual.json; records that contradicted the others and were left out are not in it.
+    """Return the content of residual.json, without records excluded from the fit as contradictory.
 
     Parameters
     ----------
     fit : Fit
-        Signed, as it is left.
+        Fit with its provenance, as stored.
     validation : mapping
-        Of the records, as `validate` makes it.
+        Validation of the records, by `validate`.
     """
-    from mechid.analysis.validation import TORQUE  # the simulator, which reading the file does not need
+    # Imported here: it loads the simulator, which reading the file does not need.
+    from mechid.analysis.validation import TORQUE
 
     records = {}
     for name, record in validation.items():
         channel = record.channels.get(TORQUE)
+        # Excluded records contradict the others and would falsify the budget.
         if channel is not None and channel.emission and not fit.records[name].reading.left_out:
             records[name] = {
                 "stepping": record.command["stepping"],
@@ -88,19 +90,19 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
 
 
 def residual_records(fit: Fit, validation: Mapping[str, RecordValidation]) -> tuple[ResidualRecord, ...]:
-    """Return what is left of the records of a fit in memory, rounded as residual.json holds it."""
+    """Return the residuals of a fit in memory, rounded as in residual.json."""
     return _records(residual_content(fit, validation))
 
 
 def read_residual(fit: Fit) -> tuple[ResidualRecord, ...] | None:
-    """Return what is left of the records of a fit by its folder's residual.json; None where there is none.
+    """Read the residuals of a fit from residual.json in its folder; None if there is none.
 
     Raises
     ------
     InputFileError
-        The file is damaged, or of another fit.
+        The file is damaged or belongs to another fit.
     """
-    return read_beside(fit, FILE_NAME, FORMAT, STALE, _records)
+    return read_companion(fit, FILE_NAME, FORMAT, STALE, _records)
 
 
 def _records(content: Mapping[str, Any]) -> tuple[ResidualRecord, ...]:
@@ -112,13 +114,13 @@ def _row(at: ResidualAtRate) -> dict[str, Any]:
         "rate": at.rate,
         "windows": at.windows,
         "duration_s": at.duration_s,
-        "amplitude": _rounded(at.amplitude),
-        "sigma": _rounded(at.sigma),
-        "density": _rounded(at.density),
+        "amplitude": _round_values(at.amplitude),
+        "sigma": _round_values(at.sigma),
+        "density": _round_values(at.density),
     }
 
 
-def _rounded(values: FloatArray) -> list[float]:
+def _round_values(values: FloatArray) -> list[float]:
     return [float(f"{value:.{DIGITS}g}") for value in values]
 
 

@@ -1,4 +1,4 @@
-"""Resonances that several records show at different step rates, or one record by several orders of its rate."""
+"""Resonances confirmed by several records at different step rates, or by several orders of one record."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mechid.analysis.settings import RESONANCE
 
 @dataclass(frozen=True, kw_only=True)
 class SharedResonance:
-    """A frequency that does not follow the rate, and the records that show it."""
+    """A confirmed resonance, with the records that show it."""
 
     frequency_hz: float
     records: tuple[str, ...]
@@ -28,10 +28,10 @@ class _Seen:
 
 
 def shared_resonances(looks: Sequence[RecordLook]) -> tuple[SharedResonance, ...]:
-    """Return the resonances of all records that are sure not to follow the rate, by frequency.
+    """Return the resonances of all records that certainly do not follow the rate, in order of frequency.
 
-    Several orders of one record are largest there, or records of known and different step rates show it; a record whose
-    rate varies differs from any other.
+    Either several orders of one record peak at the frequency, or records with known and different step rates show it. A
+    record with a varying rate counts as different from any other.
     """
     seen = [
         _Seen(look.record.name, look.constant_rate, found)
@@ -46,19 +46,20 @@ def shared_resonances(looks: Sequence[RecordLook]) -> tuple[SharedResonance, ...
             groups[-1].append(one)
         else:
             groups.append([one])
-    return tuple(_shared(group) for group in groups if _is_sure(group))
+    return tuple(_merge_group(group) for group in groups if _is_confirmed(group))
 
 
-def _is_sure(group: Sequence[_Seen]) -> bool:
+def _is_confirmed(group: Sequence[_Seen]) -> bool:
     if any(one.found.orders for one in group):
         return True
     rates = {one.record: one.rate for one in group}
     constant = [rate for rate in rates.values() if rate is not None]
+    # At equal rates an order of the step rate would appear at the same frequency.
     differ = bool(constant) and max(constant) > (1.0 + RESONANCE.rates_apart) * min(constant)
     return len(rates) > 1 and (differ or len(constant) < len(rates))
 
 
-def _shared(group: Sequence[_Seen]) -> SharedResonance:
+def _merge_group(group: Sequence[_Seen]) -> SharedResonance:
     tracked = [one.found.frequency_hz for one in group if one.found.orders]
     frequency = float(np.median(tracked or [one.found.frequency_hz for one in group]))
     return SharedResonance(frequency_hz=frequency, records=tuple(dict.fromkeys(one.record for one in group)))

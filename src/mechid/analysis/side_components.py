@@ -1,10 +1,10 @@
-"""Forces and moments that a table measures beside the drive torque: lines at orders of the step rate, with their phase.
+"""Forces and moments besides the drive torque: lines at orders of the step rate, with amplitude and phase.
 
-They are tracked as what a fit leaves of a torque is (`residual_emission`): in windows of equal travel the sines of all
-orders are fitted together, here to the drive torque and all components at once, and what they leave says how large
-noise alone would make each line and how alike the noise of two channels is. The phase of a component is that to the
-drive torque's line of the same order and window; over windows it is that of their cross-spectrum (the estimator H1,
-Bendat and Piersol, Random Data, 4th ed., 6.1).
+The tracking is that of the residual torque (`residual_emission`): in windows of equal travel the sines of all orders
+are fitted jointly, here to the drive torque and all components. The remainder gives the amplitude that noise alone
+would produce, and the correlation of the noise between channels. The phase of a component is relative to the line of
+the drive torque at the same order and window; over several windows it is the phase of their cross-spectrum (estimator
+H1, Bendat and Piersol, Random Data, 4th ed., 6.1).
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtri, gamma
 
-from mechid.analysis.hum_in_residual import without_hum
+from mechid.analysis.hum_in_residual import remove_hum
 from mechid.analysis.order_tracking import TravelWindow
-from mechid.analysis.residual_emission import TRACKED, around, tracked_windows
+from mechid.analysis.residual_emission import TRACKED, density_around, tracked_windows
 from mechid.analysis.settings import ORDER
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.signal import order_amplitudes, order_signal
@@ -27,20 +27,20 @@ from mechid.signal.window import hann
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideAtRate:
-    """Lines of the drive torque and of the components beside it at one rate.
+    """Lines of the drive torque and the components at one rate.
 
     Attributes
     ----------
     rate : float
-        Full steps/s, its magnitude.
+        Magnitude in full steps/s.
     windows : int
     duration_s : float
-        Of all windows.
+        Total duration of the windows.
     power : (K, c, c) complex
-        Mean over the windows of a a^H, a the amplitudes at an order of `TRACKED`, the drive torque first, in N m and N;
-        NaN where the record does not reach or resolve the order.
+        Mean over the windows of a a^H, with the amplitudes a at an order of `TRACKED`, the drive torque first, in N m
+        and N; NaN if the record does not reach or resolve the order.
     noise : (K, c, c) complex
-        The same that noise between the lines would give alone, in one window.
+        The same matrix expected from the noise between the lines alone, in one window.
     """
 
     rate: float
@@ -51,29 +51,29 @@ class SideAtRate:
 
     @property
     def amplitude(self) -> FloatArray:
-        """Amplitude of each line, noise taken off, root mean square over the windows, (K, c); the drive's first."""
+        """Amplitude of each line without noise, root mean square over the windows, (K, c); the drive torque first."""
         left = np.diagonal(self.power - self.noise, axis1=1, axis2=2).real
         return np.asarray(np.sqrt(np.maximum(left, 0.0)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideLines:
-    """What the lines at one rate are worth.
+    """Amplitudes and phases of the lines at one rate, with their errors.
 
     Attributes
     ----------
     amplitude : (K, s)
-        Of each component at `TRACKED`, noise taken off, N or N m; 0 where noise explains it.
+        Amplitude of each component at `TRACKED` without noise, in N or N m; 0 if noise explains it.
     phase : (K, s)
-        By how much it leads the drive torque's line, rad.
+        Phase lead over the line of the drive torque in rad.
     covariance : (K, s, s) complex
-        Of the lines' errors, E[e e^H]; larger than noise alone makes it where the windows scatter more.
+        Covariance of the errors, E[e e^H]; increased if the windows scatter more than noise explains.
     turn : (K,)
-        Standard error of the phase that all components have in common, by the drive torque's own line, rad.
+        Common standard error of all phases in rad, due to the line of the drive torque.
     heard : (K, s)
-        Whether it is more than noise.
+        Whether the line exceeds noise.
     known : (K, s)
-        Whether its phase to the drive torque is known too.
+        Whether its phase to the drive torque is known.
     """
 
     amplitude: FloatArray
@@ -85,17 +85,17 @@ class SideLines:
 
     @property
     def lines(self) -> ComplexArray:
-        """Amplitude and phase to the drive torque, (K, s)."""
+        """Complex amplitude relative to the phase of the drive torque, (K, s)."""
         return np.asarray(self.amplitude * np.exp(1j * self.phase))
 
     @property
     def sigma(self) -> FloatArray:
-        """Standard error of an amplitude, (K, s)."""
+        """Standard error of each amplitude, (K, s)."""
         return np.asarray(np.sqrt(0.5 * np.diagonal(self.covariance, axis1=1, axis2=2).real))
 
     @property
     def phase_sigma(self) -> FloatArray:
-        """Standard error of a phase, (K, s) rad; infinite of no line."""
+        """Standard error of each phase, (K, s) rad; infinite if there is no line."""
         with np.errstate(divide="ignore", invalid="ignore"):
             own = np.where(self.amplitude > 0.0, self.sigma / self.amplitude, np.inf)
         return np.asarray(np.hypot(own, self.turn[:, None]))
@@ -104,33 +104,33 @@ class SideLines:
 def side_components(
     signals: Sequence[Series], travel: Series, sample_rate_hz: float, mains_hz: float | None = None
 ) -> tuple[SideAtRate, ...]:
-    """Return the lines of all signals by rate, ascending; none where the command travels too little.
+    """Compute the lines of all signals by ascending rate; empty if the command travels too little.
 
-    Multiples of the mains' frequency are removed, as `mechid.analysis.residual_emission.residual_emission` does.
+    Multiples of the mains frequency are removed, as `mechid.analysis.residual_emission.residual_emission` does.
 
     Parameters
     ----------
     signals : sequence of c Series of N samples
-        The drive torque in N m, then the components beside it in N or N m, each less its offset and drift.
+        The drive torque in N m, then the components in N or N m, each without offset and drift.
     travel : Series of N samples
-        Full steps travelled at each sample, never falling.
+        Full steps travelled at each sample, non-decreasing.
     sample_rate_hz : float
     mains_hz : float or None
-        Of the grid whose hum is in the records, Hz.
+        Frequency in Hz of the grid whose hum is in the records.
     """
     hidden: frozenset[float] = frozenset()
     if mains_hz:
-        each = [without_hum(signal, travel, sample_rate_hz, mains_hz, TRACKED) for signal in signals]
+        each = [remove_hum(signal, travel, sample_rate_hz, mains_hz, TRACKED) for signal in signals]
         signals, hidden = [signal for signal, _ in each], hidden.union(*(own for _, own in each))
     found: dict[int, list[SideAtRate]] = {}
     for key, window, orders in tracked_windows(travel, sample_rate_hz):
         together = np.column_stack([window.of(signal) for signal in signals])
-        found.setdefault(key, []).append(_tracked(window, together, orders, hidden))
-    return tuple(pooled(found[key]) for key in sorted(found))
+        found.setdefault(key, []).append(_track_window(window, together, orders, hidden))
+    return tuple(pool_measurements(found[key]) for key in sorted(found))
 
 
-def pooled(cells: Sequence[SideAtRate]) -> SideAtRate:
-    """Return several measurements at one rate as one, each counting by its windows."""
+def pool_measurements(cells: Sequence[SideAtRate]) -> SideAtRate:
+    """Average several measurements at one rate, weighted by their windows."""
     windows = np.array([cell.windows for cell in cells])
     return SideAtRate(
         rate=float(np.average([cell.rate for cell in cells], weights=windows)),
@@ -142,7 +142,7 @@ def pooled(cells: Sequence[SideAtRate]) -> SideAtRate:
 
 
 def side_lines(at: SideAtRate) -> SideLines:
-    """Return amplitude and phase of the components at one rate, and what they are worth."""
+    """Estimate amplitudes and phases of the components at one rate, with their errors."""
     n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
     own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
     heard = (alone > 0.0) & (own > least_power(n, own.shape[1] - 1) * alone)
@@ -150,6 +150,7 @@ def side_lines(at: SideAtRate) -> SideLines:
     cross, square = power[:, 1:, 0] - noise[:, 1:, 0], left[:, 1:] * left[:, :1]
     coherence = np.divide(np.abs(cross) ** 2, square, out=np.zeros(square.shape), where=square > 0.0)
     with np.errstate(divide="ignore"):
+        # The phase error of the drive torque rotates all components equally.
         turn = np.sqrt(0.5 * alone[:, 0] / (n * left[:, 0]))
     in_phase = heard[:, 1:] & (coherence > least_coherence(n))
     lines = SideLines(
@@ -164,19 +165,20 @@ def side_lines(at: SideAtRate) -> SideLines:
 
 
 def least_power(windows: int, components: int) -> float:
-    """Return by how many times a line's mean power has to exceed that of noise to be heard.
+    """Return the ratio by which the mean power of a line has to exceed that of noise to be significant.
 
-    Both are sums of squares: of the line 2 a window, of the noise those of the bins around it.
+    Both are sums of squares, so their ratio has an F distribution: the line contributes 2 terms per window, the noise
+    those of the surrounding bins.
     """
     alarm = ORDER.false_alarm / (len(TRACKED) * max(components, 1))
     return float(fdtri(2 * windows, 2 * windows * ORDER.bins / ORDER.hann_bins, 1.0 - alarm))
 
 
 def least_coherence(windows: int) -> float:
-    """Return the share of a line's power in one phase to the drive torque from which on that phase is taken as known.
+    """Return the coherence with the drive torque above which the phase of a line counts as known.
 
-    Phases that are none, one a window, lie within a ball of radius r about their mean with the probability of its
-    volume: with their mean square s = r^2 / n the coherence is 1 - s. One window alone shows no phase.
+    Random phases of the windows lie within a ball of radius r about their mean with a probability given by the volume
+    of the ball. With their mean square s = r^2 / n the coherence is 1 - s. A single window determines no phase.
 
     Examples
     --------
@@ -184,6 +186,7 @@ def least_coherence(windows: int) -> float:
     [0.9998, 0.9758, 0.7623, 0.5]
     """
     d = windows - 1
+    # A single window always has a coherence of 1.
     if d < 1:
         return float("inf")
     ball = np.pi ** (0.5 * d) / gamma(0.5 * d + 1.0) * np.sqrt(windows)
@@ -194,9 +197,9 @@ def least_coherence(windows: int) -> float:
 
 
 def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> ComplexArray:
-    """Return the covariance of the lines' errors: noise, raised where a line in phase scatters more over the windows.
+    """Return the covariance of the errors: that of noise, increased for lines in phase with a larger scatter.
 
-    What the noise of the drive torque's own line adds to that scatter is left out: it turns all lines alike.
+    Scatter due to the noise of the drive torque is excluded, since it rotates all lines equally.
     """
     n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
     own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
@@ -208,7 +211,9 @@ def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> Compl
     return np.asarray(noise[:, 1:, 1:] * raised[:, :, None] * raised[:, None, :] / n)
 
 
-def _tracked(window: TravelWindow, together: FloatArray, orders: list[float], hidden: Collection[float]) -> SideAtRate:
+def _track_window(
+    window: TravelWindow, together: FloatArray, orders: list[float], hidden: Collection[float]
+) -> SideAtRate:
     amplitudes, _ = order_amplitudes(together, window.position, orders)
     fitted = [order_signal(column, window.position, orders) for column in amplitudes.T]
     between = together - together.mean(axis=0) - np.column_stack(fitted)
@@ -222,7 +227,7 @@ def _tracked(window: TravelWindow, together: FloatArray, orders: list[float], hi
 
 
 def _cross_density(between: FloatArray, sample_rate_hz: float, lines_hz: FloatArray) -> ComplexArray:
-    """Return the mean cross-spectral density around each line, (k, c, c), one-sided, E[x_i x_j*]."""
+    """Return the one-sided mean cross-spectral density around each line, (k, c, c), E[x_i x_j*]."""
     n, channels = between.shape
     weights = hann(n)
     spectra = np.fft.rfft((between - between.mean(axis=0)) * weights[:, None], axis=0).T
@@ -230,14 +235,15 @@ def _cross_density(between: FloatArray, sample_rate_hz: float, lines_hz: FloatAr
     frequency = np.asarray(np.fft.rfftfreq(n, 1.0 / sample_rate_hz), dtype=np.float64)
     out = np.empty((lines_hz.size, channels, channels), dtype=np.complex128)
     for i in range(channels):
+        # The other half follows from the matrices being Hermitian.
         for j in range(i + 1):
-            out[:, i, j] = around(frequency, scale * spectra[i] * spectra[j].conj(), lines_hz)
+            out[:, i, j] = density_around(frequency, scale * spectra[i] * spectra[j].conj(), lines_hz)
             out[:, j, i] = out[:, i, j].conj()
     return out
 
 
 def _mean(matrices: ComplexArray, windows: IntArray) -> ComplexArray:
-    """Return the mean of each entry by windows over what is known, NaN where nothing is."""
+    """Return the mean of each entry over finite values, weighted by windows; NaN if there are none."""
     known = np.isfinite(matrices)
     weights = known * windows.reshape(-1, 1, 1, 1)
     total = weights.sum(axis=0)

@@ -1,4 +1,4 @@
-"""Orders of the step rate over a whole record: amplitude less the noise, with its error."""
+"""Orders of the step rate over a whole record: amplitude without noise, with its error."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from mechid.analysis.order_tracking import OrderLine
 
 @dataclass(frozen=True, kw_only=True)
 class StepLine:
-    """One order of the step rate, over windows of equal travel.
+    """One order of the step rate, averaged over windows of equal travel.
 
     Attributes
     ----------
     order : float
     windows : int
     amplitude, sigma : float
-        Root of the mean power over the windows, less the noise's, and its standard error; the channel's unit.
+        Root of the mean power over the windows without noise, and its standard error, in the channel's unit.
     peak_rate, peak_amplitude : float
-        Full steps/s in the window where it is largest, and its amplitude there.
+        Rate in full steps/s of the window with the largest amplitude, and that amplitude.
     """
 
     order: float
@@ -33,8 +33,8 @@ class StepLine:
     peak_amplitude: float
 
 
-def summed_up(tracked: Sequence[OrderLine]) -> tuple[StepLine, ...]:
-    """Return each order over its windows, ascending."""
+def average_orders(tracked: Sequence[OrderLine]) -> tuple[StepLine, ...]:
+    """Average each order over its windows, in ascending order."""
     by_order: dict[float, list[OrderLine]] = {}
     for line in tracked:
         by_order.setdefault(line.order, []).append(line)
@@ -42,15 +42,16 @@ def summed_up(tracked: Sequence[OrderLine]) -> tuple[StepLine, ...]:
 
 
 def _of_order(order: float, lines: Sequence[OrderLine]) -> StepLine:
-    """Return an order over its windows.
+    """Average one order over its windows.
 
-    The error of the mean power is its scatter over the windows, or that of the noise if that is larger:
+    The error of the mean power is its scatter over the windows, or that expected from noise if it is larger:
     |c + n|^2 has the variance 4 e^2 |c|^2 + 4 e^4 with the error e of each part of n.
     """
     power, error = np.array([line.power() for line in lines]), np.array([line.errors[0] for line in lines])
     mean = float(power.mean())
     size = math.sqrt(max(mean, 0.0))
     by_noise = float(np.mean(4.0 * error**2 * np.maximum(power, 0.0) + 4.0 * error**4)) / power.size
+    # A single window has no scatter, only the error expected from noise.
     by_scatter = float(power.var(ddof=1)) / power.size if power.size > 1 else 0.0
     spread = math.sqrt(max(by_noise, by_scatter))
     peak = int(np.argmax(power))

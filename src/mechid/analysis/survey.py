@@ -1,4 +1,4 @@
-"""All records that a user points at, looked at: bare files, and the records of a campaign with their commands."""
+"""Examination of several sources: measured files, and campaigns with the commands of their records."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TypeAlias
 from mechid.analysis.look import Drive, RecordLook, look_at
 from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign_file import FILE_NAME, load_records
-from mechid.campaign.in_code import RecordEntry, own_record
+from mechid.campaign.in_code import RecordEntry, read_single_record
 from mechid.errors import RecordError
 from mechid.records import Record
 from mechid.records.bare import Hints, read_bare
@@ -23,7 +23,7 @@ _NO_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 
 @dataclass(frozen=True, kw_only=True)
 class LeftOut:
-    """A file that could not be read, and why."""
+    """A file that could not be read, with the reason."""
 
     file: str
     message: str
@@ -31,7 +31,7 @@ class LeftOut:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Survey(Shown):
-    """The looks at all records, their names unlike, and the files that could not be read."""
+    """Examinations of all records, with unique names, and the files that could not be read."""
 
     looks: tuple[RecordLook, ...]
     left_out: tuple[LeftOut, ...]
@@ -41,29 +41,30 @@ Source: TypeAlias = Path | Campaign | RecordEntry
 
 
 def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
-    """Look at measured files and at the records of campaigns.
+    """Examine measured files and the records of campaigns.
 
     Parameters
     ----------
     sources : sequence of Path, Campaign or RecordEntry
         Measured files, campaign files, or folders that hold ``campaign.toml``; campaigns and records in memory.
     hints : Hints or None
-        On the columns of the measured files; a campaign says that itself.
+        Hints on the columns of the measured files; campaigns need none.
 
     Raises
     ------
     InputFileError
-        A campaign file is wrong.
+        A campaign file is invalid.
     RecordError
-        No file can be read; with the first one's reason.
+        No file can be read; the message gives the reason of the first one.
     """
     looks: list[RecordLook] = []
     left_out: list[LeftOut] = []
-    taken: set[str] = set()
+    used: set[str] = set()
     for source in sources:
         try:
             for record, drive in _records(source, hints):
-                looks.append(look_at(replace(record, name=_unlike(record.name, taken)), drive))
+                looks.append(look_at(replace(record, name=_unique_name(record.name, used)), drive))
+        # One unreadable file must not prevent the examination of the others.
         except RecordError as error:
             left_out.append(
                 LeftOut(file=str(source) if isinstance(source, Path) else _name(source), message=str(error))
@@ -75,9 +76,9 @@ def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
 
 
 def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Drive | None]]:
-    """Yield the records of a source, each with the command that is declared of it."""
+    """Yield the records of a source, each with its declared drive."""
     if isinstance(source, RecordEntry):
-        record, command = own_record(source)
+        record, command = read_single_record(source)
         yield record, Drive(command=command) if command else None
         return
     if isinstance(source, Campaign):
@@ -104,10 +105,10 @@ def _drive(record: CampaignRecord) -> Drive:
     return Drive(command=record.command, time_offset_s=record.time_offset.value)
 
 
-def _unlike(name: str, taken: set[str]) -> str:
-    """Return a name that is a file name and not taken, and take it."""
+def _unique_name(name: str, used: set[str]) -> str:
+    """Return an unused name that can serve as a file name, and add it to the used ones."""
     plain = _NO_NAME.sub("_", name).strip("_") or "record"
-    names = (plain, *(f"{plain}_{k}" for k in range(2, len(taken) + 3)))
-    own = next(one for one in names if one.casefold() not in taken)
-    taken.add(own.casefold())
+    names = (plain, *(f"{plain}_{k}" for k in range(2, len(used) + 3)))
+    own = next(one for one in names if one.casefold() not in used)
+    used.add(own.casefold())
     return own

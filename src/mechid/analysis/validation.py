@@ -1,4 +1,4 @@
-"""Validation of a fit on each record, whether it was estimated from or held out."""
+"""Validation of a fit on each record, fitted or held out."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ TORQUE = "torque"
 Listener: TypeAlias = "Callable[[RecordValidation, Mapping[str, Prediction]], None]"
 
 
-def _nobody(validation: RecordValidation, predictions: Mapping[str, Prediction]) -> None:
-    """Listen to nothing."""
+def _ignore(validation: RecordValidation, predictions: Mapping[str, Prediction]) -> None:
+    """Ignore the validation; the default listener."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BandError:
-    """A third-octave band: RMS of the measured channel and of its residual within it, in its unit."""
+    """RMS of the measured channel and its residual in a third-octave band, in the unit of the channel."""
 
     centre_hz: float
     measured_rms: float
@@ -58,35 +58,36 @@ class BandError:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChannelValidation:
-    """The prediction of one channel, offset and drift removed: over the whole record, or the rest of a held-out one.
+    """Validation of one channel, without offset and drift.
 
-    Where a held-out record has values of its own that were fitted on its first part, the rest of it counts.
+    It covers the whole record. If per-record parameters of a held-out record were fitted on its first part, only the
+    rest is evaluated.
 
     Attributes
     ----------
     quantity, unit : str
     samples : int
     samples_sha256 : str
-        Digest of all samples of the record, their rate and start: equal where the data are.
+        Digest of all samples of the record, their rate and start; equal for equal data.
     fit_percent : float
     residual_rms : float
         In the channel's unit.
     theil : TheilInequality
-        Its bias is 0 where an offset is removed.
+        The bias is 0 if an offset is removed.
     whiteness : LjungBox
     effective_samples : float
-        How many independent samples the residual is worth.
+        Effective sample count of the residual.
     spectrum_hz : (M,)
     measured_density, residual_density : (M,)
-        Welch's power density, unit squared per Hz.
+        Power density by Welch's method, unit squared per Hz.
     bands : tuple of BandError
-        The same in third octaves; empty where the simulation failed.
+        The same in third octaves; empty if the simulation failed.
     orders : tuple of OrderError
-        Empty where the command travels less than four full steps, or the simulation failed.
+        Empty if the command travels less than four full steps or the simulation failed.
     emission : tuple of ResidualAtRate
-        What is left of a torque over the rate, as the budget takes it; empty of other channels, and as `orders`.
+        Residual torque over the rate, for the budget; empty for other channels, or as `orders`.
     use : str
-        ``"validate"`` where the channel is only compared in a record that is estimated from; else empty.
+        ``"validate"`` for a channel that is only compared although its record is fitted; else empty.
     """
 
     quantity: str
@@ -107,7 +108,7 @@ class ChannelValidation:
     use: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what estimate.json holds of it: all but the fine spectra."""
+        """Return the entry in estimate.json: all but the fine spectra."""
         return {
             "unit": self.unit,
             "samples": self.samples,
@@ -124,10 +125,11 @@ class ChannelValidation:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordValidation:
-    """The validation of a record: how it was taken to be driven, and its channels by quantity.
+    """Validation of a record: assumed stepping, and channels by quantity.
 
-    `side` are the lines over the rate of its `components` beside the drive torque, about the mounting point; none where
-    it has none. `nuisance` is what a held-out record has of its own, fitted on a first part; the rest is judged then.
+    `side` are the lines over the rate of the `components` besides the drive torque, about the mounting point; empty if
+    there are none. `nuisance` are per-record parameters of a held-out record, fitted on its first part; only the rest
+    is evaluated.
     """
 
     name: str
@@ -147,25 +149,24 @@ class RecordValidation:
 
 
 class Validations(Shown, dict[str, RecordValidation]):
-    """How well a fit predicts each record, by name; in a notebook the table of the report."""
+    """Validation of each record, by name; shown in a notebook as the table of the report."""
 
     __repr__ = Shown.__repr__
 
 
-def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> Validations:
-    """Predict each record of a campaign with a fit, untouched, and judge the residual.
+def validate(campaign: Campaign, fit: Fit, listener: Listener = _ignore) -> Validations:
+    """Predict each record of a campaign with a fit, without refitting, and evaluate the residual.
 
-    The whole record counts, also where a stage used a window of it or the model follows it in part; of a held-out
-    record whose own values were fitted on its first part, the rest. A record whose simulation fails gets NaN
-    throughout.
+    The whole record is evaluated, even if a stage fitted only a window of it. If per-record parameters of a held-out
+    record were fitted on its first part, only the rest is evaluated. If a simulation fails, the results are NaN.
 
     Parameters
     ----------
     campaign : Campaign
-        With its records read, as the fit had it.
+        The campaign of the fit, with its records read.
     fit : Fit
     listener : callable
-        Called with each record's validation and its predictions by quantity, as soon as they are there.
+        Called for each record with its validation and its predictions by quantity, as soon as they are available.
 
     Returns
     -------
@@ -180,16 +181,17 @@ def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> Vali
     >>> held_out.channels["torque"].theil.coefficient  # doctest: +SKIP
     """
     found = Validations()
-    with one_core_algebra(), np.errstate(all="ignore"):  # where a simulation fails its numbers are none
+    # A failed simulation leaves NaN, which needs no warnings.
+    with one_core_algebra(), np.errstate(all="ignore"):
         for record in campaign.records:
             if record.data is not None:
                 predicted = predict(record, fit)
-                found[record.name] = _validated(record, campaign, fit, predicted)
+                found[record.name] = _validate_record(record, campaign, fit, predicted)
                 listener(found[record.name], predicted)
     return found
 
 
-def _validated(
+def _validate_record(
     record: CampaignRecord, campaign: Campaign, fit: Fit, predicted: Mapping[str, Prediction]
 ) -> RecordValidation:
     fitted = record_as_fitted(record, fit)
@@ -197,7 +199,7 @@ def _validated(
     return RecordValidation(
         name=record.name,
         use=fitted.use,
-        command=_stepping(fitted.command),
+        command=_driver_assumptions(fitted.command),
         channels={
             q: replace(channel_validation(q, SI_UNIT[q], p, fit.mains_hz), use=_only_compared(record, q))
             for q, p in predicted.items()
@@ -210,7 +212,7 @@ def _validated(
 
 
 def _components(record: CampaignRecord) -> tuple[str, ...]:
-    """Return what of a record was measured beside its drive torque, in one order whatever that of the columns."""
+    """Return the components measured besides the drive torque, in a fixed order independent of the columns."""
     held = {channel.quantity for channel in record.data.channels} if record.data else set()
     return tuple(component for component in COMPONENTS if component in held)
 
@@ -218,7 +220,7 @@ def _components(record: CampaignRecord) -> tuple[str, ...]:
 def _side(
     record: CampaignRecord, components: Sequence[str], torque: Prediction, mains_hz: float | None
 ) -> tuple[SideAtRate, ...]:
-    """Return the lines of the components with their phase to the torque as the fit took it, offsets and drifts out."""
+    """Compute the lines of the components, with phases relative to the torque as interpreted by the fit."""
     assert record.data is not None
     level: list[Series] = [torque.judged.level]
     for quantity in components:
@@ -228,22 +230,23 @@ def _side(
 
 
 def _only_compared(record: CampaignRecord, quantity: str) -> str:
-    """Return ``"validate"`` for a channel that is not fitted, else nothing."""
+    """Return ``"validate"`` for a channel that is not fitted, else an empty string."""
     return "" if any(match.quantity == quantity for match in record.estimated) else "validate"
 
 
 def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordValidation]) -> dict[str, Any]:
-    """Return the content of estimate.json with a ``validation`` table under each record."""
+    """Add a ``validation`` table to each record in the content of estimate.json."""
     own = {name: {"validation": v.to_dict()} for name, v in validation.items()}
     records = {name: {**record, **own.get(name, {})} for name, record in content["records"].items()}
     return {**content, "records": records}
 
 
 def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float | None = None) -> ChannelValidation:
-    """Return the judgement on one predicted channel; hum of a grid of this frequency is no emission."""
+    """Validate one predicted channel; hum at multiples of `mains_hz` does not count as emission."""
     samples = _digest(p)
     p = p.judged
     measured, r = p.level, p.residual
+    # Only the torque acts on the structure; other channels are not emission.
     counted, emits = r.size - p.rejected.size, p.finite and quantity == TORQUE
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
     residual_density = power_density(r, p.base.sample_rate_hz)[1]
@@ -266,8 +269,8 @@ def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float 
     )
 
 
-def _stepping(command: Command) -> dict[str, str | int | float]:
-    """Return what of a command is a hypothesis on the driver rather than its rate."""
+def _driver_assumptions(command: Command) -> dict[str, str | int | float]:
+    """Return the assumptions of a command on the driver, without its rate."""
     return {
         "stepping": command.stepping,
         "microsteps": command.microsteps,
@@ -285,6 +288,7 @@ def _bands(frequency: FloatArray, measured: FloatArray, residual: FloatArray) ->
 
 
 def _digest(p: Prediction) -> str:
+    # Little-endian bytes, so that the digest is the same on any machine.
     digest = hashlib.sha256(f"{p.base.sample_rate_hz!r} {p.base.start_s!r}".encode())
     for part in blocks(p.measured.size):
         digest.update(np.asarray(p.measured[part], dtype="<f8").tobytes())

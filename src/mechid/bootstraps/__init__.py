@@ -1,1 +1,1 @@
-"""A bootstrap: the public function, its numbers, its document and figures."""
+"""Parametric bootstrap: public function, numbers, document and figures."""

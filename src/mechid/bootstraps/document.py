@@ -1,4 +1,4 @@
-"""A bootstrap as a document: how the estimates scatter, beside their standard errors."""
+"""Document of a bootstrap: scatter of the estimates and their standard errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PAIRS = (
 
 
 def bootstrap_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `bootstrap_numbers` made."""
+    """Make the document from the result of `bootstrap_numbers`."""
     rows = [{"name": name, **one} for name, one in data["parameters"].items()]
     table = Table((*NAME, *SCATTER), rows, narrower=((NAME, (NAME[0], *SCATTER)),))
     heading = f"{data['draws']} refits; scatter: their standard deviation, shift: their mean less the estimate"

@@ -1,4 +1,4 @@
-"""The figures of a bootstrap: the scatter of each parameter's refits, and the pairs that go together."""
+"""Figures of a bootstrap: scatter of the refits of each parameter, and correlated pairs."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
 from mechid.identification.refit.bootstrap import DrawOutcome
-from mechid.ink.figures import STYLE, made
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import INK, MEASURED, MODELLED
 
 SCATTER_NAME, PAIRS_NAME = "bootstrap_scatter", "bootstrap_pairs"
 ROW_IN, MARGIN_IN, PAIRS_IN = 0.2, 0.8, 2.3
+# With fewer draws, pairs are correlated by chance.
 MOST_PAIRS, LEAST_CORRELATION, LEAST_DRAWS = 3, 0.5, 8
-"""Pairs that are drawn, of those that go together more than this; of fewer draws chance makes such pairs."""
+"""Most drawn pairs, their least correlation, and the least number of draws."""
 NAMES_FROM = 0.3
-"""Share of the width from which the picture begins: names stand left of it."""
+"""Left margin as a share of the width, for names."""
 
 
 def bootstrap_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of what `bootstrap_numbers` made."""
+    """Yield the figures for the result of `bootstrap_numbers`."""
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        yield SCATTER_NAME, made(partial(_scatter, data), MARGIN_IN + ROW_IN * len(data["parameters"]))
+        yield SCATTER_NAME, make_figure(partial(_scatter, data), MARGIN_IN + ROW_IN * len(data["parameters"]))
         pairs = closest_pairs(data)
         if pairs:
-            yield PAIRS_NAME, made(partial(_pairs, data, pairs), PAIRS_IN)
+            yield PAIRS_NAME, make_figure(partial(_pairs, data, pairs), PAIRS_IN)
 
 
 def draws_in_sigmas(data: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Return each parameter's refits less the estimate, in its standard error, or scatter where it has none.
+    """Return deviations of the refits in standard errors, or in their scatter if a parameter has no standard error.
 
-    Without those that failed; angles the short way round.
+    Failed refits are omitted; angles differ by at most half a turn.
     """
     refits = [refit for refit in data["refits"] if refit["outcome"] != DrawOutcome.FAILED.code]
     found = {}
@@ -51,7 +52,7 @@ def draws_in_sigmas(data: Mapping[str, Any]) -> dict[str, FloatArray]:
 
 
 def closest_pairs(data: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the pairs of parameters whose refits go together most, the closest first."""
+    """Return the pairs of parameters with the most correlated refits, in descending order."""
     if len(data["refits"]) < LEAST_DRAWS:
         return []
     draws = {name: own for name, own in draws_in_sigmas(data).items() if np.ptp(own) > 0.0 and np.all(np.isfinite(own))}

@@ -1,4 +1,4 @@
-"""A bootstrap: every number in one dict, and the files that hold it."""
+"""Numbers of a bootstrap in one dict, and their files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FILE_NAME, DRAWS_NAME = "bootstrap.json", "bootstrap.csv"
 
 
 def bootstrap_numbers(found: Bootstrap, seed: int) -> dict[str, Any]:
-    """Return all that a bootstrap shows: numbers, and beside those that need rounding their text."""
+    """Return the numbers shown for a bootstrap, with formatted texts."""
     return {
         "format": FORMAT,
         "synthetic": found.synthetic,
@@ -35,7 +35,7 @@ def bootstrap_numbers(found: Bootstrap, seed: int) -> dict[str, Any]:
 
 
 def bootstrap_texts(data: Mapping[str, Any]) -> dict[str, str]:
-    """Return bootstrap.json, and bootstrap.csv with one line a draw."""
+    """Return bootstrap.json, and bootstrap.csv with one line per draw."""
     names = list(data["refits"][0])
     rows = [",".join(names)] + [",".join(str(refit[name]) for name in names) for refit in data["refits"]]
     return {FILE_NAME: json_text(data), DRAWS_NAME: "\n".join(rows) + "\n"}
@@ -63,5 +63,5 @@ def _spread(s: Spread) -> dict[str, Any]:
 
 
 def _noise(own: Mapping[str, Autoregression]) -> dict[str, Any]:
-    """Return what the noise of a record was drawn from, by channel."""
+    """Return the noise model of a record by channel."""
     return {quantity: {"order": model.order, "sigma": model.sigma} for quantity, model in own.items()}

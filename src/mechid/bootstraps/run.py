@@ -16,8 +16,9 @@ from mechid.identification.refit.bootstrap import Bootstrap, Draw
 from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
 from mechid.identification.result.fit import Fit
 
+# A list of many more would fill the memory before the first draw.
 MOST_DRAWS = 1_000_000
-"""Of a bootstrap; the list of many more fills the memory before the first."""
+"""Most draws."""
 
 
 @campaign_first
@@ -33,28 +34,28 @@ def bootstrap(
     journal: Path | str | None = None,
     resume: bool = False,
 ) -> Bootstrap:
-    """Refit records simulated at the estimate, with noise like theirs, and see how estimates scatter.
+    """Refit records simulated at the estimate with similar noise, and determine the scatter of the estimates.
 
     Parameters
     ----------
     fit, campaign, workers, executor, listener, journal, resume
-        As of `profile`; ``bootstrap(campaign, fit, draws)`` is accepted too.
+        As for `profile`; ``bootstrap(campaign, fit, draws)`` is accepted too.
     draws : int
-        How many, 2 to 1 000 000; with a journal more can be added to a run.
+        Number of draws, 2 to 1 000 000; with a journal, more can be added later.
     seed : int
-        Of the noise.
+        Seed of the noise.
 
     Returns
     -------
     Bootstrap
-        All draws, and scatter, shift and quantiles of each parameter in the file's unit.
+        All draws, with scatter, shift and quantiles of each parameter in the unit of the file.
 
     Raises
     ------
     UsageError
-        The journal is of other inputs, or there are too many draws.
+        The journal belongs to other inputs, or there are too many draws.
     InputFileError
-        The campaign is not the one of the fit.
+        The campaign is not that of the fit.
     FitError
         The fit has no optimum, or no draw could be refitted.
 

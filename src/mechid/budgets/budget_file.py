@@ -17,7 +17,7 @@ from mechid.budgets.requirement import Requirement
 from mechid.budgets.requirement_entry import read_requirements
 from mechid.budgets.structure_entry import read_frame, read_structure_entry
 from mechid.campaign.in_code import plain
-from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
+from mechid.campaign.place import Place, describe_entry, refuse_unknown_keys, required_entry, text
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
 from mechid.identification.result.fit import ESTIMATE_NAME
@@ -83,7 +83,7 @@ def _budget_from_table(
     structure, coupled_below_hz = read_structure_entry(table, place, path.parent, structure)
     seed = table.get("seed", 0)
     if not is_whole(seed, 0, 2**32):
-        raise place.key("seed").error(f"{found(seed)}; write a whole number from 0")
+        raise place.key("seed").error(f"{describe_entry(seed)}; write a whole number from 0")
     return BudgetFile(
         path=path,
         estimate=Path(ESTIMATE_NAME) if has_estimate else path.parent / _estimate(table, place),
@@ -100,5 +100,5 @@ def _budget_from_table(
 
 def _estimate(table: Mapping[str, Any], place: Place) -> str:
     remedy = 'write estimate = "estimate.json", the file that mechid identify writes'
-    name = required(table, "estimate", place, remedy)
+    name = required_entry(table, "estimate", place, remedy)
     return text(name, place.key("estimate"), 'write a file name such as "estimate.json"')

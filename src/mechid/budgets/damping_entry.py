@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.campaign.place import Place, not_below_zero, required
+from mechid.campaign.place import Place, non_negative_number, required_entry
 from mechid.structure.damping import ASKED_ABOVE, damping_key, damping_ratio
 
 
@@ -19,5 +19,5 @@ def required_damping(table: Mapping[str, Any], place: Place, remedy: str, *, ask
     """
     key = damping_key(table, str(place))
     at = place.key(key)
-    value = not_below_zero(required(table, key, place, remedy), at, "1")
+    value = non_negative_number(required_entry(table, key, place, remedy), at, "1")
     return float(damping_ratio(value, key, str(at), asked_above=asked_above))

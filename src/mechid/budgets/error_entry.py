@@ -11,12 +11,12 @@ from mechid.budgets.other_errors import OtherError
 from mechid.budgets.summation import KINDS
 from mechid.campaign.place import (
     Place,
-    above_zero,
-    not_below_zero,
+    non_negative_number,
     number,
     one_of,
+    positive_number,
     refuse_unknown_keys,
-    required,
+    required_entry,
     tables,
     text,
 )
@@ -45,23 +45,23 @@ def read_errors(table: Mapping[str, Any], place: Place, axes: Sequence[str]) -> 
 def _error(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> OtherError:
     refuse_unknown_keys(entry, KEYS, place)
     for key, remedy in REMEDIES.items():
-        required(entry, key, place, remedy)
+        required_entry(entry, key, place, remedy)
     kind = one_of(entry["kind"], KINDS, place.key("kind"))
     for owner, key in OWN.items():
         if kind == owner:
-            required(entry, key, place, f"a {kind} error needs it, in Hz")
+            required_entry(entry, key, place, f"a {kind} error needs it, in Hz")
         elif key in entry:
             raise place.key(key).error(f"belongs to a {owner} error; this one is {kind}; leave it out")
     chosen = one_of(entry["axis"], axes, place.key("axis")) if "axis" in entry else None
-    hertz = {key: above_zero(entry[key], place.key(key), "Hz") for key in OWN.values() if key in entry}
+    hertz = {key: positive_number(entry[key], place.key(key), "Hz") for key in OWN.values() if key in entry}
     # A bias has a sign; a standard deviation and an amplitude have none.
-    checked = number if kind == "bias" else not_below_zero
+    checked = number if kind == "bias" else non_negative_number
     return OtherError(
         name=text(entry["name"], place.key("name"), REMEDIES["name"]),
         kind=kind,
         axes=np.array([chosen in (None, axis) for axis in axes]),
         size_rad=checked(entry["size_rad"], place.key("size_rad"), "rad"),
-        spread_rad=not_below_zero(entry.get("spread_rad", 0.0), place.key("spread_rad"), "rad"),
+        spread_rad=non_negative_number(entry.get("spread_rad", 0.0), place.key("spread_rad"), "rad"),
         group=text(entry["group"], place.key("group"), 'write group = "thermal"') if "group" in entry else "",
         **hertz,
     )

@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter
 from mechid.budgets.mode_figures import RATE, course, line_of_sight, number_array, over_rate
 from mechid.budgets.texts import mode_key
 from mechid.ink.data import Data
-from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, legend_above, made
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, legend_above, make_figure
 from mechid.ink.palette import GRID, INK, LIMIT, MARK, MODELLED, ORDER, series
 from mechid.ink.quantities import FREQUENCY
 
@@ -48,7 +48,7 @@ def budget_figures(data: Data) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of the numbers of `budget_numbers`, with their names."""
     for kind, height, draw in _drawings(data):
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-            yield figure_name(kind), made(draw, height)
+            yield figure_name(kind), make_figure(draw, height)
 
 
 def _drawings(data: Data) -> Iterator[tuple[str, float, Drawing]]:

@@ -9,11 +9,11 @@ from typing import Any
 from mechid.budgets.damping_entry import required_damping
 from mechid.campaign.place import (
     Place,
-    above_zero,
-    found,
+    describe_entry,
     number,
+    positive_number,
     refuse_unknown_keys,
-    required,
+    required_entry,
     tables,
 )
 from mechid.command.entry import is_table
@@ -72,7 +72,7 @@ def read_flight(entry: Any, place: Place) -> Flight:
         A key is unknown or an entry is wrong.
     """
     if not is_table(entry):
-        raise place.error(f"{found(entry)}; write a table, [flight]")
+        raise place.error(f"{describe_entry(entry)}; write a table, [flight]")
     refuse_unknown_keys(entry, KEYS, place)
     values = {SHORT[key]: number(entry[key], place.key(key), "SI units") for key in SHORT if key in entry}
     values |= _numbers(entry.get("values", {}), place.key("values"))
@@ -84,7 +84,7 @@ def read_flight(entry: Any, place: Place) -> Flight:
 def _numbers(entry: Any, place: Place) -> dict[str, float]:
     """Return dotted names with numbers; nested tables, which TOML makes of dotted keys, are flattened."""
     if not is_table(entry):
-        raise place.error(f'{found(entry)}; write a table, as {{ "stepper.coil_resistance" = 11.2 }}')
+        raise place.error(f'{describe_entry(entry)}; write a table, as {{ "stepper.coil_resistance" = 11.2 }}')
     out: dict[str, float] = {}
     for key, value in entry.items():
         if is_table(value):
@@ -105,7 +105,7 @@ def _deviations(entry: Any, place: Place) -> dict[str, float]:
 def _load_mode(entry: Mapping[str, Any], place: Place) -> LoadMode:
     refuse_unknown_keys(entry, LOAD_MODE_KEYS, place)
     frequency_hz, inertia = (
-        above_zero(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
+        positive_number(required_entry(entry, key, place, f"write {key} = ..."), place.key(key), unit)
         for key, unit in (("frequency_hz", "Hz"), ("inertia", "kg m2"))
     )
     return LoadMode(frequency_hz, required_damping(entry, place, "write damping = ..."), inertia)

@@ -10,7 +10,16 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.budgets.operating_mode import RMS_WINDOW_S, SETTLE_S, OperatingMode, usual_highest_hz
-from mechid.campaign.place import Place, above_zero, found, number, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import (
+    Place,
+    describe_entry,
+    number,
+    positive_number,
+    refuse_unknown_keys,
+    required_entry,
+    tables,
+    text,
+)
 from mechid.command import Command
 from mechid.command.entry import is_table, is_whole
 from mechid.command.rate_entry import RATE_KEYS
@@ -67,11 +76,11 @@ def _check_duties(modes: Sequence[OperatingMode], places: Sequence[Place]) -> No
 
 def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode:
     refuse_unknown_keys(entry, KEYS, place)
-    name = text(required(entry, "name", place, 'write name = "scan"'), place.key("name"), "write a name")
+    name = text(required_entry(entry, "name", place, 'write name = "scan"'), place.key("name"), "write a name")
     remedy = 'write command = { stepping = "micro", microsteps = 16, rate = 46.0 }'
-    command = required(entry, "command", place, remedy)
+    command = required_entry(entry, "command", place, remedy)
     if not is_table(command):
-        raise place.key("command").error(f"{found(command)}; {remedy}")
+        raise place.key("command").error(f"{describe_entry(command)}; {remedy}")
     profile = any(key in command for key in RATE_KEYS[1:])
     for key in STEADY_KEYS if profile else PROFILE_KEYS:
         if key in entry:
@@ -140,7 +149,7 @@ def _rates(entry: Mapping[str, Any], command: Mapping[str, Any], place: Place) -
     if given[0] == "rates":
         listed = entry["rates"]
         if not isinstance(listed, list) or not listed:
-            raise at.error(f"{found(listed)}; write rates = [23.0, 46.0]")
+            raise at.error(f"{describe_entry(listed)}; write rates = [23.0, 46.0]")
         numbers = [number(rate, at.item(k), "full steps/s") for k, rate in enumerate(listed)]
         return _positive_rates(np.unique(np.array(numbers)), at)
     return _positive_rates(_range(entry["rate_range"], at), at)
@@ -148,9 +157,11 @@ def _rates(entry: Mapping[str, Any], command: Mapping[str, Any], place: Place) -
 
 def _range(entry: Any, place: Place) -> FloatArray:
     if not is_table(entry):
-        raise place.error(f"{found(entry)}; {RATE_REMEDY}")
+        raise place.error(f"{describe_entry(entry)}; {RATE_REMEDY}")
     refuse_unknown_keys(entry, ("from", "to", "count"), place)
-    low, high = (number(required(entry, k, place, RATE_REMEDY), place.key(k), "full steps/s") for k in ("from", "to"))
+    low, high = (
+        number(required_entry(entry, k, place, RATE_REMEDY), place.key(k), "full steps/s") for k in ("from", "to")
+    )
     count = entry.get("count", 0)
     if not is_whole(count, 2, MOST_RATES) or low >= high:
         raise place.error(
@@ -167,4 +178,4 @@ def _positive_rates(rates: FloatArray, place: Place) -> FloatArray:
 
 
 def _positive(entry: Mapping[str, Any], key: str, default: float, place: Place, unit: str) -> float:
-    return above_zero(entry.get(key, default), place.key(key), unit)
+    return positive_number(entry.get(key, default), place.key(key), unit)

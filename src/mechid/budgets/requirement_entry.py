@@ -8,7 +8,16 @@ from typing import Any
 from mechid.budgets.indices import KINDS, Index
 from mechid.budgets.levels import CONE, INTERPRETATIONS
 from mechid.budgets.requirement import Requirement
-from mechid.campaign.place import Place, above_zero, number, one_of, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import (
+    Place,
+    number,
+    one_of,
+    positive_number,
+    refuse_unknown_keys,
+    required_entry,
+    tables,
+    text,
+)
 from mechid.errors import InputFileError
 
 KEYS = (
@@ -47,8 +56,8 @@ def read_requirements(table: Mapping[str, Any], place: Place, axes: Sequence[str
 def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> Requirement:
     refuse_unknown_keys(entry, KEYS, place)
     for key, remedy in REMEDIES.items():
-        required(entry, key, place, remedy)
-    period = above_zero(entry["evaluation_period_s"], place.key("evaluation_period_s"), "s")
+        required_entry(entry, key, place, remedy)
+    period = positive_number(entry["evaluation_period_s"], place.key("evaluation_period_s"), "s")
     index = _index(entry, place)
     if index.row.one_period and index.longest_s > period:
         raise place.key("evaluation_period_s").error(f"found {period:.9g}; the windows take {index.longest_s:.9g} s")
@@ -59,7 +68,7 @@ def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) ->
         name=text(entry["name"], place.key("name"), REMEDIES["name"]),
         index=index,
         axis=one_of(entry["axis"], (*axes, CONE), place.key("axis")),
-        limit_rad=above_zero(entry["limit_rad"], place.key("limit_rad"), "rad"),
+        limit_rad=positive_number(entry["limit_rad"], place.key("limit_rad"), "rad"),
         interpretation=one_of(entry["interpretation"], INTERPRETATIONS, place.key("interpretation")),
         confidence=confidence,
         evaluation_period_s=period,

@@ -12,7 +12,7 @@ from mechid.budgets.budget import Budget, make_budget
 from mechid.budgets.budget_file import budget_of_table, read_budget_file
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import estimate_path, read_fit
-from mechid.progress.listening import telling
+from mechid.progress.listening import line_receiver
 from mechid.structure import Structure
 
 
@@ -71,5 +71,5 @@ def budget(
     if not isinstance(fit, Fit):
         requested = requested if fit is None else replace(requested, estimate=estimate_path(fit))
         fit = read_fit(requested.estimate)
-    with telling(say) as tell:
+    with line_receiver(say) as tell:
         return make_budget(requested, fit, workers, tell, executor=executor)

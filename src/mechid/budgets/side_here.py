@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.analysis.settings import ORDER
-from mechid.analysis.side_components import SideAtRate, SideLines, pooled, side_lines
+from mechid.analysis.side_components import SideAtRate, SideLines, pool_measurements, side_lines
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.settings import RESIDUALS
 
@@ -82,7 +82,7 @@ def pool_by_rate(cells: Sequence[SideAtRate]) -> list[SideAtRate]:
     found: dict[int, list[SideAtRate]] = {}
     for cell in cells:
         found.setdefault(round(np.log(cell.rate) / np.log1p(ORDER.rate_step)), []).append(cell)
-    return sorted((pooled(each) for each in found.values()), key=lambda cell: cell.rate)
+    return sorted((pool_measurements(each) for each in found.values()), key=lambda cell: cell.rate)
 
 
 def interpolate_at_rate(cells: Sequence[SideAtRate], components: tuple[str, ...], rate: float) -> SideHere:

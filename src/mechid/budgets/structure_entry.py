@@ -13,7 +13,16 @@ from mechid.arrays import FloatArray
 from mechid.budgets.damping_entry import required_damping
 from mechid.budgets.settings import RESIDUALS
 from mechid.budgets.side_source import FRAME
-from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import (
+    Place,
+    describe_entry,
+    number,
+    one_of,
+    refuse_unknown_keys,
+    required_entry,
+    tables,
+    text,
+)
 from mechid.command.entry import is_table, is_whole
 from mechid.errors import InputFileError
 from mechid.records.components import AXES
@@ -57,14 +66,16 @@ def read_structure_entry(
         An entry or the structure's file is missing or wrong.
     """
     at = place.key("structure")
-    entry = required({"structure": {}} | dict(table) if given else table, "structure", place, TABLE_REMEDY)
+    entry = required_entry({"structure": {}} | dict(table) if given else table, "structure", place, TABLE_REMEDY)
     if not is_table(entry):
-        raise at.error(f"{found(entry)}; {TABLE_REMEDY}")
+        raise at.error(f"{describe_entry(entry)}; {TABLE_REMEDY}")
     refuse_unknown_keys(entry, KEYS if given is None else OF_BUDGET, at)
     coupled = number(entry.get("coupled_below_hz", COUPLED_BELOW_HZ), at.key("coupled_below_hz"), "Hz")
     if given is not None:
         return _with_attitude_control(given, entry, at), coupled
-    file = text(required(entry, "file", at, 'write file = "structure.toml"'), at.key("file"), "write a file's name")
+    file = text(
+        required_entry(entry, "file", at, 'write file = "structure.toml"'), at.key("file"), "write a file's name"
+    )
     axis = one_of(table["axis"], ROTATIONS, place.key("axis")) if "axis" in table else ""
     try:
         structure = read_structure(folder / file, _selection(entry, at), axis=axis)
@@ -79,7 +90,7 @@ def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
     lines: dict[str, tuple[Location, ...]] = {}
     for line, at in tables(entry, "line_of_sight", place):
         refuse_unknown_keys(line, LINE_KEYS, at)
-        name = text(required(line, "name", at, 'write name = "x"'), at.key("name"), "write a name")
+        name = text(required_entry(line, "name", at, 'write name = "x"'), at.key("name"), "write a name")
         lines[name] = (*lines.get(name, ()), _location(line, at))
     numbers: dict[str, Any] = {
         key: number(entry[key], place.key(key), unit)
@@ -91,7 +102,7 @@ def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
     interface = None
     if "interface" in entry:
         if not is_table(entry["interface"]):
-            raise place.key("interface").error(f"{found(entry['interface'])}; {LOCATION_REMEDY}")
+            raise place.key("interface").error(f"{describe_entry(entry['interface'])}; {LOCATION_REMEDY}")
         refuse_unknown_keys(entry["interface"], LOCATION_KEYS, place.key("interface"))
         interface = _location(entry["interface"], place.key("interface"))
     directions = _named_directions(entry, place.key("directions"))
@@ -102,7 +113,7 @@ def _named_directions(entry: Mapping[str, Any], place: Place) -> dict[str, str]:
     """Return the columns of a file for the interface's further directions."""
     named, remedy = entry.get("directions", {}), 'write the names of columns, as { tx = "phi_x", ry = "theta_y" }'
     if not is_table(named):
-        raise place.error(f"{found(named)}; {remedy}")
+        raise place.error(f"{describe_entry(named)}; {remedy}")
     refuse_unknown_keys(named, DIRECTIONS, place)
     return {direction: text(name, place.key(direction), remedy) for direction, name in named.items()}
 
@@ -119,9 +130,11 @@ def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
     if entry is None:
         return np.eye(3)
     if not is_table(entry):
-        raise at.error(f"{found(entry)}; write {FRAME}")
+        raise at.error(f"{describe_entry(entry)}; write {FRAME}")
     refuse_unknown_keys(entry, AXES, at)
-    frame = np.column_stack([_cosines(required(entry, axis, at, f"write {FRAME}"), at.key(axis)) for axis in AXES])
+    frame = np.column_stack(
+        [_cosines(required_entry(entry, axis, at, f"write {FRAME}"), at.key(axis)) for axis in AXES]
+    )
     if np.abs(frame.T @ frame - np.eye(3)).max() > RESIDUALS.along:
         raise at.error("the axes are not of length 1 and at right angles to one another; write their cosines")
     if np.linalg.det(frame) < 0.0:
@@ -133,15 +146,15 @@ def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
 
 def _cosines(entry: Any, place: Place) -> list[float]:
     if not isinstance(entry, list) or len(entry) != 3:
-        raise place.error(f"{found(entry)}; write three cosines, as [0.0, 1.0, 0.0]")
+        raise place.error(f"{describe_entry(entry)}; write three cosines, as [0.0, 1.0, 0.0]")
     return [number(value, place.item(k), "1") for k, value in enumerate(entry)]
 
 
 def _location(entry: Mapping[str, Any], place: Place) -> Location:
-    node = required(entry, "node", place, LOCATION_REMEDY)
+    node = required_entry(entry, "node", place, LOCATION_REMEDY)
     if not is_whole(node, 0, 2**31):
-        raise place.key("node").error(f"{found(node)}; write the node's number")
-    direction = one_of(required(entry, "direction", place, LOCATION_REMEDY), DIRECTIONS, place.key("direction"))
+        raise place.key("node").error(f"{describe_entry(node)}; write the node's number")
+    direction = one_of(required_entry(entry, "direction", place, LOCATION_REMEDY), DIRECTIONS, place.key("direction"))
     return Location(int(node), direction, number(entry.get("factor", 1.0), place.key("factor"), "1 or rad/m"))
 
 
@@ -152,11 +165,11 @@ def _with_attitude_control(structure: Structure, entry: Mapping[str, Any], place
     at, control = place.key("attitude_control"), entry["attitude_control"]
     remedy = "write { bandwidth_hz = 0.05, damping = 0.7 }"
     if not is_table(control):
-        raise at.error(f"{found(control)}; {remedy}")
+        raise at.error(f"{describe_entry(control)}; {remedy}")
     refuse_unknown_keys(control, ("bandwidth_hz", *DAMPING_KEYS), at)
     if not isinstance(structure.model, Modes):
         raise at.error("it needs the structure's modes; put the control into the response, or leave it out")
-    bandwidth = number(required(control, "bandwidth_hz", at, remedy), at.key("bandwidth_hz"), "Hz")
+    bandwidth = number(required_entry(control, "bandwidth_hz", at, remedy), at.key("bandwidth_hz"), "Hz")
     damping = required_damping(control, at, remedy, asked_above=CONTROL_ASKED_ABOVE)
     held = {
         direction: model.with_attitude_control(bandwidth, damping)

@@ -1,6 +1,6 @@
-"""What belongs together: records, their commands, the mechanism, and stages, read from their files.
+"""Campaign: records with their commands, the mechanism and the stages of a fit, read from files.
 
-`load_campaign` makes a `Campaign`; `new_campaign` writes the files to start from.
+`load_campaign` reads a `Campaign`; `new_campaign` writes the files to start from.
 
 Internal to mechid but for the names that docs/python.md lists.
 """

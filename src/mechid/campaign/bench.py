@@ -1,7 +1,7 @@
-"""A synthetic bench: records that the paper's estimates would give, with noise, and the key to them.
+"""Synthetic bench: records simulated from the paper's estimates, with noise, and the true values.
 
-It is made up. The mechanism's values are those that [Kornienko2013]_ identified (Table 1), the peak
-voltage and the detent phases are assumed, the records are simulated; nothing of it was measured.
+The mechanism's values are those that [Kornienko2013]_ identified (Table 1). The peak voltage and the
+detent phases are assumed. The records are simulated: none of the data was measured.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
-from mechid.campaign.trajectory_file import record_rows, refuse_lost
+from mechid.campaign.trajectory_file import record_rows, refuse_incomplete
 from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
 from mechid.writing import creating_folder, write_atomically
@@ -42,13 +42,13 @@ TRUTH: Mapping[str, float] = {
     "housing.frequency": 5578.0,
     "housing.damping": 0.095,
 }
-"""What the identification is to find: the paper's estimates, and detent phases of our own."""
+"""True values that the identification should recover: the paper's estimates and assumed detent phases."""
 
 SAMPLE_RATE_HZ = 10_000.0
 NOISE_NM = 0.002
 OFFSET_NM = 0.01
 DRIFT_NM = 0.004
-"""Standard deviations: of each sample, and between records of the offset and of the drift over a record."""
+"""Standard deviations: noise of each sample; offset and drift over a record, drawn once per record."""
 
 CAMPAIGN_COMMENT = """\
 SYNTHETIC: nothing here was measured. The records are simulated from the values in truth.json, with 2 mN m of
@@ -60,7 +60,7 @@ which the identification starts. The peak voltage is assumed. What made the reco
 
 @dataclass(frozen=True)
 class BenchRecord:
-    """A record of the bench: its command as the campaign file writes it, and how long it takes in s."""
+    """A record of the bench: its command in the notation of the campaign file, and its duration in s."""
 
     name: str
     command: str
@@ -68,7 +68,7 @@ class BenchRecord:
 
 
 def bench_records(sweep_s: float = 60.0) -> tuple[BenchRecord, ...]:
-    """Return full steps and microsteps at 23, 46 and 92 steps/s, and the microstep sweep to 120 steps/s."""
+    """Return full-step and microstep records at 23, 46 and 92 steps/s, and a microstep sweep to 120 steps/s."""
     full = '{{ stepping = "full", rate = {:.1f}, start_angle_deg = 45.0 }}'
     micro = '{{ stepping = "micro", microsteps = 16, rate = {:.1f} }}'
     profile = f"[[0.0, 0.0], [{sweep_s:.1f}, {2.0 * sweep_s:.1f}]]"
@@ -81,12 +81,12 @@ def bench_records(sweep_s: float = 60.0) -> tuple[BenchRecord, ...]:
 
 
 def true_mechanism() -> Mechanism:
-    """Return the mechanism that the bench's records are simulated with."""
+    """Return the mechanism from which the bench's records are simulated."""
     return catalogue_mechanism().with_values(TRUTH)
 
 
 def refuse_measured_campaign(folder: Path) -> None:
-    """Raise UsageError where a folder holds a campaign that is no bench, and would be replaced by one."""
+    """Raise UsageError if the folder holds a campaign of measured records, which a bench would overwrite."""
     if (folder / FILE_NAME).exists() and not (folder / TRUTH_NAME).exists():
         raise UsageError(f"{folder}: holds a {FILE_NAME} of measured records; give another folder")
 
@@ -99,13 +99,13 @@ def write_bench(
     Parameters
     ----------
     folder : Path
-        Made with its parents where it is missing; files of these names are replaced.
+        Created with its parents if missing; files of these names are overwritten.
     seed : int
-        Of noise, offsets and drifts.
+        Seed of the noise, offsets and drifts.
     sweep_s : float
-        Duration of the sweep in s; its rate goes from 0 to twice as many steps/s.
+        Duration of the sweep in s; its rate rises from 0 to twice that number in steps/s.
     truth : mapping of str to float
-        Values that the records are made with, by dotted name in the file's units; others are the catalogue's.
+        True values by dotted name, in the file's units; parameters not listed keep their catalogue values.
 
     Returns
     -------
@@ -119,15 +119,16 @@ def write_bench(
     """
     folder, records = Path(folder), bench_records(sweep_s)
     with creating_folder(folder):
-        campaign = _written_campaign(folder, records, truth)
+        campaign = _write_campaign_files(folder, records, truth)
+        # One generator per record: the noise of a record does not depend on the length of the others.
         generators = np.random.default_rng(seed).spawn(len(records))
         for record, rng in zip(records, generators, strict=True):
             _write_record(folder, record, campaign, rng)
     return campaign.path
 
 
-def _written_campaign(folder: Path, records: tuple[BenchRecord, ...], truth: Mapping[str, float]) -> Campaign:
-    """Write the campaign's own files, and return it with the mechanism that makes its records."""
+def _write_campaign_files(folder: Path, records: tuple[BenchRecord, ...], truth: Mapping[str, float]) -> Campaign:
+    """Write the campaign's files; return the campaign with the true mechanism."""
     drafts = [RecordDraft(name=r.name, file=f"{r.name}.csv", command=r.command) for r in records]
     write_atomically(folder / MECHANISM_NAME, mechanism_text(catalogue_mechanism(), MECHANISM_COMMENT))
     write_atomically(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT, synthetic=True))
@@ -137,7 +138,7 @@ def _written_campaign(folder: Path, records: tuple[BenchRecord, ...], truth: Map
 
 def _write_record(folder: Path, record: BenchRecord, campaign: Campaign, rng: np.random.Generator) -> None:
     trajectory = simulate(campaign, record.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=record.duration_s)
-    refuse_lost({record.name: trajectory})
+    refuse_incomplete({record.name: trajectory})
     time = trajectory.time[:]
     torque = trajectory.torque + _disturbance(rng, time)
     rows = record_rows(time, torque, time_format="%.6f", torque_format="%.9e")

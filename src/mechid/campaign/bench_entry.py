@@ -1,4 +1,4 @@
-"""The ``[bench]`` table of a campaign: how the mechanism stands on a table that measures more than its torque."""
+"""``[bench]`` table of a campaign file: mounting of the mechanism on a multi-component measuring table."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from mechid.campaign.campaign import CampaignRecord
-from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required
+from mechid.campaign.place import Place, describe_entry, number, one_of, refuse_unknown_keys, required_entry
 from mechid.command.entry import is_table
 from mechid.records import Mounting, Record, Role, move_to_mounting_point
 from mechid.records.components import AXES, TORQUE
@@ -19,13 +19,13 @@ EXAMPLE = 'write [bench] with drive_axis = "z" and mounting_point_m = [0.0, 0.0,
 
 
 def read_bench(table: Mapping[str, Any], place: Place, records: Sequence[CampaignRecord]) -> Mounting | None:
-    """Return how the mechanism stands on the table; None where no record has a component beside its torque.
+    """Return the mounting of the mechanism on the table; None if no record has a component besides the torque.
 
     Raises
     ------
     InputFileError
-        The entry is missing although a record has such components, or is wrong; a component is the drive torque itself;
-        or what it takes to move one to the mounting point is not recorded.
+        The entry is invalid, or missing although a record has such components; a component is the drive torque itself;
+        or a force needed to move a moment to the mounting point is not recorded.
     """
     mounting = _mounting(table[KEY], place.key(KEY)) if KEY in table else None
     for index, record in enumerate(records):
@@ -35,44 +35,45 @@ def read_bench(table: Mapping[str, Any], place: Place, records: Sequence[Campaig
 
 
 def with_data(record: CampaignRecord, data: Record, mounting: Mounting | None) -> CampaignRecord:
-    """Return a record of the campaign with its samples, moments about the mounting point."""
+    """Attach the samples to a record of the campaign, with moments taken about the mounting point."""
     return replace(record, data=data if mounting is None else move_to_mounting_point(data, mounting))
 
 
 def _mounting(entry: Any, place: Place) -> Mounting:
     if not is_table(entry):
-        raise place.error(f"{found(entry)}; {EXAMPLE}")
+        raise place.error(f"{describe_entry(entry)}; {EXAMPLE}")
     refuse_unknown_keys(entry, KEYS, place)
-    axis = one_of(required(entry, KEYS[0], place, 'write drive_axis = "z"'), DRIVE_AXES, place.key(KEYS[0]))
+    axis = one_of(required_entry(entry, KEYS[0], place, 'write drive_axis = "z"'), DRIVE_AXES, place.key(KEYS[0]))
     at, remedy = place.key(KEYS[1]), "write three numbers in m, from the table's reference point: [0.0, 0.0, 0.05]"
-    point = required(entry, KEYS[1], place, remedy)
+    point = required_entry(entry, KEYS[1], place, remedy)
     if not isinstance(point, list) or len(point) != 3:
-        raise at.error(f"{found(point)}; {remedy}")
+        raise at.error(f"{describe_entry(point)}; {remedy}")
     x, y, z = (number(value, at.item(k), "m") for k, value in enumerate(point))
     return Mounting(axis, (x, y, z))
 
 
-def _side(record: CampaignRecord) -> list[str]:
+def _side_components(record: CampaignRecord) -> list[str]:
     return [channel.quantity for channel in record.spec.channels if channel.role is Role.SIDE]
 
 
 def _refuse_different(records: Sequence[CampaignRecord], place: Place) -> None:
-    """Refuse records of different components: their lines are joined over the rate."""
-    having = [(index, _side(record)) for index, record in enumerate(records) if _side(record)]
-    for index, own in having:
-        if other := sorted(set(own) ^ set(having[0][1])):
+    """Refuse records with different components."""
+    # The lines of a component are joined over the rate across records, so every record has to contribute to each.
+    measured = [(index, side) for index, record in enumerate(records) if (side := _side_components(record))]
+    for index, own in measured:
+        if other := sorted(set(own) ^ set(measured[0][1])):
             remedy = "give the same in each record that has any"
             raise (
                 place.item(index)
                 .key("channels")
-                .error(f"{', '.join(other)} in one of it and record[{having[0][0]}] alone; {remedy}")
+                .error(f"{', '.join(other)} in one of it and record[{measured[0][0]}] alone; {remedy}")
             )
 
 
 def _check(record: CampaignRecord, mounting: Mounting | None, place: Place) -> None:
-    """Refuse components that cannot be told from the drive torque, or cannot be moved to the mounting point."""
+    """Refuse components that duplicate the drive torque or cannot be moved to the mounting point."""
     quantities = tuple(channel.quantity for channel in record.spec.channels)
-    side = _side(record)
+    side = _side_components(record)
     if not side:
         return
     at = place.item(quantities.index(side[0]))

@@ -1,4 +1,4 @@
-"""A campaign: records with their commands, the mechanism they were taken from, and stages of the fit."""
+"""Campaign: records with their commands, the measured mechanism, and the stages of the fit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TIME_OFFSET = Declaration(
     "time_offset_s", "t_0", "s", "record time at which the command starts", source="the test stand", default=0.0
 )
 START = "start"
-"""What the states of a record's start are named by, ``record.<name>.start.<state>``."""
+"""Prefix of the initial states of a record, ``record.<name>.start.<state>``."""
 CLOCK = Declaration(
     key="clock_ppm",
     symbol="c",
@@ -35,30 +35,30 @@ CLOCK = Declaration(
     default=0.0,
 )
 INSTANTS = (TIME_OFFSET, CLOCK)
-"""What a ``[[record]]`` may say of its instants, ``record.<name>.<key>``."""
+"""Timing parameters of a ``[[record]]``, named ``record.<name>.<key>``."""
 CAMPAIGN = "campaign"
-"""Owner of what all records share, ``campaign.clock_ppm``."""
+"""Prefix of parameters that all records share, as ``campaign.clock_ppm``."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Match:
-    """A measured channel that the model has to explain, and how it counts.
+    """A measured channel that the model has to explain, with its settings in the fit.
 
     Parameters
     ----------
     quantity : str
     use : {"estimate", "validate"}
-        Whether it is fitted, or only compared.
+        Whether the channel is fitted or only compared.
     offset, drift : bool
         Whether an offset and a linear drift are projected out.
     quantisation : float
-        Resolution of the instrument in the file's numbers, 0 where none is declared.
+        Resolution of the instrument in the units of the file; 0 if none is declared.
     noise_sigma : float or None
-        Standard deviation that its residual is to be judged by, in the file's numbers; None takes its noise floor.
+        Standard deviation of the noise in the units of the file; None takes the channel's noise floor.
     lines_hz : tuple of float
-        Lines that are projected out, such as mains hum.
+        Frequencies of lines that are projected out, such as mains hum.
     offset_assumed : bool
-        Whether `offset` is a default, which nobody has written.
+        Whether `offset` is a default rather than an entry of the file.
     """
 
     quantity: str = "torque"
@@ -73,32 +73,32 @@ class Match:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class CampaignRecord:
-    """One test run: how it was commanded, and what was measured.
+    """One test run: its command and its measured data.
 
     Parameters
     ----------
     name : str
-        Of letters, digits, ``_`` and ``-``; it becomes a file name.
+        Letters, digits, ``_`` and ``-``; also used as a file name.
     use : {"estimate", "validate"}
-        Whether it is fitted, or only compared.
+        Whether the record is fitted or only compared.
     command : Command
     spec : RecordSpec
-        What of the file is read.
+        Channels and settings with which the file is read.
     file : Path or None
-        The measured file; None where the campaign names none.
+        The measured file; None if the campaign names none.
     matches : tuple of Match
-        The channels that the model has to explain, the leading one first: the torque where it is among them.
+        The channels that the model has to explain, the leading one first: the torque if it is among them.
     parameters : tuple of Parameter
-        Its time offset; its clock where it has one, or that of all records; values of the mechanism for it alone; the
-        states of its start.
+        Per-record parameters: the time offset; the clock error, of this record or shared by all; overrides of
+        mechanism parameters; the initial states.
     burn_in_s : float
-        Time at its beginning that is simulated and does not count.
+        Initial time in s that is simulated but excluded from the fit.
     stretch_s : float
-        Length of the stretches in which it is followed; 0 where it is followed as a whole.
+        Length in s of the stretches into which the record is cut; 0 keeps it whole.
     data : Record or None
-        What the file holds, where it was read.
+        Samples of the file; None if it was not read.
     clock_reference : {"recorder", "driver"}
-        Whose time is the true one, where the driver's clock and the recorder's differ.
+        The clock taken as true where the driver's clock and the recorder's differ.
     """
 
     name: str
@@ -114,8 +114,8 @@ class CampaignRecord:
     clock_reference: ClockReference = "recorder"
 
     def __repr__(self) -> str:
-        held = "planned" if self.data is None and self.file is None else repr(self.data) if self.data else "not read"
-        return f"<CampaignRecord {self.name} ({self.use}): {held}>"
+        state = "planned" if self.data is None and self.file is None else repr(self.data) if self.data else "not read"
+        return f"<CampaignRecord {self.name} ({self.use}): {state}>"
 
     @property
     def estimated(self) -> tuple[Match, ...]:
@@ -129,12 +129,12 @@ class CampaignRecord:
 
     @property
     def replaced(self) -> tuple[Parameter, ...]:
-        """Values of the mechanism for it alone, ``record.<name>.transducer.gain`` and the like."""
+        """Per-record overrides of mechanism parameters, as ``record.<name>.transducer.gain``."""
         return tuple(q for q in self.parameters if q.replaces)
 
     @property
     def start(self) -> tuple[Parameter, ...]:
-        """The states of its start, ``record.<name>.start.angle`` and the like; none where it starts at rest."""
+        """Initial states, as ``record.<name>.start.angle``; empty if the record starts at rest."""
         return tuple(q for q in self.parameters if is_of_start(q))
 
     @property
@@ -144,34 +144,34 @@ class CampaignRecord:
 
     @property
     def clock(self) -> Parameter | None:
-        """By how many ppm the driver's clock runs faster than its recorder's; None where nothing is said of it."""
+        """Clock error in ppm, positive if the driver's clock is faster than the recorder's; None if not declared."""
         return next((q for q in self.parameters if q.declaration.key == CLOCK.key), None)
 
-    def holding(self, values: Mapping[str, float]) -> CampaignRecord:
-        """Return the record with those of its own parameters known that have a value here, by dotted name."""
-        held = (
+    def with_known_values(self, values: Mapping[str, float]) -> CampaignRecord:
+        """Set per-record parameters to known values, given by dotted name."""
+        parameters = (
             replace(q, value=values[q.name], status=Status.KNOWN) if q.name in values else q for q in self.parameters
         )
-        return replace(self, parameters=tuple(held))
+        return replace(self, parameters=tuple(parameters))
 
     @property
     def timing(self) -> Timing:
-        """How record time becomes command time, at the values of the file."""
+        """Map from record time to command time, at the values of the file."""
         return Timing(self.time_offset.value, self.clock.value if self.clock else 0.0, self.clock_reference)
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage of the search as the user asks for it.
+    """One stage of the search, as requested by the user.
 
     Parameters
     ----------
     records : tuple of str
-        Names of the records it fits.
+        Names of the records to fit.
     window_s : (float, float) or None
-        Record time in s from and to which they count; None is all of them.
+        Start and end of the fitted window in s of record time; None fits the whole records.
     free : tuple of str
-        Dotted names of the parameters it moves.
+        Dotted names of the parameters to estimate.
     """
 
     records: tuple[str, ...]
@@ -181,14 +181,14 @@ class Stage:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InCode:
-    """What a campaign that is in no file was made of.
+    """Inputs of a campaign made in code, without files.
 
     Parameters
     ----------
     entries : mapping
-        What campaign.toml would hold of it.
+        Content of the equivalent campaign.toml.
     samples : mapping of str to SampleColumns
-        By the names of the records that were measured.
+        Samples of the measured records, by record name.
     """
 
     entries: Mapping[str, Any]
@@ -197,7 +197,7 @@ class InCode:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Campaign:
-    """Records, mechanism and stages that belong together.
+    """Records of one mechanism, with the mechanism and the stages of its fit.
 
     Parameters
     ----------
@@ -207,20 +207,20 @@ class Campaign:
     records : tuple of CampaignRecord
         In the order of the file.
     mounting : Mounting or None
-        How the mechanism stands on a table that measures more than its torque.
+        Mounting of the mechanism on a multi-component measuring table.
     stages : tuple of Stage
-        Empty where mechid is to plan them.
+        Empty if mechid plans them.
     options : IdentifyOptions
     considered : tuple of str
-        Names of the effects that a diagnosis looks for; empty where it looks for all.
+        Names of the effects that a diagnosis considers; empty for all.
     warnings : tuple of str
-        What is odd and yet usable, one line each.
+        One line for each suspicious but usable input.
     synthetic : bool
-        Whether the records were simulated, not measured; every result of them says so.
+        Whether the records were simulated instead of measured; every result repeats it.
     source : InCode or None
-        What it was made of; None where it was read from files.
+        Inputs of a campaign made in code; None if it was read from files.
     clock_reference : {"recorder", "driver"} or None
-        Whose clock is right, where it is declared.
+        The clock taken as true; None if not declared.
     """
 
     path: Path
@@ -241,7 +241,7 @@ class Campaign:
         return f"<Campaign {self.path}: {len(self.free)} free parameters, records {names}>"
 
     def record(self, name: str) -> CampaignRecord:
-        """Return the record of a name; UsageError where there is none."""
+        """Return the record of this name; UsageError if there is none."""
         by_name = {record.name: record for record in self.records}
         if name not in by_name:
             near = did_you_mean(name, by_name) or "; there are " + ", ".join(by_name)
@@ -260,12 +260,12 @@ class Campaign:
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
-        """The mechanism's parameters, then those of each record, by dotted name."""
+        """Parameters by dotted name: those of the mechanism, then those of each record."""
         return parameters_of(self.mechanism, self.records)
 
     @property
     def free(self) -> tuple[Parameter, ...]:
-        """Parameters the fit may move, those of records included."""
+        """Parameters to be estimated, including per-record ones."""
         return tuple(q for q in self.parameters.values() if q.is_free)
 
 
@@ -276,7 +276,7 @@ def parameters_of(mechanism: Mechanism, records: tuple[CampaignRecord, ...]) -> 
 
 
 def key_in_record(record_parameter: str) -> str:
-    """Return what a record's own parameter is called behind its record's name.
+    """Return the name of a per-record parameter without the prefix of its record.
 
     Examples
     --------
@@ -287,21 +287,21 @@ def key_in_record(record_parameter: str) -> str:
 
 
 def is_of_start(parameter: Parameter) -> bool:
-    """Tell whether a record's own parameter is a state of its start."""
+    """Return whether a per-record parameter is an initial state."""
     return parameter.declaration.key.startswith(f"{START}.")
 
 
-def names_start(name: str) -> bool:
-    """Tell whether a dotted name is that of a state of a record's start.
+def is_start_name(name: str) -> bool:
+    """Return whether a dotted name denotes an initial state of a record.
 
     Examples
     --------
-    >>> names_start("record.full_46.start.angle"), names_start("load.start_rate")
+    >>> is_start_name("record.full_46.start.angle"), is_start_name("load.start_rate")
     (True, False)
     """
     return name.startswith("record.") and key_in_record(name).startswith(f"{START}.")
 
 
 def record_parameter_name(record: str, key: str) -> str:
-    """Return the dotted name of a record's own parameter."""
+    """Return the dotted name of a per-record parameter."""
     return f"record.{record}.{key}"

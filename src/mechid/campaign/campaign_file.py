@@ -1,4 +1,4 @@
-"""The campaign file: it names records, mechanism and stages, and they are read and joined here."""
+"""Reader of the campaign file, which names the records, the mechanism and the stages."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.joined_campaign import KEYS, SYNTHETIC, Sources, joined_campaign
 from mechid.campaign.mechanism_file import load_mechanism
 from mechid.campaign.not_filled_in import refuse_empty_commands
-from mechid.campaign.place import Place, refuse_unknown_keys, required, text
+from mechid.campaign.place import Place, refuse_unknown_keys, required_entry, text
 from mechid.campaign.record_entry import read_records as read_record_entries
-from mechid.campaign.record_tables import gathered
+from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.reading.whole import is_file, is_folder
@@ -21,7 +21,7 @@ from mechid.records import Record, prepare_to_read, read_record
 
 FILE_NAME = "campaign.toml"
 TRUTH_NAME = "truth.json"
-"""The values that synthetic records were made with; a campaign file beside it that does not say `synthetic` is so."""
+"""True values of synthetic records; a campaign file in the same folder counts as synthetic unless it says otherwise."""
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -32,29 +32,29 @@ def load_campaign(
     need_files: bool | None = None,
     mechanism_file: Path | str | None = None,
 ) -> Campaign:
-    """Return the campaign that a file describes, its records read.
+    """Load a campaign from its file, including the samples of its records.
 
     Parameters
     ----------
     path : Path
         The campaign file, or the folder that holds ``campaign.toml``.
     read_records : bool
-        False leaves the records' files unread, and lets records without a file pass: enough to plan.
+        False skips the records' files and accepts records without a file, which is enough for planning.
     need_files : bool or None
-        Whether a record without a file is refused; None refuses it where records are read. Without one it is
-        planned: enough to check, to simulate and to design the test.
+        Whether every record needs a file; None requires one if records are read. A record without a file is
+        planned: it can be checked, simulated and used in a test design.
     mechanism_file : Path, str or None
-        In place of the one that the campaign file names.
+        Replaces the mechanism file named in the campaign file.
 
     Returns
     -------
     Campaign
-        Mechanism, records with their samples in SI units, stages, options, and warnings about what is odd.
+        Mechanism, records with their samples in SI units, stages, options, and warnings about suspicious inputs.
 
     Raises
     ------
     InputFileError
-        The campaign or mechanism file is missing or wrong.
+        The campaign or mechanism file is missing or invalid.
     RecordError
         A record's file is missing or cannot be used.
 
@@ -68,6 +68,7 @@ def load_campaign(
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     mechanism_path = file.parent / _mechanism(table, place) if mechanism_file is None else Path(mechanism_file)
+    # Before the mechanism is read, so that an unfinished template is reported in one message.
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     sources = Sources(file.parent, lambda: load_mechanism(mechanism_path), _read, need_files, read_records)
@@ -77,7 +78,7 @@ def load_campaign(
 
 
 def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
-    """Return the records that a campaign file names, read, without its mechanism, which need not be there yet.
+    """Load the records of a campaign file without its mechanism, whose file may not exist yet.
 
     Parameters
     ----------
@@ -87,14 +88,14 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     Raises
     ------
     InputFileError
-        The campaign file is missing, or a record's table is wrong.
+        The campaign file is missing, or a record's table is invalid.
     RecordError
         A record's file is missing or cannot be used.
     """
     file = find_campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
-    table = gathered(table, place)
+    table = merge_tables(table, place)
     records = read_record_entries(table, place, file.parent, need_files=True)
     mounting = read_bench(table, place, records)
     return tuple(with_data(one, read_record(one.file, one.spec), mounting) for one in records if one.file)
@@ -121,12 +122,13 @@ def is_synthetic(table: Mapping[str, Any], file: Path) -> bool:
 
 
 def _mechanism(table: Mapping[str, Any], place: Place) -> str:
-    entry = required(table, "mechanism", place, MECHANISM_REMEDY)
+    entry = required_entry(table, "mechanism", place, MECHANISM_REMEDY)
     return text(entry, place.key("mechanism"), MECHANISM_REMEDY)
 
 
 def _read(records: Sequence[CampaignRecord]) -> Iterator[Record | None]:
-    """Yield what the records' files hold, None of those that have none; who reads them is made ready for all."""
+    """Yield the samples of each record, None for records without a file."""
+    # The reading process starts now, with the libraries of all files, and is ready when the first file is opened.
     prepare_to_read(record.file for record in records if record.file)
     for record in records:
         yield read_record(record.file, record.spec) if record.file else None

@@ -1,4 +1,4 @@
-"""What new files start from: the catalogue of the paper's mechanism, also the demo's start, or another example."""
+"""Mechanisms with catalogue values, from which new files and the demo start."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from mechid.plant.mechanism import Mechanism
 
 
 def catalogue_mechanism(assembly: str = STEPPER_GEAR_MASS) -> Mechanism:
-    """Return the mechanism that new files of an assembly start from.
+    """Return an example mechanism of an assembly, with catalogue values.
 
     Parameters
     ----------
     assembly : str
-        As docs/blocks/assemblies.md names them.
+        One of the names in docs/blocks/assemblies.md.
 
     Returns
     -------
     Mechanism
-        With values of a catalogue, in the file's units; the paper's has 15 unknown parameters free.
+        Catalogue values in the file's units; the mechanism of the paper has 15 free parameters.
 
     Raises
     ------
     UsageError
-        There is no such assembly.
+        The assembly is unknown.
 
     Examples
     --------

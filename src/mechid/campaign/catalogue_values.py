@@ -1,4 +1,4 @@
-"""Numbers to start a mechanism file from: the paper's catalogue, and an example of each other assembly."""
+"""Initial values of mechanism files: the paper's catalogue, and an example of each other assembly."""
 
 from __future__ import annotations
 
@@ -38,9 +38,10 @@ CATALOGUE: Mapping[str, Any] = {
         "damping": _free(0.05, 0.005, 0.5),
     },
 }
-"""As a mechanism file: catalogue values of [Kornienko2013]_ (the peak voltage is not in it), with bounds."""
+"""Content of a mechanism file: catalogue values of [Kornienko2013]_ with bounds; the peak voltage is assumed."""
 
 _FRICTION: Mapping[str, Any] = {"coulomb": _free(0.005, 0.0, 0.05), "viscous": _free(1e-4, 0.0, 0.01)}
+# Except for the paper's mechanism the numbers are made up, of the size of a small mechanism.
 CATALOGUES: Mapping[str, Mapping[str, Any]] = {
     STEPPER_GEAR_MASS: CATALOGUE,
     "current_driven_stepper": {
@@ -81,4 +82,4 @@ CATALOGUES: Mapping[str, Mapping[str, Any]] = {
         "drive": {"offset": 0.0},
     },
 }
-"""Of each assembly by its name; but for the first the numbers are made up, of the size of a small mechanism."""
+"""Example values by assembly."""

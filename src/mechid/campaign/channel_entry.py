@@ -1,4 +1,4 @@
-"""The ``channels`` of a record: which column is which quantity, in which unit."""
+"""``channels`` entry of a record: the columns with their quantities and units."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 from mechid.campaign.campaign import USES, Match
 from mechid.campaign.place import (
     Place,
+    describe_entry,
     flag,
-    found,
     is_table_list,
     number,
     one_of,
     refuse_unknown_keys,
-    required,
+    required_entry,
     text,
 )
 from mechid.command.entry import is_table, is_whole
@@ -27,75 +27,77 @@ MATCH_KEYS = ("use", "offset", "drift", "quantisation", "noise_sigma")
 BETWEEN = ("linear", "held")
 QUANTITIES = tuple(quantity for quantity in SI_UNIT if quantity != "time")
 MODELLED = tuple(quantity for quantity in QUANTITIES if quantity not in COMPONENTS)
-"""Those that a mechanism may give or take."""
+"""Quantities that a mechanism can output or take as input."""
 TORQUE = "torque"
 DRIFTING = (TORQUE, "force")
-"""Quantities whose transducers drift: offset and drift are projected out."""
+"""Quantities whose transducers drift: offset and drift are projected out by default."""
+# A rate or velocity of 0 means rest, so an offset would be a real motion.
 RATES = ("rotor_rate", "output_rate", "velocity")
-"""Quantities whose zero is zero: nothing is projected out. Of all others, encoders and probes, the offset is."""
+"""Quantities with a true zero: nothing is projected out. For all others, as encoders and probes, the offset is."""
 ROLES = (Role.OUTPUT, Role.INPUT)
 EXAMPLE = '{ quantity = "torque", column = "Mz" }'
 MOST_COLUMNS = 2**31 - 1
 
 
 def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
-    """Return the channels that a record's ``channels`` name; none where there is no such entry.
+    """Read the channels of a record; empty if there is no such entry.
 
     Raises
     ------
     InputFileError
-        One is wrong, or all of them are inputs.
+        A channel is invalid, or none is an output.
     """
     if entry is None:
         return ()
     if not is_table_list(entry) or not entry:
-        raise place.error(f"{found(entry)}; write a list of tables, as [{EXAMPLE}]")
+        raise place.error(f"{describe_entry(entry)}; write a list of tables, as [{EXAMPLE}]")
     channels = tuple(_channel(table, place.item(index)) for index, table in enumerate(entry))
     if all(channel.role is not Role.OUTPUT for channel in channels):
-        what = "components beside the torque" if any(c.role is Role.SIDE for c in channels) else "inputs"
-        raise place.error(f"nothing but {what}; name what the model is to match: add {EXAMPLE}")
+        others = "components beside the torque" if any(c.role is Role.SIDE for c in channels) else "inputs"
+        raise place.error(f"only {others}; add a channel that the model has to match, as {EXAMPLE}")
     return channels
 
 
 def read_matches(entry: Any, place: Place, *, own: Mapping[str, bool]) -> tuple[Match, ...]:
-    """Return how the outputs among a record's ``channels`` count; the torque alone where there is no such entry.
+    """Read the fit settings of a record's output channels; the torque alone if there is no such entry.
 
     Parameters
     ----------
     entry : object
-        What stands under ``channels``, as `read_channels` has found it good.
+        Value of ``channels``, already checked by `read_channels`.
     place : Place
     own : mapping of str to bool
-        The record's own ``offset`` and ``drift``, where it has any; a channel's go before them.
+        ``offset`` and ``drift`` of the record, if present; those of a channel take precedence.
 
     Raises
     ------
     InputFileError
-        One is wrong, or none is to be estimated from.
+        A setting is invalid, or no channel is used for the estimation.
     """
     if entry is None:
         return (Match(offset=own.get("offset", True), drift=own.get("drift", True)),)
     tables = [(table, place.item(index)) for index, table in enumerate(entry)]
     matches = tuple(_match(table, at, own) for table, at in tables if _role(table, at) is Role.OUTPUT)
+    # With nothing to estimate from, the record itself should be declared for validation.
     if all(match.use == "validate" for match in matches):
         raise place.error('use = "validate" in all of them; give one use = "estimate", or the record use = "validate"')
     return matches
 
 
 def read_time(entry: Any, place: Place) -> ChannelSpec | None:
-    """Return the time column that a record names; None where there is no such entry.
+    """Read the time column of a record; None if there is no such entry.
 
     Raises
     ------
     InputFileError
-        It is no table of ``column`` and perhaps ``unit``.
+        The entry is not a table of ``column`` and optionally ``unit``.
     """
     if entry is None:
         return None
     if not is_table(entry):
-        raise place.error(f'{found(entry)}; write a table, as {{ column = "Time", unit = "ms" }}')
+        raise place.error(f'{describe_entry(entry)}; write a table, as {{ column = "Time", unit = "ms" }}')
     refuse_unknown_keys(entry, ("column", "unit"), place)
-    column = _column(required(entry, "column", place, 'write { column = "Time" }'), place.key("column"))
+    column = _column(required_entry(entry, "column", place, 'write { column = "Time" }'), place.key("column"))
     return ChannelSpec(quantity="time", column=column, unit=_unit(entry, "time", place.key("unit")))
 
 
@@ -114,7 +116,7 @@ def _match(table: Mapping[str, Any], place: Place, own: Mapping[str, bool]) -> M
 
 
 def _size(table: Mapping[str, Any], key: str, place: Place) -> float | None:
-    """Return a size in the file's numbers, None where there is none."""
+    """Return a positive number in the units of the file, None if the key is missing."""
     if key not in table:
         return None
     size = number(table[key], place.key(key), "the numbers of the file")
@@ -125,18 +127,18 @@ def _size(table: Mapping[str, Any], key: str, place: Place) -> float | None:
 
 def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
     refuse_unknown_keys(table, (*KEYS, *MATCH_KEYS), place)
-    quantity = required(table, "quantity", place, 'write what it is, as quantity = "torque"')
+    quantity = required_entry(table, "quantity", place, 'write what it is, as quantity = "torque"')
     quantity = one_of(quantity, QUANTITIES, place.key("quantity"))
     role = _role(table, place)
     for key in MATCH_KEYS:
         if key in table and role is not Role.OUTPUT:
-            what = "an input" if role is Role.INPUT else "a component that is measured beside the torque"
-            raise place.key(key).error(f"it says how an output is matched, and this is {what}; leave it out")
+            kind = "an input" if role is Role.INPUT else "a component that is measured beside the torque"
+            raise place.key(key).error(f"applies to outputs only, and this is {kind}; leave it out")
     if "between" in table and role is not Role.INPUT:
-        raise place.key("between").error('it says how an input runs between samples; write role = "input" beside it')
+        raise place.key("between").error('applies to inputs only; add role = "input" to this channel')
     return ChannelSpec(
         quantity=quantity,
-        column=_column(required(table, "column", place, f"write {EXAMPLE}"), place.key("column")),
+        column=_column(required_entry(table, "column", place, f"write {EXAMPLE}"), place.key("column")),
         unit=_unit(table, quantity, place.key("unit")),
         gain=_gain(table["gain"], place.key("gain")) if "gain" in table else None,
         role=role,
@@ -145,7 +147,7 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
 
 
 def _role(table: Mapping[str, Any], place: Place) -> Role:
-    """Return what a channel is to the model; a component of a table is no output and no input of it."""
+    """Return the role of a channel; components of a measuring table are neither outputs nor inputs of the model."""
     if table["quantity"] not in COMPONENTS:
         return Role(one_of(table.get("role", Role.OUTPUT), ROLES, place.key("role")))
     if "role" in table:
@@ -165,6 +167,7 @@ def _unit(table: Mapping[str, Any], quantity: str, place: Place) -> str | None:
     if "unit" not in table:
         return None
     unit = text(table["unit"], place, f'write the unit as a text, as unit = "{SI_UNIT[quantity]}"')
+    # The same check as in the readers of records, so that a wrong unit is refused before a file is opened.
     try:
         to_si_factor(unit, quantity)
     except RecordError as error:

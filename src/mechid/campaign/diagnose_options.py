@@ -1,11 +1,11 @@
-"""The ``[diagnose]`` table of a campaign file: which effects are looked for."""
+"""``[diagnose]`` table of a campaign file: the effects that a diagnosis considers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.campaign.place import Place, found, refuse_unknown_keys, texts
+from mechid.campaign.place import Place, describe_entry, refuse_unknown_keys, texts
 from mechid.command.entry import is_table
 
 DIAGNOSE = "diagnose"
@@ -14,7 +14,7 @@ REMEDY = 'write names of effects as mechid diagnose gives them, as consider = ["
 
 
 def read_considered(table: Mapping[str, Any], place: Place) -> tuple[str, ...]:
-    """Return the names of the effects that a campaign file has a diagnosis consider; none where all are.
+    """Read the names of the effects that a diagnosis considers; empty for all.
 
     Raises
     ------
@@ -23,6 +23,6 @@ def read_considered(table: Mapping[str, Any], place: Place) -> tuple[str, ...]:
     """
     entry, here = table.get(DIAGNOSE, {}), place.key(DIAGNOSE)
     if not is_table(entry):
-        raise here.error(f"{found(entry)}; write a table, [{DIAGNOSE}]")
+        raise here.error(f"{describe_entry(entry)}; write a table, [{DIAGNOSE}]")
     refuse_unknown_keys(entry, (CONSIDER,), here)
     return texts(entry[CONSIDER], here.key(CONSIDER), REMEDY) if CONSIDER in entry else ()

@@ -1,4 +1,4 @@
-"""A campaign without files: mechanism, commands and records from values and arrays."""
+"""Campaigns made in code: mechanism, commands and records from values and arrays, without files."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from mechid.records.in_memory import TIME, SampleColumns, columns_of, record_of
 from mechid.units import SI_UNIT
 
 NOT_HERE = ("mechanism", "record")
-"""Keys of a campaign file that `make_campaign` has arguments for."""
+"""Keys of a campaign file that are arguments of `make_campaign`."""
 NOT_IN_ENTRIES = ("name", "file", "use", "command", "sample_rate_hz", "channels")
-"""Keys of a record that `make_record` has arguments for."""
+"""Keys of a record that are arguments of `make_record`."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordEntry:
-    """One test run whose samples are in memory, before it is joined to a mechanism; `make_record` makes it.
+    """One test run with its samples in memory, not yet part of a campaign; made by `make_record`.
 
     Parameters
     ----------
     name : str
-        Of letters, digits, ``_`` and ``-``.
+        Letters, digits, ``_`` and ``-``.
     table : mapping
-        What a ``[[record]]`` of campaign.toml would say of it.
+        Content of the equivalent ``[[record]]`` of campaign.toml.
     samples : SampleColumns or None
-        None for a record that is planned and not measured.
+        None for a planned record, which has not been measured.
     """
 
     name: str
@@ -48,16 +48,16 @@ class RecordEntry:
 
 
 def make_mechanism(table: Mapping[str, Any], *, name: str = "mechanism") -> Mechanism:
-    """Return a mechanism from the tables that mechanism.toml would hold.
+    """Make a mechanism from the tables of a mechanism file.
 
     Parameters
     ----------
     table : mapping
-        By table and key as in docs/files.md, in the plant's units (SI, degrees where a key ends in ``_deg``): a number
-        is known, ``{"value": ..., "min": ..., "max": ...}`` is to be estimated, with ``"sigma"`` a prior. Lists of
-        tables (``[[stepper.detent]]``) are lists of mappings.
+        Tables and keys as in docs/files.md, in the plant's units (SI; degrees if a key ends in ``_deg``). A number is
+        a known value; ``{"value": ..., "min": ..., "max": ...}`` is estimated, with a prior if it has ``"sigma"``.
+        Lists of tables (``[[stepper.detent]]``) are lists of mappings.
     name : str
-        What messages call it.
+        Name used in messages.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def make_mechanism(table: Mapping[str, Any], *, name: str = "mechanism") -> Mech
     Raises
     ------
     InputFileError
-        A key is unknown or missing, or a value cannot be; the message has its place, as a file's has.
+        A key is unknown or missing, or a value is impossible; the message names the place, as for a file.
 
     Examples
     --------
@@ -94,26 +94,26 @@ def make_command(
     start: str = "commanded",
     clock_tick_s: float = 0.0,
 ) -> Command:
-    """Return how a stepper is stepped.
+    """Make the step command of a stepper motor.
 
     Parameters
     ----------
     stepping : {"full", "half", "micro"}
     rate : float or (B, 2) array
-        Full steps/s; or breakpoints of command time in s and full steps/s, linear between, held outside.
+        Full steps/s; or breakpoints of command time in s and full steps/s, interpolated linearly and held outside.
     microsteps : int or None
-        Per full step; needed in micro stepping alone.
+        Microsteps per full step; required for micro stepping only.
     start_angle_deg : float
-        Electrical angle in deg that the coils hold until the first step.
+        Electrical angle in deg held by the coils until the first step.
     waveform : {"cosine", "square"}
     start : {"commanded", "equilibrium", "estimated"}
     clock_tick_s : float
-        Period in s of the driver's step clock, 0 for steps at their own instants.
+        Period in s of the driver's step clock; 0 for steps at their exact instants.
 
     Raises
     ------
     UsageError
-        A value cannot be.
+        A value is impossible.
 
     Examples
     --------
@@ -144,25 +144,25 @@ def make_record(
     use: Use = "estimate",
     entries: Mapping[str, Any] | None = None,
 ) -> RecordEntry:
-    """Return one test run with its samples in memory, for `make_campaign`.
+    """Make a record from samples in memory, for `make_campaign`.
 
     Parameters
     ----------
     name : str
-        Of letters, digits, ``_`` and ``-``; it becomes a file name.
+        Letters, digits, ``_`` and ``-``; also used as a file name.
     samples : (n,) array, mapping of str to (n,) array, pandas or xarray object, or None
-        The torque in N m; or series by name, in SI units or in the unit that the name ends in (``"torque_mNm"``).
-        The index of a pandas object and the dimension's coordinate of an xarray object are the time in s; ``units``
-        of an xarray variable's attributes count. None: the record is planned, not measured.
+        The torque in N m; or series by name, in SI units or in the unit at the end of the name (``"torque_mNm"``).
+        The index of a pandas object and the dimension coordinate of an xarray object are the time in s; the attribute
+        ``units`` of an xarray variable is respected. None makes a planned record.
     command : Command, mapping or None
-        As `make_command` makes it, or as a record's ``command`` table has it; None where measured channels drive it.
+        Command of `make_command`, or the content of a ``command`` table; None if measured channels drive the record.
     time_s : (n,) array or None
-        Record time in s, where the samples have none.
+        Record time in s, if the samples contain none.
     sample_rate_hz : float or None
-        In place of times; the first sample is at 0 then. Where the samples have times too, they have to agree with it.
+        Replaces times, with the first sample at 0. Times in the samples have to agree with it.
     channels : sequence of mapping
-        As ``channels`` of a record in campaign.toml: which series is what, in which unit. Series that are called as
-        quantities are (``"torque"``, ``"rotor_angle"``) need none.
+        Quantity and unit of each series, as ``channels`` of a record in campaign.toml. Not needed for series named
+        after a quantity (``"torque"``, ``"rotor_angle"``).
     use : {"estimate", "validate"}
     entries : mapping or None
         Further keys of a ``[[record]]``, as ``time_offset_s``, ``offset``, ``conditioning``, ``test_stand``.
@@ -174,9 +174,9 @@ def make_record(
     Raises
     ------
     UsageError
-        An entry has an argument of its own, or times and a rate are given.
+        An entry is also an argument, or both times and a rate are given.
     RecordError
-        The samples are no series.
+        The samples are not series.
 
     Examples
     --------
@@ -203,6 +203,7 @@ def make_record(
             raise UsageError(f'record "{name}": time_s and sample_rate_hz are given; keep one of them')
     if sample_rate_hz is not None:
         table["sample_rate_hz"] = float(sample_rate_hz)
+    # Series named after a quantity need no channel entry.
     known = [{"quantity": name, "column": name} for name in found.arrays if name in SI_UNIT and name != "time"]
     if chosen := (plain(channels) or known):
         table["channels"] = chosen
@@ -216,34 +217,33 @@ def make_campaign(
     name: str = "campaign",
     entries: Mapping[str, Any] | None = None,
 ) -> Campaign:
-    """Return the campaign of a mechanism and records that are in memory.
+    """Make a campaign from a mechanism and records in memory.
 
     Parameters
     ----------
     mechanism : Mechanism
-        As `make_mechanism`, `load_mechanism` or `catalogue_mechanism` makes it.
+        Mechanism of `make_mechanism`, `load_mechanism` or `catalogue_mechanism`.
     records : iterable of RecordEntry, or one
-        As `make_record` makes them; nothing of them has to be in a file.
+        Records of `make_record`; no files are needed.
     name : str
-        What reports and messages call it.
+        Name used in reports and messages.
     entries : mapping or None
-        What else campaign.toml would hold: ``stage``, ``identify``, ``diagnose``, ``bench``, ``clock_ppm``,
+        Other content of campaign.toml: ``stage``, ``identify``, ``diagnose``, ``bench``, ``clock_ppm``,
         ``clock_reference``.
 
     Returns
     -------
     Campaign
-        The same as `load_campaign` reads of files; it belongs to no file, and commands see it once
-        `write_campaign` has written it.
+        Equal to a campaign of `load_campaign`, but without files; `write_campaign` writes them for use in commands.
 
     Raises
     ------
     InputFileError
-        Something does not fit together; the message has its place, as a file's has.
+        The inputs are inconsistent; the message names the place, as for a file.
     RecordError
-        Samples cannot be used.
+        Samples are unusable.
     UsageError
-        An argument is of another kind.
+        An argument has the wrong type.
 
     Examples
     --------
@@ -254,7 +254,8 @@ def make_campaign(
     >>> [record.name for record in campaign.records]
     ['full_46']
     """
-    records = (records,) if isinstance(records, RecordEntry) else tuple(records)  # a generator is gone through once
+    # A tuple, since a generator could be iterated only once.
+    records = (records,) if isinstance(records, RecordEntry) else tuple(records)
     _refuse_other("mechanism", [mechanism], Mechanism, "make_mechanism returns")
     _refuse_other("records", records, RecordEntry, "make_record returns, in a list")
     place = Place(name)
@@ -275,24 +276,25 @@ def make_campaign(
 
 
 def _refuse_other(argument: str, found: Iterable[object], kind: type, give: str) -> None:
-    """Raise UsageError at what is of another kind, as a path in the place of what was read from it."""
+    """Raise UsageError at the first object of another type, as a path instead of its content."""
     for one in found:
         if not isinstance(one, kind):
             raise UsageError(f"make_campaign: {argument}: found {type(one).__name__}; give what {give}")
 
 
-def own_record(entry: RecordEntry) -> tuple[Record, Command | None]:
-    """Return the samples of a record by itself, checked, and its command where it says one.
+def read_single_record(entry: RecordEntry) -> tuple[Record, Command | None]:
+    """Return the checked samples of a single record, and its command if it has one.
 
     Raises
     ------
     InputFileError
-        An entry of it is wrong.
+        An entry is invalid.
     RecordError
-        It is planned, or its samples cannot be used.
+        The record is planned, or its samples are unusable.
     """
     if entry.samples is None:
         raise RecordError(f'record "{entry.name}": it is planned and has no samples')
+    # Without a command, one at rest is inserted only to pass the checks; it is not returned.
     commanded = "command" in entry.table
     table = {"record": [dict(entry.table) | ({} if commanded else {"command": {"stepping": "full", "rate": 0.0}})]}
     (record,) = read_records(table, Place(entry.name), Path(), need_files=False)
@@ -300,7 +302,7 @@ def own_record(entry: RecordEntry) -> tuple[Record, Command | None]:
 
 
 def plain(value: Any) -> Any:
-    """Return tables, lists and numbers as TOML would give them: no tuples, arrays or NumPy's own numbers."""
+    """Convert tables, arrays and NumPy scalars to the plain types of a TOML file."""
     if isinstance(value, Mapping):
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):

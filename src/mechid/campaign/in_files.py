@@ -1,4 +1,4 @@
-"""A campaign that was made in code, written as the files that `load_campaign` reads back."""
+"""Writer of a campaign made in code, as files that `load_campaign` reads back."""
 
 from __future__ import annotations
 
@@ -22,23 +22,24 @@ from mechid.records.in_memory import TIME, SampleColumns
 from mechid.writing import write_together
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
-"""A key that TOML takes without quotes."""
+"""A TOML key that needs no quotes."""
+# A long record must not fill the memory.
 ROWS = 8192
-"""Rows made into text at once, so that a long record does not fill the memory."""
+"""Rows formatted at once."""
 
 
 def write_campaign(campaign: Campaign, folder: Path | str) -> list[Path]:
-    """Write a campaign that was made in code as files: campaign.toml, mechanism.toml and a CSV file for each record.
+    """Write a campaign made in code as files: campaign.toml, mechanism.toml and a CSV file for each record.
 
-    Samples are written as they were given to `make_record`, to the last bit; units, gains and conditioning stand in
-    campaign.toml. So what `load_campaign` reads is the same campaign, and every command of ``mechid`` can use it.
+    Samples are written exactly as passed to `make_record`; units, gains and conditioning go to campaign.toml.
+    `load_campaign` therefore restores the same campaign, and every command of ``mechid`` can use it.
 
     Parameters
     ----------
     campaign : Campaign
-        Of `make_campaign`.
+        Campaign of `make_campaign`.
     folder : Path
-        Made with its parents where it is missing.
+        Created with its parents if missing.
 
     Returns
     -------
@@ -48,7 +49,7 @@ def write_campaign(campaign: Campaign, folder: Path | str) -> list[Path]:
     Raises
     ------
     UsageError
-        The campaign was read from files, the folder holds a campaign already, or it cannot be written to.
+        The campaign was read from files, or the folder already holds one of the files or is not writable.
 
     Examples
     --------
@@ -69,6 +70,7 @@ def write_campaign(campaign: Campaign, folder: Path | str) -> list[Path]:
     for name, columns in samples.items():
         rated = next(record for record in entries["record"] if record["name"] == name).get("sample_rate_hz")
         files[f"{name}.csv"] = _csv(columns, timed=rated is None)
+    # All files are checked first, so that none is written if one exists.
     there = next((name for name in files if (folder / name).exists()), None)
     if there:
         raise UsageError(f"{folder / there}: is there already; give another folder, or move it away")
@@ -76,7 +78,8 @@ def write_campaign(campaign: Campaign, folder: Path | str) -> list[Path]:
 
 
 def campaign_toml(entries: Mapping[str, Any], samples: Mapping[str, SampleColumns]) -> str:
-    """Return campaign.toml of what `make_campaign` was given: single keys, then tables, records and stages."""
+    """Return campaign.toml for the inputs of `make_campaign`: single keys, then tables, records and stages."""
+    # TOML assigns each key to the table above it, so keys of the whole file have to come first.
     single = {key: value for key, value in entries.items() if not _is_table(value)}
     blocks = [_pairs({"mechanism": MECHANISM_NAME, **single})]
     for key, value in entries.items():
@@ -90,7 +93,7 @@ def campaign_toml(entries: Mapping[str, Any], samples: Mapping[str, SampleColumn
 
 
 def command_text(command: Command) -> str:
-    """Return a command as a campaign file writes it.
+    """Return a command in the notation of a campaign file.
 
     Examples
     --------
@@ -106,15 +109,15 @@ def command_text(command: Command) -> str:
         entries["rate"] = rates[0]
     else:
         entries["rate_profile"] = [list(point) for point in zip(times, rates, strict=True)]
-    usual = Command(stepping=command.stepping, microsteps=command.microsteps, rate=command.rate)
+    default = Command(stepping=command.stepping, microsteps=command.microsteps, rate=command.rate)
     for key in ("start_angle_deg", "waveform", "start", "clock_tick_s"):
-        if getattr(command, key) != getattr(usual, key):
+        if getattr(command, key) != getattr(default, key):
             entries[key] = getattr(command, key)
     return _value(entries)
 
 
 def _csv(columns: SampleColumns, *, timed: bool) -> Iterator[str]:
-    """Yield a record as text, piece by piece: a header with units that stand apart, then the numbers as they are."""
+    """Yield a record as CSV text in blocks: a header with units, then the unscaled numbers."""
     arrays = {name: array for name, array in columns.arrays.items() if timed or name != TIME}
     header = io.StringIO()
     units = (f" [{columns.units[name]}]" if name in columns.units else "" for name in arrays)
@@ -122,11 +125,12 @@ def _csv(columns: SampleColumns, *, timed: bool) -> Iterator[str]:
     yield header.getvalue()
     for start in range(0, len(next(iter(arrays.values()))), ROWS):
         block = [np.asarray(array[start : start + ROWS], dtype=np.float64).tolist() for array in arrays.values()]
+        # repr is the shortest text that reads back to the same float.
         yield "".join(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))
 
 
 def _is_table(value: Any) -> bool:
-    """Tell whether an entry of the file has a heading of its own."""
+    """Return whether an entry is written as a table or a list of tables."""
     return isinstance(value, Mapping) or (isinstance(value, list) and any(isinstance(v, Mapping) for v in value))
 
 
@@ -139,7 +143,7 @@ def _key(key: str) -> str:
 
 
 def _value(value: Any) -> str:
-    """Return a value as TOML writes it, on one line."""
+    """Return a value in TOML notation, on one line."""
     if isinstance(value, Command):
         return command_text(value)
     if isinstance(value, bool):

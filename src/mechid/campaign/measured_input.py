@@ -1,4 +1,4 @@
-"""Records and mechanism joined: which quantities are matched, and which measured channels drive the plant."""
+"""Assignment of measured channels to the outputs and inputs of the mechanism."""
 
 from __future__ import annotations
 
@@ -14,31 +14,32 @@ from mechid.plant.mechanism import Mechanism
 from mechid.records import Record, Role
 
 
-def joined(
+def assign_channels(
     mechanism: Mechanism, records: tuple[CampaignRecord, ...], place: Place
 ) -> tuple[Mechanism, tuple[CampaignRecord, ...]]:
-    """Return the mechanism that measures what the records hold, and the records that know of what they are.
+    """Set the outputs of the mechanism to the recorded quantities, and order the matches of the records alike.
 
-    The mechanism measures all quantities that any record holds and that it can give, the torque first; each record
-    is matched in those of them that it holds.
+    The mechanism outputs each quantity that it offers and that any record holds, the torque first. Each record keeps
+    the matches whose quantity is among these outputs.
 
     Parameters
     ----------
     mechanism : Mechanism
     records : tuple of CampaignRecord
     place : Place
-        Of the campaign file.
+        Place of the campaign file.
 
     Raises
     ------
     InputFileError
-        A record lacks an input of the mechanism, has one too many, or holds nothing that the mechanism gives.
+        A record lacks an input of the mechanism, has a surplus one, or holds no output of the mechanism.
     """
     plant = mechanism.plant
     for index, record in enumerate(records):
         _refuse_other_inputs(record, measured_quantities(plant.inputs), place.key("record").item(index), plant.name)
-        _refuse_nothing_given(record, tuple(plant.offered), place.key("record").item(index))
+        _refuse_no_output(record, tuple(plant.offered), place.key("record").item(index))
     held = {match.quantity for record in records for match in record.matches}
+    # The torque comes first, as the leading channel.
     order = sorted((quantity for quantity in plant.offered if quantity in held), key=lambda q: q != TORQUE)
     if list(plant.outputs) != order:
         mechanism = replace(mechanism, plant=plant.with_outputs(order))
@@ -46,13 +47,13 @@ def joined(
 
 
 def _in_order(record: CampaignRecord, order: Sequence[str]) -> tuple[Match, ...]:
-    """Return how the channels of a record that the mechanism gives are matched, in its order."""
+    """Return the matches of a record that the mechanism outputs, in the order of its outputs."""
     own = {match.quantity: match for match in record.matches}
     return tuple(own[quantity] for quantity in order if quantity in own)
 
 
 def with_inputs(record: CampaignRecord, data: Record, mechanism: Mechanism) -> CampaignRecord:
-    """Return a record whose command holds the channels that drive it; other records as they are."""
+    """Add the measured inputs to the command of a record; leave records with a step command unchanged."""
     if not isinstance(record.command, MeasuredCommand):
         return record
     held = {channel.quantity for channel in record.spec.channels if channel.held}
@@ -75,13 +76,13 @@ def _refuse_other_inputs(record: CampaignRecord, needed: tuple[str, ...], place:
             raise place.key("channels").error(f"no {quantity}; it drives the mechanism ({assembly}): add {entry}")
     for at, channel in enumerate(record.spec.channels):
         if channel.role is Role.INPUT and channel.quantity not in needed:
-            what = f"driven by {' and '.join(needed)}" if needed else "driven by the command of the steps"
+            drive = f"driven by {' and '.join(needed)}" if needed else "driven by the command of the steps"
             where = place.key("channels").item(at).key("role")
-            raise where.error(f'found "input"; the mechanism ({assembly}) is {what}: leave it out')
+            raise where.error(f'found "input"; the mechanism ({assembly}) is {drive}: leave it out')
 
 
-def _refuse_nothing_given(record: CampaignRecord, offered: tuple[str, ...], place: Place) -> None:
-    """Refuse a record of which the mechanism gives no channel that is to be estimated from."""
+def _refuse_no_output(record: CampaignRecord, offered: tuple[str, ...], place: Place) -> None:
+    """Refuse a record without an estimated channel that the mechanism outputs."""
     own = [match.quantity for match in record.estimated]
     if not set(own) & set(offered):
         given = ", ".join(offered)

@@ -1,4 +1,4 @@
-"""The mechanism file: what is known and believed of a mechanism, in the plant's own names and units."""
+"""Reader of the mechanism file: parameter values, bounds and priors, in the plant's names and units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from mechid.campaign.mechanism_structure import Structure, divisors, read_structure
 from mechid.campaign.not_filled_in import without_template
 from mechid.campaign.parameter_entry import read_parameter
-from mechid.campaign.place import Place, found, in_unit, is_table_list
+from mechid.campaign.place import Place, describe_entry, in_unit, is_table_list
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table
 from mechid.errors import did_you_mean
@@ -20,20 +20,20 @@ from mechid.plant.tables import LISTS, OPTIONAL, table_of
 
 
 def load_mechanism(path: Path | str) -> Mechanism:
-    """Return the mechanism that a file describes.
+    """Load a mechanism from its file.
 
-    A bare number is known; a table ``{ value, min, max }`` is to be estimated from `value`, `sigma`
-    in it is the standard deviation of a prior.
+    A bare number is a known value. A table ``{ value, min, max }`` is estimated, starting at `value`;
+    `sigma` in it is the standard deviation of a prior.
 
     Parameters
     ----------
     path : Path
-        TOML, as ``mechanism.toml``.
+        TOML file, as ``mechanism.toml``.
 
     Raises
     ------
     InputFileError
-        The file is missing or wrong; one line with place and remedy.
+        The file is missing or invalid; one line with the place and a remedy.
 
     Examples
     --------
@@ -45,9 +45,9 @@ def load_mechanism(path: Path | str) -> Mechanism:
 
 
 def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Path()) -> Mechanism:
-    """Return the mechanism of a table as read from TOML.
+    """Make a mechanism from a table read from TOML.
 
-    `label` is how messages call the file, `folder` where the files are that it names.
+    `label` names the file in messages; `folder` is the base of the paths in the table.
     """
     place = Place(label)
     table = without_template(table, place)
@@ -57,6 +57,7 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
         name: _parameter(name, declaration, entries, structure, place)
         for name, declaration in structure.plant.declarations.items()
     }
+    # After all parameters are read, since a tied one copies the value of its master.
     _tie(parameters, entries, structure)
     mechanism = Mechanism(plant=structure.plant, parameters=parameters, options=structure.options)
     for name, wrong in mechanism.contradictions():
@@ -65,7 +66,7 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
 
 
 def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
-    """Return what is legal and yet looks like a slip, one line each."""
+    """Return one line for each legal but suspicious value."""
     return tuple(
         f"{label}: {name} = {q.value:.9g}: {doubt}"
         for name, q in mechanism.parameters.items()
@@ -90,7 +91,7 @@ def _parameter(
 
 
 def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any], structure: Structure) -> None:
-    """Make those that the file does not name follow their masters."""
+    """Tie parameters missing from the file to their masters."""
     for name, master in structure.plant.related_parameters("tied_to").items():
         if name not in entries:
             parameters[name] = Parameter(
@@ -103,12 +104,12 @@ def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any], structure
 
 
 def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> Iterator[tuple[str, Any]]:
-    """Yield the file's parameters by dotted name, options left out; refuse what the plant does not know."""
+    """Yield the parameters of the file by dotted name, without options; refuse names unknown to the plant."""
     known = (*structure.plant.declarations, *structure.options)
     tables = {name[:at] for name in known for at in _dots(name)}
     for name, entry in _flat(table, "", tables):
         if name in tables:
-            raise place.key(name).error(f"{found(entry)}; write a table, [{name}]")
+            raise place.key(name).error(f"{describe_entry(entry)}; write a table, [{name}]")
         if name not in known:
             kind = "table" if is_table(entry) and "." not in name else "key"
             if law := structure.law_with(name):
@@ -119,7 +120,7 @@ def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> It
 
 
 def _flat(entry: Mapping[str, Any], prefix: str, tables: set[str]) -> Iterator[tuple[str, Any]]:
-    """Yield dotted names and entries; only into the plant's own tables does it look."""
+    """Yield dotted names and entries, descending only into tables of the plant."""
     for key, value in entry.items():
         name = f"{prefix}{key}"
         if name in tables and is_table(value):
@@ -136,7 +137,7 @@ def _dots(name: str) -> list[int]:
 
 
 def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
-    """Return the hint to the right name: near in the same table, the same in another, or near anywhere."""
+    """Suggest a name: a similar one in the same table, the same key in another table, or a similar one anywhere."""
     table, _, key = name.rpartition(".")
     if name in OPTIONAL:
         return f"; its own are in a table, [{name}]"

@@ -1,4 +1,4 @@
-"""The parts of a mechanism file that shape the equations: assembly, laws, lists and optional tables, own blocks."""
+"""Structural entries of a mechanism file: assembly, laws, lists of tables, optional tables and user blocks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import sympy as sp
 
 from mechid.campaign.own_block import read_own_block
-from mechid.campaign.place import Place, found, is_table_list, text
+from mechid.campaign.place import Place, describe_entry, is_table_list, text
 from mechid.command.entry import is_number, is_table
 from mechid.errors import InputFileError
 from mechid.plant.assembly import check_assembly, plant_of
@@ -24,27 +24,30 @@ from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, ta
 
 ASSEMBLY = "assembly"
 OWN_KEY, ORDER_KEY = "block", "order"
+# The kernel's sines of multiple angles are tested up to this order.
 HIGHEST_ORDER = 1000
-"""Of a harmonic in a list: the kernel's sines of multiples of an angle are tested up to it."""
+"""Highest order of a harmonic in a list."""
 HIGHEST_FILTER = 64
-"""Order up to which the equations of a filter are laid out; its declaration then refuses those that it has not."""
+"""Highest order for which filter equations are built; the declaration of the filter may refuse lower orders."""
+# 40 detents compile in about 30 s, 80 in two minutes.
 MOST_ENTRIES = 64
-"""Of a list of tables: 40 detents compile in some 30 s, 80 in two minutes."""
+"""Longest list of tables."""
+# Far below the period of any motor, and large enough that the order does not overflow.
 SHORTEST_PERIOD_DEG = 1e-6
-"""Of a detent: no motor has any thousand times as short, and numbers that are not below it do not overflow."""
+"""Shortest period of a detent."""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """The plant that a file asks for, and the options it names.
+    """Plant and options of a mechanism file.
 
     Attributes
     ----------
     plant : Plant
     options : mapping of str to str
-        ``assembly``; ``housing.form`` where there is a housing; every law and block that the file names.
+        ``assembly``; ``housing.form`` if there is a housing; every law and block named in the file.
     layout : Layout
-        What the plant was made from.
+        Layout from which the plant was made.
     """
 
     plant: Plant
@@ -52,7 +55,7 @@ class Structure:
     layout: Layout = field(default_factory=Layout)
 
     def law_with(self, name: str) -> tuple[str, str] | None:
-        """Return the option and the law by which a table would have the parameter `name`, None where none has."""
+        """Return the option and the law with which a table has the parameter `name`, None if no law has it."""
         table = table_of(name)
         for law in CHOICES.get(table, ()):
             other = replace(self.layout, laws={**self.layout.laws, table: law}, own={})
@@ -65,14 +68,14 @@ class Structure:
 
 
 def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Structure:
-    """Return the structure that a mechanism file has.
+    """Read the structure of a mechanism file.
 
-    Numbers that are missing or wrong are passed over here: the parameters' own reading says so.
+    Missing or invalid numbers are ignored here; reading the parameters reports them.
 
     Raises
     ------
     InputFileError
-        The assembly or a law is unknown, a list of tables is none, or a block of the user's own cannot be used.
+        The assembly or a law is unknown, a list of tables is invalid, or a user block is unusable.
     """
     laws = dict(_laws(table, place))
     own = dict(_own_blocks(table, place, folder))
@@ -100,7 +103,7 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
 
 @lru_cache(maxsize=32)
 def divisors(plant: Plant) -> frozenset[str]:
-    """Return the dotted names of the parameters that the equations divide by."""
+    """Return the dotted names of the parameters that occur as divisors in the equations."""
     system, special = plant.filter, (e for s, e in plant.coordinates.items() if s != e)
     sources = (*(e for _, e in plant.terms), *plant.rates, *plant.initial, *system.A, *system.B, *special)
     powers = {power for e in map(sp.sympify, sources) for power in e.atoms(sp.Pow) if power.exp.is_negative}
@@ -117,15 +120,15 @@ def _assembly(table: Mapping[str, Any], place: Place) -> str:
 
 
 def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
-    """Yield each table that chooses its block by a key, and what it chooses."""
+    """Yield each table that selects its block by a key, with the selected law."""
     for name, choices in CHOICES.items():
         entry, key = _at(table, name), TABLES[name].option
         if not isinstance(entry, Mapping):
             continue
         if key in entry or (TABLES[name].named and OWN_KEY not in entry):
-            usual = next(iter(choices))
-            remedy = f'write {key} = "{usual}", or leave it out'
-            yield name, text(entry.get(key, usual), place.key(f"{name}.{key}"), remedy)
+            default = next(iter(choices))
+            remedy = f'write {key} = "{default}", or leave it out'
+            yield name, text(entry.get(key, default), place.key(f"{name}.{key}"), remedy)
 
 
 def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterator[tuple[str, tuple[Block, str]]]:
@@ -136,12 +139,12 @@ def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterato
 
 
 def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[int | None]:
-    """Yield what tells the entries of a list of tables apart: an order, a detent's from its period; else None."""
+    """Yield the harmonic order of each entry of a list of tables, a detent's from its period; None if there is none."""
     name = listed.name
     entries = _at(table, name) or []
     if not is_table_list(entries):
         raise place.key(name).error(
-            f"{found(entries)}; write each {listed.entry} as a table under [[{name}]], in two brackets"
+            f"{describe_entry(entries)}; write each {listed.entry} as a table under [[{name}]], in two brackets"
         )
     if len(entries) > MOST_ENTRIES:
         raise place.key(name).error(
@@ -157,28 +160,28 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
 
 
 def _by_period(poles: Any, period_deg: Any, place: Place) -> int | None:
-    """Return the order of a harmonic that has a period; what is missing or no number is said elsewhere."""
+    """Return the harmonic order of a period; None if a value is missing or invalid, which is reported elsewhere."""
     if not (is_number(poles) and is_number(period_deg) and poles > 0 and period_deg > 0):
         return None
     if period_deg < SHORTEST_PERIOD_DEG:
-        raise place.error(f"{found(period_deg)}; write degrees of the rotor, {SHORTEST_PERIOD_DEG:g} or above")
+        raise place.error(f"{describe_entry(period_deg)}; write degrees of the rotor, {SHORTEST_PERIOD_DEG:g} or above")
     return detent_order(poles, period_deg)
 
 
 def _order(entry: Mapping[str, Any], place: Place, of: Table) -> int:
-    """Return a whole order; what is missing or no number is told when the parameters are read."""
+    """Return an integer order; a missing or invalid value is reported when the parameters are read."""
     order = entry.get(ORDER_KEY, of.order)
     if not is_number(order):
         return of.order
     if order != round(order):
-        raise place.key(ORDER_KEY).error(f"{found(order)}; write a whole number")
+        raise place.key(ORDER_KEY).error(f"{describe_entry(order)}; write a whole number")
     if of.entry and order > HIGHEST_ORDER:
-        raise place.key(ORDER_KEY).error(f"{found(order)}; write a whole number up to {HIGHEST_ORDER}")
+        raise place.key(ORDER_KEY).error(f"{describe_entry(order)}; write a whole number up to {HIGHEST_ORDER}")
     return max(1, min(int(order), HIGHEST_ORDER if of.entry else HIGHEST_FILTER))
 
 
 def _at(table: Mapping[str, Any], name: str) -> Any:
-    """Return the entry of a dotted name, None where there is none."""
+    """Return the entry of a dotted name, None if there is none."""
     entry: Any = table
     for key in name.split("."):
         entry = entry.get(key) if is_table(entry) else None
@@ -187,7 +190,7 @@ def _at(table: Mapping[str, Any], name: str) -> Any:
 
 @contextmanager
 def _in_file(place: Place) -> Iterator[None]:
-    """Put the file in front of what the plant refuses."""
+    """Prefix errors of the plant with the file."""
     try:
         yield
     except InputFileError as error:

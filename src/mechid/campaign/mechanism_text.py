@@ -1,4 +1,4 @@
-"""A mechanism written down as a file that reads back to the same values, each line with its meaning."""
+"""Writer of mechanism files, which read back to equal values and carry the meaning of each parameter."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from mechid.writing import creating_folder, write_atomically
 
 
 def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str = "") -> None:
-    """Write a mechanism file that `load_mechanism` reads back to equal values; whole or not at all.
+    """Write a mechanism file atomically; `load_mechanism` reads it back to equal values.
 
     Parameters
     ----------
     mechanism : Mechanism
-        What was free is written as a table with its bounds and sigma, also where the fit froze it.
+        Free parameters are written with bounds and sigma, even if the fit froze them.
     path : Path
-        An earlier file is replaced.
+        An existing file is replaced.
     header_comment : str
-        Comes first, each of its lines as a comment.
+        Comment at the top of the file.
 
     Raises
     ------
@@ -41,16 +41,16 @@ def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str 
 
 
 def mechanism_text(mechanism: Mechanism, header_comment: str = "", notes: Mapping[str, str] | None = None) -> str:
-    """Return the file's text.
+    """Return the text of a mechanism file.
 
     Parameters
     ----------
     mechanism : Mechanism
     header_comment : str
-        Comes first, each of its lines as a comment.
+        Comment at the top of the file.
     notes : mapping of str to str, or None
-        Remarks on parameters and options, by dotted name. One that holds for a whole table stands above it, others
-        end the line of their entry.
+        Remarks on parameters and options, by dotted name. A remark shared by a whole table is written above it,
+        others at the end of their line.
     """
     lines = [f"# {line}".rstrip() for line in header_comment.splitlines()]
     lines += [""] if lines else []
@@ -61,21 +61,22 @@ def mechanism_text(mechanism: Mechanism, header_comment: str = "", notes: Mappin
 
 
 def appendix_text(mechanism: Mechanism, names: Collection[str], written: Mechanism) -> str:
-    """Return the tables that declare some parameters, for the end of the file of a mechanism that lacks them.
+    """Return the tables of some parameters, to append to a mechanism file that lacks them.
 
-    Entries of a table that this file has already are comments there: a table stands once in a file.
+    Entries of a table that the file already contains are commented out, since TOML allows a table only once.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With the parameters.
+        Mechanism with the parameters.
     names : collection of str
-        Their dotted names; an entry of a list is written with all its keys.
+        Dotted names of the parameters; an entry of a list is written with all its keys.
     written : Mechanism
-        As its file has it.
+        Mechanism as in its file.
     """
     places = {name.rpartition(".")[0] for name in names}
     listed = {place for place in places if place.rpartition(".")[2].isdigit()}
+    # A table of a list is complete only with all keys of its entry.
     whole = {name for name in mechanism.parameters if name.rpartition(".")[0] in listed} | set(names)
     text = tables_text(mechanism, whole)
     if not places & {name.rpartition(".")[0] for name in written.parameters}:
@@ -85,7 +86,7 @@ def appendix_text(mechanism: Mechanism, names: Collection[str], written: Mechani
 
 
 def tables_text(mechanism: Mechanism, names: Collection[str]) -> str:
-    """Return the tables that some parameters stand in, with these alone, for the end of a file that has them not."""
+    """Return the tables of some parameters, without other keys, to append to a file that lacks them."""
     lines: list[str] = []
     for table, parameters in _by_table(mechanism).items():
         chosen = [q for q in parameters if q.name in names]
@@ -94,7 +95,7 @@ def tables_text(mechanism: Mechanism, names: Collection[str]) -> str:
 
 
 def _by_table(mechanism: Mechanism) -> dict[str, list[Parameter]]:
-    """Group the parameters: a table's own keys have to stand before its tables of detents."""
+    """Group the parameters by table; TOML requires the keys of a table before its subtables."""
     grouped: dict[str, list[Parameter]] = {}
     for name, parameter in mechanism.parameters.items():
         grouped.setdefault(name.rpartition(".")[0], []).append(parameter)
@@ -106,18 +107,19 @@ def _table(
 ) -> Iterator[str]:
     plain = next((name for name in LISTS if table.startswith(f"{name}.")), table)
     title = TABLES[plain].title if plain in TABLES else ""
-    said = {notes.get(q.name, "") for q in parameters}
-    of_all = said.pop() if len(said) == 1 else ""
-    if of_all:
-        yield f"# {of_all}"
+    remarks = {notes.get(q.name, "") for q in parameters}
+    shared = remarks.pop() if len(remarks) == 1 else ""
+    if shared:
+        yield f"# {shared}"
     yield (f"[[{plain}]]" if plain != table else f"[{plain}]") + (f"  # {title}" if title else "")
     for option, value in mechanism.options.items():
         if option.rpartition(".")[0] == table and "." in option:
-            note = "" if of_all else notes.get(option, "")
+            note = "" if shared else notes.get(option, "")
             yield f"{option.rpartition('.')[2]} = {toml_text(value)}" + (f"  # {note}" if note else "")
     pairs = [
-        (_entry(q, mechanism.value(q.name)), _comment(q, "" if of_all else notes.get(q.name, ""))) for q in parameters
+        (_entry(q, mechanism.value(q.name)), _comment(q, "" if shared else notes.get(q.name, ""))) for q in parameters
     ]
+    # Aligned comments keep the file readable as a table.
     width = max(len(entry) for entry, _ in pairs)
     yield from (f"{entry:<{width}}  # {comment}" for entry, comment in pairs)
 
@@ -127,14 +129,14 @@ def _entry(q: Parameter, value: float) -> str:
     if q.status is Status.TIED:
         return f"# {key} = {toml_number(value)}"
     if q.status is Status.KNOWN:
-        return f"{key} = {_known(q)}"
+        return f"{key} = {_known_value(q)}"
     numbers = {"value": q.value, "min": q.min, "max": q.max, "sigma": q.sigma}
     written = {k: v for k, v in numbers.items() if v is not None and math.isfinite(v)}
     return f"{key} = {{ {', '.join(f'{k} = {toml_number(v)}' for k, v in written.items())} }}"
 
 
-def _known(q: Parameter) -> str:
-    """Return a known value; a count without a decimal point."""
+def _known_value(q: Parameter) -> str:
+    """Return a known value; counts have no decimal point."""
     is_count = q.declaration.unit == "1" and q.value.is_integer() and abs(q.value) < 1e15
     return str(int(q.value)) if is_count else toml_number(q.value)
 

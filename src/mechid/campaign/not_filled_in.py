@@ -1,8 +1,8 @@
-"""What of the files that ``mechid new`` writes has not been filled in: they say so themselves, and are refused.
+"""Checks for unfinished templates, the files that ``mechid new`` writes.
 
-A mechanism whose numbers are those of the example may be the example's: the paper's own bench is. So new files carry
-marks that stand for "not filled in" rather than being compared with the example: a record's empty command, and
-the key `TEMPLATE` of the mechanism.
+Comparison with the example would not do: the numbers of the example are right for the bench of the paper. New files
+therefore carry marks that stand for "not filled in": the empty command of a record, and the key `TEMPLATE` of the
+mechanism.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ EXAMPLE_COMMAND = '{ stepping = "full", rate = 46.0, start_angle_deg = 0.0 }'
 
 
 def refuse_empty_commands(table: Mapping[str, Any], place: Place, mechanism_path: Path) -> None:
-    """Refuse a campaign in which records have no command or channels yet, with what is left of its mechanism.
+    """Refuse a campaign whose records have no command or channels yet; also name unfinished mechanism entries.
 
     Raises
     ------
     InputFileError
-        Commands or channels are empty.
+        A command or a list of channels is empty.
     """
     listed = table.get("record", [])
     entries = [
@@ -43,39 +43,40 @@ def refuse_empty_commands(table: Mapping[str, Any], place: Place, mechanism_path
     channels = [at.key("channels") for at, entry in entries if entry.get("channels") == [] and "command" not in entry]
     if not (commands or channels):
         return
-    said = [_empty(commands, place, f"how the record was driven, as {EXAMPLE_COMMAND}")] if commands else []
-    said += [_empty(channels, place, f"which column is what, as {EXAMPLE_CHANNELS}")] if channels else []
+    problems = [_empty(commands, place, f"how the record was driven, as {EXAMPLE_COMMAND}")] if commands else []
+    problems += [_empty(channels, place, f"which column is what, as {EXAMPLE_CHANNELS}")] if channels else []
     if is_file(mechanism_path):
         mechanism = read_toml(mechanism_path, "mechanism")
         if mechanism.get(TEMPLATE) is True:
-            said.append(_left(mechanism, Place(mechanism_path.name)))
-    raise InputFileError("; and ".join(said))
+            problems.append(_unfinished(mechanism, Place(mechanism_path.name)))
+    raise InputFileError("; and ".join(problems))
 
 
-def _empty(places: Sequence[Place], file: Place, what: str) -> str:
+def _empty(places: Sequence[Place], file: Place, content: str) -> str:
     first, *others = map(str, places)
     listed = ", ".join([first, *(path.removeprefix(f"{file}: ") for path in others)])
-    return f"{listed}: empty, as mechid new wrote it; write {what}"
+    return f"{listed}: empty, as mechid new wrote it; write {content}"
 
 
 def without_template(table: Mapping[str, Any], place: Place) -> Mapping[str, Any]:
-    """Return a mechanism's table without the mark of ``mechid new``.
+    """Return the table of a mechanism without the mark of ``mechid new``.
 
     Raises
     ------
     InputFileError
-        The mark says that the numbers are still the example's.
+        The mark declares the numbers as those of the example.
     """
     if TEMPLATE not in table:
         return table
     if flag(table[TEMPLATE], place.key(TEMPLATE)):
-        raise InputFileError(_left(table, place))
+        raise InputFileError(_unfinished(table, place))
     return {key: entry for key, entry in table.items() if key != TEMPLATE}
 
 
-def _left(table: Mapping[str, Any], place: Place) -> str:
-    """Say what of a mechanism is still as ``mechid new`` wrote it, and what to do."""
+def _unfinished(table: Mapping[str, Any], place: Place) -> str:
+    """Return a message that lists the mechanism entries unchanged since ``mechid new``, with the remedy."""
     example, found = dict(_entries(_example(table))), dict(_entries(table))
+    # Entries equal to the example are listed as unfinished; the user may confirm them by deleting the mark.
     same = [name for name, entry in example.items() if found.get(name) == entry]
     here = f"{place.key(TEMPLATE)}: "
     if not same:
@@ -92,13 +93,13 @@ def _left(table: Mapping[str, Any], place: Place) -> str:
 
 
 def _example(table: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the example that ``mechid new`` wrote of the table's assembly."""
+    """Return the example of the table's assembly."""
     assembly = table.get("assembly")
     return CATALOGUES.get(assembly, CATALOGUE) if isinstance(assembly, str) else CATALOGUE
 
 
 def _entries(entry: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the numbers of a mechanism file by dotted name, that of one to be estimated with its bounds."""
+    """Yield the entries of a mechanism file by dotted name, estimated parameters with their bounds."""
     parts: Iterator[tuple[Any, Any]] = iter(())
     if is_table(entry) and "value" not in entry:
         parts = iter(entry.items())

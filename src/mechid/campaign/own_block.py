@@ -1,4 +1,4 @@
-"""A block of the user's own: ``block = "file.py:Name"`` in a table of the mechanism file."""
+"""Loader of user blocks, ``block = "file.py:Name"`` in a table of the mechanism file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from mechid.campaign.own_block_parts import refuse_odd_parts
+from mechid.campaign.own_block_parts import refuse_invalid_parts
 from mechid.campaign.place import Place, text
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
@@ -19,21 +19,21 @@ REMEDY = 'write the file and the name in it, as block = "my_friction.py:grease"'
 
 
 def read_own_block(entry: Any, place: Place, folder: Path) -> tuple[Block, str]:
-    """Return the block that a Python file makes, and its place written so that any folder finds it.
+    """Load a block from a Python file; return it with its absolute place.
 
     Parameters
     ----------
     entry : str
-        ``"file.py:Name"``; Name is a `Block`, or a function that returns one.
+        ``"file.py:Name"``; Name is a `Block` or a function that returns one.
     place : Place
-        Where the entry stands.
+        Place of the entry.
     folder : Path
-        Folder of the mechanism file, against which the path is taken.
+        Folder of the mechanism file, the base of the path.
 
     Raises
     ------
     InputFileError
-        There is no such file or name, the file fails, or what it makes is no block.
+        The file or name does not exist, the file fails, or the object is not a block.
     """
     path, colon, name = text(entry, place, REMEDY).rpartition(":")
     if not colon or not path.endswith(".py") or not name.isidentifier():
@@ -43,17 +43,17 @@ def read_own_block(entry: Any, place: Place, folder: Path) -> tuple[Block, str]:
     if not hasattr(module, name):
         near = did_you_mean(name, [key for key in vars(module) if not key.startswith("_")]) or "; check the name"
         raise place.error(f'{path} has no "{name}"{near}')
-    block = _made(getattr(module, name), f"{path}:{name}", place)
+    block = _call_factory(getattr(module, name), f"{path}:{name}", place)
     if not isinstance(block, Block):
         raise place.error(
             f"{path}:{name} gives {type(block).__name__}; it has to be a Block, or a function returning one"
         )
-    refuse_odd_parts(block, f"{path}:{name}", place)
+    refuse_invalid_parts(block, f"{path}:{name}", place)
     return block, f"{file.as_posix()}:{name}"
 
 
 def _module(file: Path, path: str, place: Place) -> ModuleType:
-    """Run the file as a module of a name of its own; a changed file is run anew."""
+    """Import the file as a module under a unique name."""
     try:
         content = read_bytes(file)
     except FileNotFoundError as error:
@@ -62,32 +62,35 @@ def _module(file: Path, path: str, place: Place) -> ModuleType:
         raise place.error(f"{path}: there is no such file{near}") from error
     except OSError as error:
         raise place.error(f"{path}: cannot be read ({error.strerror}); {REMEDY}") from error
+    # The content is part of the name, so that a changed file is imported again.
     name = f"mechid_own_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, file)
+    # A path to a .py file always has a spec and a loader.
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        raise place.error(f"{path} fails: {_in_a_line(error)}") from error
+        raise place.error(f"{path} fails: {_one_line(error)}") from error
     sys.modules[name] = module
     return module
 
 
-def _made(thing: Any, called: str, place: Place) -> Any:
+def _call_factory(thing: Any, called: str, place: Place) -> Any:
     if not callable(thing):
         return thing
     try:
         return thing()
+    # Errors raised by the user block with its own message pass unchanged.
     except InputFileError:
         raise
     except (Exception, SystemExit) as error:
-        raise place.error(f"{called} fails: {_in_a_line(error)}") from error
+        raise place.error(f"{called} fails: {_one_line(error)}") from error
 
 
-def _in_a_line(error: BaseException) -> str:
+def _one_line(error: BaseException) -> str:
     at = f" (line {error.lineno})" if isinstance(error, SyntaxError) and error.lineno else ""
     return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no message'}{at}"

@@ -1,4 +1,4 @@
-"""Values of the mechanism that a record has of its own: of its motor, and of its test stand."""
+"""Per-record values of mechanism parameters: those of the motor and of the test stand."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import MOTOR_OF_RECORD
 
 
-def with_own_values(
+def with_record_values(
     records: Sequence[CampaignRecord],
     entries: Sequence[Mapping[str, Any]],
     places: Sequence[Place],
     mechanism: Mechanism,
 ) -> tuple[CampaignRecord, ...]:
-    """Return the records with the values that their tables give of the mechanism for them alone.
+    """Add the per-record values of mechanism parameters to the records.
 
     Parameters
     ----------
@@ -30,27 +30,27 @@ def with_own_values(
     entries : sequence of Mapping
         Their tables in the campaign file.
     places : sequence of Place
-        Of these.
+        Places of the tables.
     mechanism : Mechanism
 
     Raises
     ------
     InputFileError
-        The mechanism has no such parameter, or its value or bounds cannot be.
+        The mechanism has no such parameter, or its value or bounds are impossible.
     """
     return tuple(
-        replace(record, parameters=(*record.parameters, *_own(record.name, entry, mechanism, at)))
+        replace(record, parameters=(*record.parameters, *_record_values(record.name, entry, mechanism, at)))
         for record, entry, at in zip(records, entries, places, strict=True)
     )
 
 
 def motor_values(record: str, entry: Mapping[str, Any], mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
-    """Yield the values that a record's table gives of the motor for it alone, as ``peak_voltage``.
+    """Yield the per-record values of motor parameters, as ``peak_voltage``.
 
     Raises
     ------
     InputFileError
-        The mechanism has no such parameter, or its value or bounds cannot be.
+        The mechanism has no such parameter, or its value or bounds are impossible.
     """
     for key in (key for key in MOTOR_OF_RECORD if key in entry):
         name = mechanism.plant.of_record.get(key)
@@ -66,6 +66,6 @@ def motor_values(record: str, entry: Mapping[str, Any], mechanism: Mechanism, pl
         yield replace(parameter, replaces=name)
 
 
-def _own(record: str, entry: Mapping[str, Any], mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
+def _record_values(record: str, entry: Mapping[str, Any], mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
     yield from motor_values(record, entry, mechanism, place)
     yield from stand_values(record, entry, mechanism, place)

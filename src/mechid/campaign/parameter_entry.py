@@ -1,4 +1,4 @@
-"""One entry of a file becomes one parameter: a bare number is known, a table is to be estimated."""
+"""Reader of a parameter entry: a bare number is a known value, a table is an estimated parameter."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.campaign.place import Place, in_unit, number, refuse_unknown_keys, required
+from mechid.campaign.place import Place, in_unit, number, refuse_unknown_keys, required_entry
 from mechid.command.entry import is_table
 from mechid.parameter import Declaration, Parameter, Status
 
 KEYS = ("value", "min", "max", "sigma")
 SURE = 1e-12
-"""Share of a value below which a prior's standard deviation is lost in rounding."""
+"""Least standard deviation of a prior relative to its value."""
 HALF_TURN_DEG = 180.0
 REMEDY = "write { value = ..., min = ..., max = ... }"
 
@@ -20,42 +20,42 @@ REMEDY = "write { value = ..., min = ..., max = ... }"
 def read_parameter(
     entry: Any, name: str, declaration: Declaration, place: Place, *, divides: bool = False
 ) -> Parameter:
-    """Return the parameter that an entry of a file says.
+    """Make a parameter from an entry of a file.
 
     Parameters
     ----------
     entry : number or table
-        In the unit of `declaration`.
+        Value in the unit of `declaration`.
     name : str
         Dotted name.
     declaration : Declaration
     place : Place
-        Where the entry stands.
+        Place of the entry.
     divides : bool
-        Whether the equations divide by it, so that it cannot be 0.
+        Whether the equations divide by the parameter, which then must not be 0.
 
     Raises
     ------
     InputFileError
-        The entry is of a wrong type, or a value or bound cannot be.
+        The entry has the wrong type, or a value or bound is impossible.
     """
     if not is_table(entry):
-        value = _limited(entry, declaration, place)
+        value = _read_within_limits(entry, declaration, place)
         parameter = Parameter(name=name, value=value, declaration=declaration)
     elif declaration.structural:
         reason = "it shapes the equations and is known, never estimated"
         raise place.error(f"found a table; {reason}: write the number alone{in_unit(declaration.unit)}")
     else:
-        parameter = _estimated(entry, name, declaration, place)
+        parameter = _read_estimated(entry, name, declaration, place)
     if divides:
         _refuse_zero(parameter, place)
     return parameter
 
 
-def _estimated(table: Mapping[str, Any], name: str, declaration: Declaration, place: Place) -> Parameter:
+def _read_estimated(table: Mapping[str, Any], name: str, declaration: Declaration, place: Place) -> Parameter:
     refuse_unknown_keys(table, KEYS, place)
-    value = _limited(required(table, "value", place, REMEDY), declaration, place.key("value"))
-    low, high = _bounds(table, declaration, place)
+    value = _read_within_limits(required_entry(table, "value", place, REMEDY), declaration, place.key("value"))
+    low, high = _read_bounds(table, declaration, place)
     parameter = Parameter(
         name=name,
         value=value,
@@ -70,12 +70,12 @@ def _estimated(table: Mapping[str, Any], name: str, declaration: Declaration, pl
     return parameter
 
 
-def _bounds(table: Mapping[str, Any], declaration: Declaration, place: Place) -> tuple[float, float]:
-    """Return min and max; one that is missing is the physical limit, or a full turn for an angle."""
+def _read_bounds(table: Mapping[str, Any], declaration: Declaration, place: Place) -> tuple[float, float]:
+    """Return min and max, by default the physical limits, or a full turn for an angle."""
     limits = {"min": declaration.lower, "max": declaration.upper}
     if declaration.unit == "deg" and not {"min", "max"} & table.keys():
         return _turn(declaration)
-    low, high = (_bound(table, key, limit, declaration, place) for key, limit in limits.items())
+    low, high = (_read_bound(table, key, limit, declaration, place) for key, limit in limits.items())
     if low == high:
         raise place.error(f"min and max are both {low:.9g}; write the number alone where it is known")
     if low > high:
@@ -83,9 +83,9 @@ def _bounds(table: Mapping[str, Any], declaration: Declaration, place: Place) ->
     return low, high
 
 
-def _bound(table: Mapping[str, Any], key: str, limit: float, declaration: Declaration, place: Place) -> float:
+def _read_bound(table: Mapping[str, Any], key: str, limit: float, declaration: Declaration, place: Place) -> float:
     if key in table:
-        return _limited(table[key], declaration, place.key(key))
+        return _read_within_limits(table[key], declaration, place.key(key))
     if math.isinf(limit):
         raise place.key(key).error(f"missing, and {declaration.meaning} has no physical limit there; {REMEDY}")
     return limit
@@ -111,8 +111,8 @@ def _sigma(table: Mapping[str, Any], value: float, declaration: Declaration, pla
     return sigma
 
 
-def _limited(entry: Any, declaration: Declaration, place: Place) -> float:
-    """Return a number within the physical limits of its parameter."""
+def _read_within_limits(entry: Any, declaration: Declaration, place: Place) -> float:
+    """Read a number and check it against the physical limits."""
     value = number(entry, place, declaration.unit)
     if declaration.lower <= value <= declaration.upper:
         return value
@@ -124,7 +124,7 @@ def _limited(entry: Any, declaration: Declaration, place: Place) -> float:
 
 
 def _refuse_outside(parameter: Parameter, place: Place) -> None:
-    """Refuse a start outside the bounds; one on a bound is legal."""
+    """Refuse an initial value outside the bounds; a value on a bound is legal."""
     value = parameter.value
     if parameter.min <= value <= parameter.max:
         return
@@ -134,7 +134,7 @@ def _refuse_outside(parameter: Parameter, place: Place) -> None:
 
 
 def _as_hertz(parameter: Parameter) -> str:
-    """Ask, where a value that is too low for rad/s would do as hertz."""
+    """Suggest a conversion if a value below the bounds in rad/s fits them as Hz."""
     angular = 2.0 * math.pi * parameter.value
     if parameter.declaration.unit != "rad/s" or not parameter.min <= angular <= parameter.max:
         return ""

@@ -1,4 +1,4 @@
-"""Prediction of the mechanism as written under the command of a record."""
+"""Simulation of records with the parameter values of the mechanism file."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.start import Start
 from mechid.simulation.trajectory import Trajectory
 
+# More samples would fill the memory and suggest an error in the rate or duration.
 MOST_SAMPLES = 200_000_000
-"""More samples than this are taken for a mistake in rate or duration; they would fill a computer's memory."""
+"""Largest number of samples of a simulation."""
 
 
 def simulate(
@@ -34,26 +35,26 @@ def simulate(
     ----------
     campaign : Campaign
     record : str or None
-        Name of the record; None where there is but one.
+        Name of the record; None if there is only one.
     sample_rate_hz, duration_s : float or None
-        None takes those of the record's file, which is read where it has not been; where the record has none, those
-        of a planned record (`campaign.planned_record`).
+        None takes the values of the record's file, which is read if necessary, or those of a planned record
+        (`campaign.planned_record`).
     substeps : int or None
-        Integration steps a sample; None takes as many as the promised accuracy needs.
+        Integration steps per sample; None chooses them for the specified accuracy.
 
     Returns
     -------
     Trajectory
-        On the record's time base; also where the mechanism diverged, as its `outcome` says.
+        On the time base of the record; `outcome` tells whether the simulation diverged.
 
     Raises
     ------
     UsageError
-        No such record, or the rate or duration is none.
+        There is no such record, or the rate or duration is invalid.
     RecordError
-        Its file is missing or cannot be used.
+        The file of the record is missing or unusable.
     InputFileError
-        Its command makes more steps than can be held.
+        The command makes more steps than fit in memory.
 
     Examples
     --------
@@ -61,20 +62,25 @@ def simulate(
     >>> trajectory = simulate(load_campaign("bench"), "full_46")  # doctest: +SKIP
     """
     chosen = campaign.record(record) if record is not None else _only_record(campaign)
-    return _simulated(chosen, campaign, (sample_rate_hz, duration_s), substeps).in_memory
+    return _simulate_record(chosen, campaign, (sample_rate_hz, duration_s), substeps).in_memory
 
 
-def _simulated(
-    chosen: CampaignRecord, campaign: Campaign, asked: tuple[float | None, float | None], substeps: int | None = None
+def _simulate_record(
+    chosen: CampaignRecord,
+    campaign: Campaign,
+    base_options: tuple[float | None, float | None],
+    substeps: int | None = None,
 ) -> Trajectory:
-    """Return a record simulated as `simulate` does, a long one in files; `asked` are sample rate and duration."""
+    """Simulate a record as `simulate` does, a long one in files; `base_options` are sample rate and duration."""
     if isinstance(chosen.command, MeasuredCommand):
-        chosen = _driven(chosen, campaign)
-    base = time_base(chosen, campaign, *asked)
+        chosen = _with_measured_inputs(chosen, campaign)
+    base = time_base(chosen, campaign, *base_options)
     timing, end_s = chosen.timing, base.start_s + base.samples * base.interval_s
+    # Bounds the shift between record and command time over the whole record, from the offset and the clock error.
     latest_s = abs(timing.offset_s) + abs(timing.command_s(end_s) + timing.offset_s - end_s)
     start = Start({key_in_record(q.name): q.value for q in chosen.start})
     simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=latest_s, start=start)
+    # Built here, since the excitation raises for too many steps and the message has to name the record.
     try:
         _ = simulator.excitation
     except UsageError as error:
@@ -90,22 +96,22 @@ def _simulated(
 def simulate_all(
     campaign: Campaign, *, sample_rate_hz: float | None = None, duration_s: float | None = None
 ) -> dict[str, Trajectory]:
-    """Simulate every record as `simulate` does, by name; what is long stays in files, which are read piece by piece.
+    """Simulate every record as `simulate` does; long trajectories stay in files and are read in blocks.
 
     Parameters
     ----------
     campaign : Campaign
     sample_rate_hz, duration_s : float or None
-        For records without samples; one that was measured keeps its own time base.
+        For records without samples; measured records keep their own time base.
 
     Raises
     ------
     UsageError
-        The rate or duration is none.
+        The rate or duration is invalid.
     RecordError
-        A record's file is missing or cannot be used.
+        A record's file is missing or unusable.
     InputFileError
-        A command makes more steps than can be held.
+        A command makes more steps than fit in memory.
 
     Examples
     --------
@@ -114,15 +120,15 @@ def simulate_all(
     """
     _refuse_base(sample_rate_hz, duration_s)
     return {
-        r.name: _simulated(r, campaign, (None, None) if _is_measured(r) else (sample_rate_hz, duration_s))
+        r.name: _simulate_record(r, campaign, (None, None) if _is_measured(r) else (sample_rate_hz, duration_s))
         for r in campaign.records
     }
 
 
 def time_base_warnings(campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None) -> tuple[str, ...]:
-    """Return what is assumed of records without a file, or a warning where a time base is asked for that none uses.
+    """Return the assumed time bases of records without a file, or a warning if the requested time base is unused.
 
-    UsageError where the time base that is asked for is none.
+    Raises UsageError if the requested time base is invalid.
     """
     _refuse_base(sample_rate_hz, duration_s)
     planned = [r for r in campaign.records if not _is_measured(r)]
@@ -152,7 +158,7 @@ def _only_record(campaign: Campaign) -> CampaignRecord:
 def time_base(
     record: CampaignRecord, campaign: Campaign, rate_hz: float | None = None, duration_s: float | None = None
 ) -> TimeBase:
-    """Return the sample instants of a record: what is asked for, the rest as its file has it, or as it is planned."""
+    """Return the time base of a record from the given values, its file or the defaults of a planned record."""
     data = record.data if rate_hz is not None and duration_s is not None else _data(record)
     start_s = data.time_start_s if data else 0.0
     if data and rate_hz is None and duration_s is None:
@@ -165,8 +171,8 @@ def time_base(
     return TimeBase(rate_hz, _samples(rate_hz, duration_s), start_s)
 
 
-def _driven(record: CampaignRecord, campaign: Campaign) -> CampaignRecord:
-    """Return a record with the measured channels that drive it."""
+def _with_measured_inputs(record: CampaignRecord, campaign: Campaign) -> CampaignRecord:
+    """Add the measured inputs to the command of a record."""
     data = _data(record)
     if data is None:
         raise UsageError(f'record "{record.name}" is driven by measured channels; name its file')
@@ -185,11 +191,12 @@ def _samples(rate_hz: float, duration_s: float) -> int:
     count = rate_hz * duration_s + 1.0
     if count > MOST_SAMPLES:
         raise UsageError(f"{count:.3g} samples, more than {MOST_SAMPLES}; check sample rate and duration")
+    # Rounding may leave an integer product just below the integer.
     return math.floor(count * (1.0 + 1e-12))
 
 
 def _refuse_base(rate_hz: float | None, duration_s: float | None) -> None:
-    """Refuse a sample rate or a duration, given or not, that is none."""
+    """Refuse an invalid sample rate or duration; None is accepted."""
     if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0.0):
         raise UsageError(f"sample rate: found {rate_hz:.9g}; write the samples per second, above 0")
     if duration_s is not None and not (math.isfinite(duration_s) and duration_s >= 0.0):

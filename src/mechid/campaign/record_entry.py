@@ -1,4 +1,4 @@
-"""One ``[[record]]`` of a campaign file: its file, channels, command and parameters of its own."""
+"""Reader of ``[[record]]`` tables of a campaign file: file, channels, command and per-record parameters."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mechid.campaign.conditioning_entry import read_conditioning
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import (
     Place,
+    describe_entry,
     flag,
-    found,
     number,
     one_of,
     refuse_unknown_keys,
-    required,
+    required_entry,
     tables,
     text,
     texts,
@@ -46,30 +46,31 @@ EXTERNAL_REMEDY = 'write the names as they stand in the file, as external_files 
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
+# The time before a record is simulated too: 2e8 samples at 10 kHz. The upper limit admits times since year 0.
 LEAST_OFFSET_S, LARGEST_OFFSET_S = -2e4, 1e11
-"""What went before a record is simulated too: 2e8 samples at 10 kHz. The other is a clock's since year 0."""
+"""Limits of a time offset in s."""
 
 
 def read_records(
     table: Mapping[str, Any], place: Place, folder: Path, *, need_files: bool
 ) -> tuple[CampaignRecord, ...]:
-    """Return the records that a campaign file names, their files unread.
+    """Read the records of a campaign file, without their samples.
 
     Parameters
     ----------
     table : Mapping
-        The campaign file.
+        Content of the campaign file.
     place : Place
-        Of the file.
+        Place of the file.
     folder : Path
-        Folder against which relative paths are taken.
+        Base of relative paths.
     need_files : bool
         Whether a record without a file is refused.
 
     Raises
     ------
     InputFileError
-        There is no record, or one is wrong.
+        There is no record, or one is invalid.
     """
     entries = tables(table, "record", place)
     if not entries:
@@ -81,20 +82,20 @@ def read_records(
 
 def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: bool) -> CampaignRecord:
     _refuse_unknown(table, place)
-    name = _name(required(table, "name", place, 'write a name, as name = "full_46"'), place.key("name"))
+    name = _name(required_entry(table, "name", place, 'write a name, as name = "full_46"'), place.key("name"))
     file = _file(table, place, needed=need_file)
     spec = _spec(table, name, file or "", place)
     if file is None and any(channel.role is Role.INPUT for channel in spec.channels):
         raise place.key("file").error('missing; channels of role = "input" drive the record, name the file they are in')
     use = one_of(table.get("use", "estimate"), USES, place.key("use"))
-    taken_out = {key: flag(table[key], place.key(key)) for key in ("offset", "drift") if key in table}
+    projections = {key: flag(table[key], place.key(key)) for key in ("offset", "drift") if key in table}
     return CampaignRecord(
         name=name,
         use="estimate" if use == "estimate" else "validate",
         command=_command(table, spec, place, folder),
         spec=spec,
         file=folder / file if file else None,
-        matches=read_matches(table.get("channels"), place.key("channels"), own=taken_out),
+        matches=read_matches(table.get("channels"), place.key("channels"), own=projections),
         parameters=(_time_offset(table, name, place),),
         burn_in_s=read_burn_in(table, place),
         stretch_s=read_stretch(table, place),
@@ -102,15 +103,15 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
 
 
 def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: Path) -> Command:
-    """Return the command of the steps; where measured channels drive the record, what is left to say of its start."""
+    """Read the step command; if measured channels drive the record, only the settings of its start."""
     if all(channel.role is not Role.INPUT for channel in spec.channels):
-        entry = required(table, "command", place, COMMAND_REMEDY)
+        entry = required_entry(table, "command", place, COMMAND_REMEDY)
         if isinstance(entry, Command):
             return entry
         return Command.from_table(entry, str(place.key("command")), folder)
     entry, at = table.get("command", {}), place.key("command")
     if not is_table(entry):
-        raise at.error(f"{found(entry)}; write a table, as {{ start_angle_deg = 45.0 }}, or leave it out")
+        raise at.error(f"{describe_entry(entry)}; write a table, as {{ start_angle_deg = 45.0 }}, or leave it out")
     for key in entry:
         if key not in START_KEYS:
             inputs = ", ".join(c.quantity for c in spec.channels if c.role is Role.INPUT)
@@ -124,7 +125,7 @@ def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: P
 
 
 def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:
-    """Refuse unknown keys; one of the file's own got here by standing below a ``[[record]]``."""
+    """Refuse unknown keys; a key of the whole file belongs to the record if written below a ``[[record]]``."""
     for key in TOP_KEYS:
         if key in table:
             raise place.key(key).error(f"{key} is no key of a record; write it above the first [[record]]")
@@ -135,14 +136,14 @@ def _name(entry: Any, place: Place) -> str:
     remedy = "write letters, digits, _ and - only: it becomes a file name"
     name = text(entry, place, remedy)
     if not NAME.fullmatch(name):
-        raise place.error(f"{found(name)}; {remedy}")
+        raise place.error(f"{describe_entry(name)}; {remedy}")
     return name
 
 
 def _file(table: Mapping[str, Any], place: Place, *, needed: bool) -> str | None:
     if "file" in table or needed:
         remedy = 'write the name of the measured file, as file = "full_46.csv"'
-        return text(required(table, "file", place, remedy), place.key("file"), remedy)
+        return text(required_entry(table, "file", place, remedy), place.key("file"), remedy)
     return None
 
 
@@ -174,7 +175,7 @@ def _rate(table: Mapping[str, Any], place: Place) -> float | None:
 
 
 def _time_offset(table: Mapping[str, Any], name: str, place: Place) -> Parameter:
-    """Return when a record's command starts; refused is what no clock shows, and what would take hours to simulate."""
+    """Read the start of the command; refuse impossible clock times, and offsets that take hours to simulate."""
     own = _own_parameter(table, name, TIME_OFFSET, place)
     if not LEAST_OFFSET_S <= own.value <= LARGEST_OFFSET_S:
         raise place.key(TIME_OFFSET.key).error(
@@ -191,9 +192,10 @@ def _own_parameter(table: Mapping[str, Any], record: str, declaration: Declarati
 
 
 def _refuse_same_names(records: tuple[CampaignRecord, ...], places: list[Place]) -> None:
-    """Refuse names that are one file name, on some systems also where only the case differs."""
+    """Refuse equal names, also those that differ only in case."""
     seen: dict[str, int] = {}
     for index, record in enumerate(records):
+        # Some file systems ignore case, and names become file names.
         earlier = seen.setdefault(record.name.casefold(), index)
         if earlier != index:
             how = "also" if records[earlier].name == record.name else "but for capitals"

@@ -1,4 +1,4 @@
-"""Warnings about a record that is odd under its command and yet usable, one line each."""
+"""Warnings about records that are usable but suspicious under their command, one line each."""
 
 from __future__ import annotations
 
@@ -16,31 +16,33 @@ from mechid.signal.moments import standard_deviation
 from mechid.units import SI_UNIT
 
 FAR_OFF = 1e6
-"""Times a channel's standard deviation, or a share of it, beyond which no noise level is meant."""
+"""Ratio between a noise level and the standard deviation of its channel, either way, beyond which it is an error."""
 RADIANS = 3e-4
-"""How near to a multiple of pi/4 a start angle is one."""
+"""Relative tolerance for a start angle at a multiple of pi/4."""
 TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in kHz"
+# A choice, not measured.
 MEAN_SHARE = 0.5
-"""Of an input's RMS, above which it has a mean that outputs answer; a choice, not measured."""
+"""Ratio of mean to RMS above which an input drives the mean of outputs."""
 WITH_MEAN = ("current", "current_phase_a", "current_phase_b", "rotor_rate", "output_rate", "velocity")
-"""Outputs whose mean follows from that of what drives them; an angle's follows from where its encoder has its zero."""
+"""Outputs whose mean follows from the mean of the input; that of an angle depends on the zero of its encoder."""
+# A record as long as its command ends one sample interval before the command.
 SLACK_SAMPLES = 1.5
-"""A record of a command's own length ends one sample interval before the command does."""
+"""Tolerance of the start and the end of a record, in samples."""
 
 
 def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
-    """Yield the warnings of one record; none but that of its channels where its file was not read.
+    """Yield the warnings of one record; those about samples only if its file was read.
 
     Parameters
     ----------
     record : CampaignRecord
     place : Place
-        Of its table in the campaign file.
+        Place of its table in the campaign file.
 
     Raises
     ------
     InputFileError
-        Its command makes more steps than can be held, or a `noise_sigma` leaves nothing to be told.
+        The command makes more steps than fit in memory, or a `noise_sigma` is too large to estimate anything.
     """
     lines = [*_unused_channels(record)]
     lines += _radians(record.command.start_angle_deg)
@@ -54,11 +56,12 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
 
 
 def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
-    """Yield a warning for each record that has the samples of an earlier one: the same part of the same file."""
+    """Yield a warning for each record with the same samples, from the same part of the same file, as an earlier one."""
     seen: dict[tuple[object, ...], str] = {}
     for record in records:
         if record.data is None:
             continue
+        # Digest, columns and time range together identify the same part of the same file.
         columns = tuple(channel.column for channel in record.data.channels)
         part = (record.data.digest, columns, record.data.time_start_s, record.data.samples)
         earlier = seen.setdefault(part, record.name)
@@ -68,8 +71,9 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
 
 
 def _radians(start_angle_deg: float) -> Iterator[str]:
-    """Ask about a start angle that is a multiple of pi/4: a number that nobody gives in degrees."""
+    """Warn of a start angle at a multiple of pi/4, which was probably given in radians."""
     eighths = start_angle_deg / (0.25 * math.pi)
+    # Multiples up to a full turn; 0 is a common angle in degrees too.
     if 0.5 < abs(eighths) < 8.5 and abs(eighths / round(eighths) - 1.0) < RADIANS:
         yield (
             f"start_angle_deg = {start_angle_deg:.9g}: is this in rad? it is read in degrees; "
@@ -85,7 +89,7 @@ def _unused_channels(record: CampaignRecord) -> Iterator[str]:
 
 
 def _means_removed(record: CampaignRecord) -> Iterator[str]:
-    """Warn where a channel's mean is taken for an offset although what drives the record has a mean that it answers."""
+    """Warn if the mean of an output is projected out by default although the input has a mean that drives it."""
     if not isinstance(record.command, MeasuredCommand):
         return
     for channel in record.command.channels:
@@ -93,32 +97,33 @@ def _means_removed(record: CampaignRecord) -> Iterator[str]:
         if not abs(mean) > MEAN_SHARE * rms > 0.0:
             continue
         for match in (m for m in record.matches if m.offset_assumed and m.offset and m.quantity in WITH_MEAN):
-            what, of = match.quantity, f"{mean:.4g} {SI_UNIT[channel.quantity]}"
+            output, of = match.quantity, f"{mean:.4g} {SI_UNIT[channel.quantity]}"
             yield (
-                f"{what}: its mean is projected out as an offset, by default, although the {channel.quantity} that "
-                f"drives it has a mean, {of}: the mean of the {what} then says nothing of resistance or friction; "
-                "write offset = false in its channel, or offset = true if its zero is not known"
+                f"{output}: its mean is projected out as an offset, by default, although the {channel.quantity} that "
+                f"drives it has a mean, {of}: the mean of the {output} then tells nothing about "
+                "resistance or friction; write offset = false in its channel, or offset = true if its zero is not known"
             )
 
 
 def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:
-    """Refuse or warn of levels that are declared far off what their channels do: mostly numbers of another unit."""
+    """Refuse or warn of noise levels far from the spread of their channels, mostly numbers in another unit."""
     for match in record.matches:
         if match.noise_sigma is None:
             continue
         channel = data.channel(match.quantity)
         spread = standard_deviation(channel.data) / abs(channel.scale)
-        said = f"found {match.noise_sigma:.4g}, where the channel's own standard deviation is {spread:.4g}"
+        comparison = f"found {match.noise_sigma:.4g}, where the channel's own standard deviation is {spread:.4g}"
         if match.noise_sigma > FAR_OFF * spread:
             index = [c.quantity for c in record.spec.channels].index(match.quantity)
             at = place.key("channels").item(index).key("noise_sigma")
-            raise at.error(f"{said} in the numbers of the file; at that level any motion is as good as any other")
+            raise at.error(f"{comparison} in the units of the file; at that level any motion fits")
         if match.noise_sigma * FAR_OFF < spread:
-            yield f"noise_sigma of {match.quantity}: {said}; a millionth of that is used"
+            yield f"noise_sigma of {match.quantity}: {comparison}; a millionth of that is used"
 
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:
-    """Warn where the command runs before the first sample: a recorder's own clock is often the reason."""
+    """Warn if the command starts before the first sample, often because the recorder has its own clock."""
+    # A record with an estimated start may begin in motion.
     if record.start:
         return
     offset = record.time_offset.value
@@ -131,7 +136,7 @@ def _start(record: CampaignRecord, data: Record) -> Iterator[str]:
 
 
 def _end(record: CampaignRecord, data: Record) -> Iterator[str]:
-    """Warn where a profile goes on after the last sample."""
+    """Warn if a rate profile continues after the last sample."""
     end = data.time_start_s + data.duration_s - record.time_offset.value
     last = record.command.rate.times_s[-1]
     window = record.spec.conditioning.window_s
@@ -142,7 +147,7 @@ def _end(record: CampaignRecord, data: Record) -> Iterator[str]:
 
 
 def _edges(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:
-    """Warn where steps are denser than samples, or where there is none: mostly a rate that is wrong, or forgotten."""
+    """Warn of steps denser than the samples, or of none: mostly a wrong or missing rate."""
     duration = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
     try:
         most = record.command.max_edges_per_sample(data.sample_interval_s, duration)

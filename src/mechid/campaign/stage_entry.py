@@ -1,4 +1,4 @@
-"""The ``[[stage]]`` tables of a campaign file: the steps of a search that the user wants to steer."""
+"""``[[stage]]`` tables of a campaign file: stages of the search chosen by the user."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechid.campaign.campaign import CampaignRecord, Stage, parameters_of
-from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables, texts
+from mechid.campaign.place import Place, describe_entry, number, refuse_unknown_keys, required_entry, tables, texts
 from mechid.errors import did_you_mean
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -20,7 +20,7 @@ WINDOW_REMEDY = "write from and to in s of record time, as window_s = [0.0, 0.3]
 
 @dataclass(frozen=True)
 class _Known:
-    """What a stage may name."""
+    """Records and parameters that a stage can name."""
 
     records: Mapping[str, CampaignRecord]
     parameters: Mapping[str, Parameter]
@@ -29,14 +29,14 @@ class _Known:
 def read_stages(
     table: Mapping[str, Any], place: Place, mechanism: Mechanism, records: tuple[CampaignRecord, ...]
 ) -> tuple[Stage, ...]:
-    """Return the stages of a campaign file, none where it leaves them to mechid.
+    """Read the stages of a campaign file; empty if mechid plans them.
 
-    Windows are held against the records' data where these were read.
+    Windows are checked against the records' data if these were read.
 
     Raises
     ------
     InputFileError
-        A stage names what is not there or not free, or its window is empty.
+        A stage names an unknown record, or an unknown or fixed parameter, or its window is empty.
     """
     known = _Known({r.name: r for r in records}, parameters_of(mechanism, records))
     return tuple(_stage(entry, at, known) for entry, at in tables(table, "stage", place))
@@ -45,7 +45,7 @@ def read_stages(
 def _stage(table: Mapping[str, Any], place: Place, known: _Known) -> Stage:
     refuse_unknown_keys(table, KEYS, place)
     records = _records(table, place.key("records"), known)
-    free = texts(required(table, "free", place, FREE_REMEDY), place.key("free"), FREE_REMEDY)
+    free = texts(required_entry(table, "free", place, FREE_REMEDY), place.key("free"), FREE_REMEDY)
     for index, name in enumerate(free):
         _refuse_not_free(name, records, known, place.key("free").item(index))
     window = _window(table["window_s"], place.key("window_s")) if "window_s" in table else None
@@ -55,7 +55,7 @@ def _stage(table: Mapping[str, Any], place: Place, known: _Known) -> Stage:
 
 
 def _records(table: Mapping[str, Any], place: Place, known: _Known) -> tuple[str, ...]:
-    """Return the records of a stage: all that are to be estimated where it names none."""
+    """Read the records of a stage; by default all records that are fitted."""
     if "records" not in table:
         return tuple(name for name, record in known.records.items() if record.use == "estimate")
     names = texts(table["records"], place, RECORDS_REMEDY)
@@ -80,6 +80,7 @@ def _refuse_not_free(name: str, records: tuple[str, ...], known: _Known, place: 
     if not parameter.is_free:
         remedy = "to free it, write { value = ..., min = ..., max = ... } there"
         raise place.error(f'"{name}" is known, not free; {remedy}, or take it out')
+    # A parameter of a record cannot be estimated from the others.
     owner = name.split(".")[1] if name.startswith("record.") else None
     if owner is not None and owner not in records:
         raise place.error(f'"{name}" belongs to a record that is not in this stage; add "{owner}" to its records')
@@ -87,7 +88,7 @@ def _refuse_not_free(name: str, records: tuple[str, ...], known: _Known, place: 
 
 def _window(entry: Any, place: Place) -> tuple[float, float]:
     if not isinstance(entry, list) or len(entry) != 2:
-        raise place.error(f"{found(entry)}; {WINDOW_REMEDY}")
+        raise place.error(f"{describe_entry(entry)}; {WINDOW_REMEDY}")
     start, end = (number(value, place.item(index), "s") for index, value in enumerate(entry))
     if start >= end:
         raise place.error(f"from {start:.9g} s to {end:.9g} s is no window; put the earlier time first")
@@ -95,7 +96,7 @@ def _window(entry: Any, place: Place) -> tuple[float, float]:
 
 
 def _refuse_outside(window: tuple[float, float], records: list[CampaignRecord], place: Place) -> None:
-    """Refuse a window that has not one sample of a record."""
+    """Refuse a window that contains no sample of one of the records."""
     for record in records:
         data = record.data
         if data is None:

@@ -1,7 +1,7 @@
-"""A record in stretches: each a record of its own, which begins where the one before it ends.
+"""Division of a record into consecutive stretches, each a record with its own start.
 
-A motion that forgets its start, because it multiplies any difference, is followed for some time only, however good the
-model. Stretches shorter than that are followed, each from a start of its own.
+A chaotic motion amplifies any difference, so that even a perfect model can follow it for a limited time only. Stretches
+shorter than that time can be followed, each from its own initial state.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from mechid.signal.stored import is_long
 
 KEY = "stretch_s"
 LEAST = 64
-"""Samples that a stretch has at least."""
+"""Least number of samples in a stretch."""
 Entries = list[tuple[CampaignRecord, Mapping[str, Any], Place]]
-"""Records, each with its table in the campaign file and where that stands."""
+"""Records, each with its table in the campaign file and the place of the table."""
 
 
 def read_stretch(table: Mapping[str, Any], place: Place) -> float:
-    """Return the length in s of the stretches in which a record is followed, 0 where it is followed as a whole."""
+    """Read the length in s of the stretches of a record; 0 keeps it whole."""
     if KEY not in table:
         return 0.0
     seconds = number(table[KEY], place.key(KEY), "s")
@@ -40,12 +40,13 @@ def read_stretch(table: Mapping[str, Any], place: Place) -> float:
     return seconds
 
 
-def in_stretches(
+def cut_into_stretches(
     records: Sequence[CampaignRecord], entries: Sequence[Mapping[str, Any]], place: Place, *, staged: bool
 ) -> Entries:
-    """Return the records with their tables, those that are to be followed in stretches cut into them.
+    """Cut records into their stretches, and pair each with its table.
 
-    Stretch k of a record is ``<name>_<k>``, from 1 on. The first begins as the record does, the others in motion.
+    Stretch k of a record is named ``<name>_<k>``, counted from 1. The first starts like the record, the others in
+    motion.
 
     Parameters
     ----------
@@ -53,38 +54,40 @@ def in_stretches(
     entries : sequence of Mapping
         Their tables in the campaign file.
     place : Place
-        Of that file.
+        Place of that file.
     staged : bool
-        Whether the file has stages, which name records.
+        Whether the file has stages; these name whole records.
 
     Raises
     ------
     InputFileError
-        A stretch is too short, has the name of another record, or there are stages.
+        A stretch is too short or has the name of another record, or the file has stages.
     """
-    out: Entries = []
+    cut: Entries = []
     for index, (record, entry) in enumerate(zip(records, entries, strict=True)):
         at = place.key("record").item(index)
         if not record.stretch_s or record.data is None:
-            out.append((record, entry, at))
+            cut.append((record, entry, at))
             continue
         if staged:
             raise at.key(KEY).error("stages name whole records; leave the stages out, or the stretches")
-        out += [(one, _entry_of(one, entry), at) for one in _cut(record, record.data, at.key(KEY))]
-    _refuse_same_names(out)
-    return out
+        cut += [(one, _entry_of(one, entry), at) for one in _cut_record(record, record.data, at.key(KEY))]
+    _refuse_same_names(cut)
+    return cut
 
 
 def _entry_of(stretch: CampaignRecord, entry: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return what a record's table says of a stretch: one that begins at rest has no states of its own."""
+    """Return the table of a stretch, without initial states if the stretch starts at rest."""
     return entry if stretch.command.start == ESTIMATED else {k: v for k, v in entry.items() if k != START_STATE}
 
 
-def _cut(record: CampaignRecord, data: Record, place: Place) -> list[CampaignRecord]:
+def _cut_record(record: CampaignRecord, data: Record, place: Place) -> list[CampaignRecord]:
+    # The margin keeps rounding from adding a stretch; the samples bound the count if the length is tiny.
     count = max(math.ceil(min(data.duration_s / record.stretch_s, data.samples) - 1e-6), 1)
     if data.samples < count * LEAST:
         least = f"{LEAST / data.sample_rate_hz:.6g} s"
         raise place.error(f"found {record.stretch_s:.9g}; a stretch has {LEAST} samples at least, here {least}")
+    # Equal lengths, so that no short remainder is left at the end.
     edges = np.linspace(0, data.samples, count + 1).round().astype(int).tolist()
     return [_stretch(record, data, k, *edges[k : k + 2]) for k in range(count)]
 
@@ -101,6 +104,7 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
     )
     start_s = data.time_start_s + first / data.sample_rate_hz
     part = replace(data, name=name, time_start_s=start_s, channels=channels, warnings=data.warnings if k == 0 else ())
+    # Only the first stretch starts like the record; the others are cut out of the motion.
     command = record.command if k == 0 else replace(record.command, start=ESTIMATED)
     if isinstance(command, MeasuredCommand):
         own = {c.quantity: c.data[:] for c in part.inputs}
@@ -112,18 +116,18 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
         data=part,
         command=command,
         burn_in_s=record.burn_in_s if k == 0 else 0.0,
-        parameters=tuple(_renamed(q, name) for q in record.parameters),
+        parameters=tuple(_rename_parameter(q, name) for q in record.parameters),
     )
 
 
 def _part(series: Series, first: int, stop: int) -> Series:
-    """Return a stretch of a series: in memory where it is short enough for that."""
+    """Return part of a series, in memory if it is short enough."""
     part = stretch_of(series, first, stop)
     return part if is_long(part.size) else np.ascontiguousarray(part[:])
 
 
-def _renamed(parameter: Parameter, record: str) -> Parameter:
-    """Return a record's own parameter as that of another record; one that all records share as it is."""
+def _rename_parameter(parameter: Parameter, record: str) -> Parameter:
+    """Rename a per-record parameter for another record; a shared parameter keeps its name."""
     if parameter.name.startswith(f"{CAMPAIGN}."):
         return parameter
     return replace(parameter, name=record_parameter_name(record, key_in_record(parameter.name)))

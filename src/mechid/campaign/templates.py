@@ -1,4 +1,4 @@
-"""New files to fill in: a mechanism of catalogue values, and a campaign with a record per file."""
+"""Templates of new files: a mechanism with catalogue values, and a campaign with one record per measured file."""
 
 from __future__ import annotations
 
@@ -61,21 +61,21 @@ free = ["stepper.torque_constant", "gear.stiffness"]  # the others are held"""
 
 @dataclass(frozen=True, kw_only=True)
 class RecordDraft:
-    """A ``[[record]]`` to be written.
+    """Draft of a ``[[record]]``.
 
     Parameters
     ----------
     name : str
     file : str
-        As the campaign file is to name it.
+        Path in the campaign file.
     command : str
-        The command as TOML writes it; the default is empty and refused until it is filled in.
+        The command in TOML notation; the default is empty and refused until it is filled in.
     use : str
         One of `USES`.
     channels : str
-        Where measured channels drive the record, in place of a command: as TOML writes them.
+        Channels in TOML notation, which replace the command if measured channels drive the record.
     torque : str
-        Column of the torque, where another one would be taken for it by its place.
+        Column of the torque, if its position differs from the default.
     """
 
     name: str
@@ -87,16 +87,16 @@ class RecordDraft:
 
 
 def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly: str = STEPPER_GEAR_MASS) -> list[Path]:
-    """Write a mechanism and a campaign file, commented, to be filled in.
+    """Write commented templates of a mechanism file and a campaign file.
 
     Parameters
     ----------
     folder : Path
-        Made with its parents where it is missing.
+        Created with its parents if missing.
     files : sequence of Path
-        Measured files; each becomes a record. Without any, an example stands there as a comment.
+        Measured files; each becomes a record. Without any, an example is written as a comment.
     assembly : str
-        What the mechanism is made of, as the file's key of that name; docs/blocks/assemblies.md has them.
+        Assembly of the mechanism; one of the names in docs/blocks/assemblies.md.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     Raises
     ------
     UsageError
-        The assembly is unknown, one of the files is there already, or the folder cannot be written to.
+        The assembly is unknown, one of the files exists already, or the folder is not writable.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
 
 
 def new_mechanism_text(mechanism: Mechanism) -> str:
-    """Return a mechanism file to start from, refused as long as it says that it is one."""
+    """Return the template of a mechanism file, refused until its mark is deleted."""
     whose = PAPER if mechanism.options[ASSEMBLY] == STEPPER_GEAR_MASS else MADE_UP
     guide, *rest = mechanism_text(mechanism, MECHANISM_GUIDE.replace("WHOSE", whose)).partition("\n\n")
     return "".join([guide, rest[0], TEMPLATE_LINE, *rest[1:]])
@@ -145,7 +145,7 @@ def campaign_text(
     mechanism: str = MECHANISM_NAME,
     synthetic: bool = False,
 ) -> str:
-    """Return a campaign file of these records."""
+    """Return the text of a campaign file with these records."""
     header = [*_comment(header_comment), ""] if header_comment else []
     lines = [*header, f"mechanism = {toml_text(mechanism)}", *(["synthetic = true"] if synthetic else [])]
     for record in records:
@@ -154,20 +154,21 @@ def campaign_text(
 
 
 def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
-    """Return a record for each file, named for it, each name once."""
-    taken: set[str] = set()
+    """Return a draft for each file, with a unique name derived from the file name."""
+    used: set[str] = set()
     return [
-        RecordDraft(name=_name(file, taken), file=_relative(file, folder), torque=_torque(file))
+        RecordDraft(name=_name(file, used), file=_relative(file, folder), torque=_torque(file))
         for file in map(Path, files)
     ]
 
 
 def _torque(file: Path) -> str:
-    """Return the column that a file calls its torque, where another stands in its place; nothing of no such file."""
+    """Return the torque column of a file if it is not in the default position; empty if it is, or for no file."""
     try:
         return other_torque_column(open_table(file, file.name)) or ""
     except (MechidError, OSError):
-        return ""  # a file that is not there yet, or cannot be read: mechid check says why
+        # The file may be recorded later; if it is unreadable, mechid check reports the reason.
+        return ""
 
 
 def _new_text(folder: Path, files: Sequence[Path | str], mechanism: Mechanism) -> str:
@@ -184,7 +185,7 @@ def _new_text(folder: Path, files: Sequence[Path | str], mechanism: Mechanism) -
 
 
 def _channel(quantity: str, **more: str) -> str:
-    """Return a channel as TOML writes it, its column to be filled in where none is given."""
+    """Return a channel in TOML notation, with a placeholder for a missing column."""
     pairs = {"quantity": quantity, "column": "...", **more}
     return f"{{ {', '.join(f'{key} = {toml_text(value)}' for key, value in pairs.items())} }}"
 
@@ -252,19 +253,20 @@ def _comment(text: str) -> list[str]:
     return [f"# {line}".rstrip() for line in text.splitlines()]
 
 
-def _name(file: Path, taken: set[str]) -> str:
-    """Return a record's name for a file, other than those taken, and take it."""
+def _name(file: Path, used: set[str]) -> str:
+    """Return an unused record name for a file, and add it to the used ones."""
     letters = unicodedata.normalize("NFKD", file.stem).encode("ascii", "ignore").decode()
     plain = NOT_IN_NAMES.sub("_", letters).strip("_") or "record"
     name, count = plain, 2
-    while name.casefold() in taken:
+    # Record names become file names, and some file systems ignore case.
+    while name.casefold() in used:
         name, count = f"{plain}_{count}", count + 1
-    taken.add(name.casefold())
+    used.add(name.casefold())
     return name
 
 
 def _relative(file: Path, folder: Path) -> str:
-    """Return the file as seen from the folder; whole where there is no way, as between drives."""
+    """Return the path relative to the folder; absolute if there is none, as between Windows drives."""
     try:
         return Path(os.path.relpath(file, folder)).as_posix()
     except ValueError:

@@ -1,4 +1,4 @@
-"""The ``test_stand`` of a record: values of the test stand that are its own."""
+"""``test_stand`` entry of a record: per-record values of the test stand."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from mechid.campaign.campaign import record_parameter_name
 from mechid.campaign.mechanism_structure import divisors
 from mechid.campaign.parameter_entry import read_parameter
-from mechid.campaign.place import Place, found, refuse_unknown_keys
+from mechid.campaign.place import Place, describe_entry, refuse_unknown_keys
 from mechid.command.entry import is_table
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
@@ -20,20 +20,20 @@ EXAMPLE = "{ transducer.gain = { value = 1.0, min = 0.8, max = 1.2 } }"
 
 
 def stand_values(record: str, entry: Mapping[str, Any], mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
-    """Yield the values that the ``test_stand`` of a record's table gives of the test stand for it alone.
+    """Yield the per-record values of test stand parameters.
 
     Raises
     ------
     InputFileError
-        A parameter is none of the mechanism's test stand, or its value or bounds cannot be.
+        A parameter does not belong to the test stand of the mechanism, or its value or bounds are impossible.
     """
     if KEY in entry:
-        yield from _stated(record, entry[KEY], mechanism, place.key(KEY))
+        yield from _read_test_stand(record, entry[KEY], mechanism, place.key(KEY))
 
 
-def _stated(record: str, entry: Any, mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
+def _read_test_stand(record: str, entry: Any, mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
     if not is_table(entry):
-        raise place.error(f"{found(entry)}; write a table, as {EXAMPLE}")
+        raise place.error(f"{describe_entry(entry)}; write a table, as {EXAMPLE}")
     declared = {
         name: mechanism.plant.declarations[name]
         for name in mechanism.plant.of_record.values()
@@ -47,7 +47,7 @@ def _stated(record: str, entry: Any, mechanism: Mechanism, place: Place) -> Iter
     dividing = divisors(mechanism.plant)
     for table, own in entry.items():
         if not is_table(own):
-            raise place.key(table).error(f"{found(own)}; write a table, as {EXAMPLE}")
+            raise place.key(table).error(f"{describe_entry(own)}; write a table, as {EXAMPLE}")
         keys = [name.partition(".")[2] for name in declared if name.partition(".")[0] == table]
         refuse_unknown_keys(own, keys, place.key(table))
         for key, value in own.items():

@@ -1,4 +1,4 @@
-"""``clock_ppm`` and ``clock_reference``: how the driver's clock and the recorder's differ, and which is right."""
+"""``clock_ppm`` and ``clock_reference``: difference of the driver's and the recorder's clock, and the true one."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ DRIVEN = "the record is driven by its own channels, which are on its own clock; 
 def with_clocks(
     records: tuple[CampaignRecord, ...], table: Mapping[str, Any], place: Place
 ) -> tuple[CampaignRecord, ...]:
-    """Return the records with their clocks: a record's own ``clock_ppm``, else the one above all records.
+    """Add the clock errors to the records: the ``clock_ppm`` of a record, else that of the campaign.
 
-    That one is a single parameter, ``campaign.clock_ppm``, which all these records share. A record that measured
-    channels drive has no clock beside its own.
+    The latter is a single parameter, ``campaign.clock_ppm``, shared by these records. A record driven by measured
+    channels has only one clock and therefore no clock error.
 
     Parameters
     ----------
     records : tuple of CampaignRecord
     table : Mapping
-        The campaign file.
+        Content of the campaign file.
     place : Place
-        Of the file.
+        Place of the file.
 
     Raises
     ------
     InputFileError
-        A value or bound cannot be, or a record has no other clock.
+        A value or bound is impossible, or a record has no second clock.
     """
     key, reference = CLOCK.key, read_clock_reference(table, place)
     if reference:
@@ -57,12 +57,12 @@ def with_clocks(
 
 
 def read_clock_reference(table: Mapping[str, Any], place: Place) -> ClockReference | None:
-    """Return whose clock is right, the driver's or the recorder's; None where the campaign file does not say.
+    """Read the clock taken as true, the driver's or the recorder's; None if not declared.
 
     Raises
     ------
     InputFileError
-        It is neither.
+        The entry is neither of them.
     """
     if REFERENCE not in table:
         return None

@@ -1,4 +1,4 @@
-"""TOML files, read with messages that name line and remedy, and single entries as TOML writes them."""
+"""Reader of TOML files with messages that name the line and a remedy, and writer of single TOML values."""
 
 from __future__ import annotations
 
@@ -19,29 +19,30 @@ KINDS = {
     "budget": {"estimate", "requirement"},
     "fleet": {"campaign", "before_after", "false_discovery_rate"},
 }
-"""Keys at the top by which a file shows what it is."""
+"""Top-level keys that identify the kind of a file."""
 _QUOTED = {'"': '\\"', "\\": "\\\\"}
 
 
 def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
-    """Return what a TOML file holds.
+    """Read a TOML file.
 
     Parameters
     ----------
     path : Path
     kind : str
-        Which of `KINDS` it has to be; empty for any.
+        Required kind, one of `KINDS`; empty for any.
 
     Raises
     ------
     InputFileError
-        The file is missing, no text, no TOML (with line and column where there are any), or of another kind.
+        The file is missing, not text, not TOML (with line and column if known), or of another kind.
     """
     content = _content(path)
     try:
         table = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
+    # TOML allows NUL through an escape, but file names do not.
     if any("\0" in each for each in _texts(table)):
         raise InputFileError(f"{path.name}: a text holds the character NUL, which no name can have; leave it out")
     if kind and not KINDS[kind] & table.keys():
@@ -52,7 +53,7 @@ def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
 
 
 def _texts(entry: Any) -> Iterator[str]:
-    """Yield every key and text of a table, tables and lists within it included."""
+    """Yield every key and string of a table, including nested tables and lists."""
     if isinstance(entry, str):
         yield entry
     elif isinstance(entry, dict | list):
@@ -63,16 +64,16 @@ def _texts(entry: Any) -> Iterator[str]:
 
 
 def toml_text(value: str) -> str:
-    """Return a text as TOML writes it, in double quotes."""
-    return '"' + "".join(map(_escaped, value)) + '"'
+    """Return a string in TOML notation, in double quotes."""
+    return '"' + "".join(map(_escape, value)) + '"'
 
 
 def toml_number(value: float) -> str:
-    """Return a number as TOML writes it, to the last digit."""
+    """Return a float in TOML notation, with all digits."""
     return repr(float(value))
 
 
-def _escaped(character: str) -> str:
+def _escape(character: str) -> str:
     if character in _QUOTED:
         return _QUOTED[character]
     return f"\\u{ord(character):04X}" if ord(character) < 0x20 or ord(character) == 0x7F else character
@@ -80,10 +81,12 @@ def _escaped(character: str) -> str:
 
 def _content(path: Path) -> str:
     try:
+        # Editors on Windows put a byte order mark in front, which TOML does not allow.
         return read_bytes(path).decode("utf-8-sig")
     except FileNotFoundError as error:
         beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         near = did_you_mean(path.name, beside) or "; check the path"
+        # Following the link fails like a missing file, so the message tells the difference.
         near = "; it is a link that leads to nothing" if path.is_symlink() else near
         raise InputFileError(f"{path}: there is no such file{near}") from error
     except OSError as error:
@@ -95,17 +98,17 @@ def _content(path: Path) -> str:
 
 
 def _syntax(message: str, content: str) -> str:
-    """Return the parser's complaint with the place in front and the line itself behind."""
+    """Rewrite a parser message: the place first, then the problem, the line and a remedy."""
     lines = content.splitlines()
     at = _WHERE.search(message)
     row, column = (int(at[1]), f", column {at[2]}") if at else (len(lines), "")
-    what = _WHERE.sub("", message).removesuffix(" (at end of document)")
+    problem = _WHERE.sub("", message).removesuffix(" (at end of document)")
     line = lines[row - 1].strip()[:60] if 0 < row <= len(lines) else ""
-    return f"line {row}{column}: {what[:1].lower()}{what[1:]}, in '{line}'; {_remedy(line, what)}"
+    return f"line {row}{column}: {problem[:1].lower()}{problem[1:]}, in '{line}'; {_remedy(line, problem)}"
 
 
-def _remedy(line: str, what: str) -> str:
-    if "twice" in what or "overwrite" in what:
+def _remedy(line: str, problem: str) -> str:
+    if "twice" in problem or "overwrite" in problem:
         return "the name is there already: keep one, or write [[...]] before each where there may be several"
     if line.count("{") > line.count("}"):
         return "a table in { } has to stand on one line"

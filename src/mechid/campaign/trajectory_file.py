@@ -1,4 +1,4 @@
-"""Simulated records as files that `mechid` and others read."""
+"""CSV files of simulated records."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ REMEDY = (
     "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
     "fast for the sample rate"
 )
+# A long record must not fill the memory.
 ROWS = 8192
-"""Rows made into text at once, so that a long record does not fill the memory."""
+"""Rows formatted at once."""
 TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
 SIMULATED = re.compile(r"-?\d\.\d{12}e[+-]\d+")
 """A number in `TORQUE_FORMAT`."""
@@ -25,14 +26,14 @@ LONGEST_LINE = 4096
 
 
 def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | str) -> dict[str, Path]:
-    """Write each trajectory as ``<name>.csv``, one header line; all or none.
+    """Write each trajectory as ``<name>.csv`` with one header line; all files or none.
 
     Parameters
     ----------
     trajectories : mapping of str to Trajectory
-        By record name.
+        Trajectories by record name.
     folder : Path
-        Made with its parents where it is missing; earlier files of the names are replaced.
+        Created with its parents if missing; files of these names are replaced.
 
     Returns
     -------
@@ -42,19 +43,20 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
     Raises
     ------
     FitError
-        One of them is not complete; then none is written.
+        A trajectory is incomplete; no file is written.
     UsageError
-        The folder cannot be written to.
+        The folder is not writable.
     """
-    refuse_lost(trajectories)
+    refuse_incomplete(trajectories)
     files = write_together(folder, {f"{name}.csv": _rows(trajectory) for name, trajectory in trajectories.items()})
     return dict(zip(trajectories, files, strict=True))
 
 
 def refuse_measured(files: Iterable[Path], names: Iterable[str], folder: Path | str) -> None:
-    """Raise UsageError where a simulated ``<name>.csv`` would replace a measured one.
+    """Raise UsageError if a simulated ``<name>.csv`` would replace a measured file.
 
-    That is one of `files`, or any that `write_trajectories` has not written: another campaign's may have equal names.
+    A file counts as measured if it is one of `files` or was not written by `write_trajectories`: another campaign in
+    the folder may use the same names.
     """
     measured = {file.resolve() for file in files}
     for place in (Path(folder) / f"{name}.csv" for name in names):
@@ -66,12 +68,13 @@ def refuse_measured(files: Iterable[Path], names: Iterable[str], folder: Path | 
 
 
 def _is_simulated(path: Path) -> bool:
-    """Tell whether a file begins as `record_rows` makes it, by the digits of its second line."""
+    """Return whether a file looks like output of `record_rows`, judged by the digits of its second line."""
     try:
         with path.open("rb") as file:
             header, row = file.readline(LONGEST_LINE), file.readline(LONGEST_LINE)
     except OSError:
         return False
+    # Measured files have other numbers of digits, so the format of the second line decides.
     cells = row.decode("ascii", errors="replace").strip().split(",")[1:]
     return header.startswith(b"time_s,") and bool(cells) and all(map(SIMULATED.fullmatch, cells))
 
@@ -83,7 +86,7 @@ def _rows(trajectory: Trajectory) -> Iterator[str]:
     )
 
 
-def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
+def refuse_incomplete(trajectories: Mapping[str, Trajectory]) -> None:
     """Raise FitError for the first trajectory that was not simulated to its end."""
     for name, trajectory in trajectories.items():
         if trajectory.outcome is not SimulationOutcome.COMPLETE:
@@ -100,7 +103,7 @@ def record_rows(
     time_format: str = TIME_FORMAT,
     torque_format: str = TORQUE_FORMAT,
 ) -> Iterator[str]:
-    """Yield a record as text, piece by piece: a header line, then time in s and one or more quantities in SI."""
+    """Yield a record as CSV text in blocks: a header line, then time in s and one or more quantities in SI units."""
     columns = {quantity: measured, **(others or {})}
     row = ",".join([time_format, *(torque_format for _ in columns)]) + "\n"
     names = [f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}" for name in columns]

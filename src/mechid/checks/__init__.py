@@ -1,1 +1,1 @@
-"""A campaign as it was understood: the public function and what is shown of its result."""
+"""Check of a campaign: public function and presentation of its result."""

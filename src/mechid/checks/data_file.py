@@ -1,4 +1,4 @@
-"""A bare data file: its columns, and what it says of itself."""
+"""Listing of a data file: its columns and its metadata."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ COLUMNS = (
     Shown("from s", "start_s"),
     Shown("", "clock", words=True),
 )
+# A longer list would hide the columns.
 MOST_FACTS = 40
-"""So many entries of a file's metadata are shown."""
+"""Most shown entries of a file's metadata."""
 
 
 def file_numbers(path: Path) -> dict[str, Any]:
-    """Return what a data file holds: its columns with unit, length and sampling, and what it says of itself.
+    """Read the columns of a data file, with unit, length and sampling, and its metadata.
 
     Raises
     ------
     RecordError
-        The file is missing, of an unknown format, or damaged.
+        The file is missing, damaged, or of an unknown format.
     """
     table = open_table(path, path.name)
     sampled = samplings(table)
@@ -50,7 +51,7 @@ def file_numbers(path: Path) -> dict[str, Any]:
 
 
 def file_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `file_numbers` made."""
+    """Make the document from the result of `file_numbers`."""
     facts = list(data["metadata"].items())
     return Document(
         title=data["file"],

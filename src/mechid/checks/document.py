@@ -1,4 +1,4 @@
-"""A check as a document: what is odd, each record with its figures, channels, parameters, stages."""
+"""Document of a check: warnings, records with figures, channels, parameters and stages."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ KINDS = {"spectrum": "over frequency", "waterfall": "over time and frequency"}
 
 
 def check_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `check_numbers` made."""
+    """Make the document from the result of `check_numbers`."""
     files = f"{data['campaign']} with {data['mechanism']}"
     narrower = ((CHANNEL, *ORIGIN), (CHANNEL, *STATISTICS))
     channels = Table((CHANNEL, *ORIGIN, *STATISTICS), data["channels"], group="record", narrower=(narrower,))
@@ -97,7 +97,8 @@ def _stages(data: Mapping[str, Any]) -> list[str]:
 
 
 def _figures(found: Any, _numbers: Mapping[str, Any]) -> Iterator[Any]:
-    from mechid.checks.figures import check_figures  # Matplotlib takes half a second to load
+    # Imported here, since Matplotlib takes half a second to load.
+    from mechid.checks.figures import check_figures
 
     yield from check_figures(found.campaign.records)
 

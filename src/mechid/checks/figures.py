@@ -1,4 +1,4 @@
-"""A picture of each record before any fit: its channels over time, what was bridged, its command, and its spectra."""
+"""Figures of records before a fit: channels over time, bridged gaps, command and spectra."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from mechid.analysis.look import Drive, look_at
 from mechid.campaign import CampaignRecord
 from mechid.checks.numbers import has_one_rate
 from mechid.command import MeasuredCommand
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import STYLE, made
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import MEASURED, series
 from mechid.ink.quantities import quantity_words
 from mechid.ink.strips import Strip, draw_strips, rate_strip, strips_height
@@ -25,14 +25,13 @@ from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words
 
 MOST_MARKED = 200
-"""Gaps that are marked."""
+"""Most marked gaps."""
 
 
 def check_figures(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figure]]:
-    """Yield the picture of each record that was read, then its channels over frequency, with their names.
+    """Yield named figures of each record: its channels over time, then over frequency.
 
-    The spectrum of a channel stands beside the lines that the command would make; where the rate varies they are drawn
-    over time or rate.
+    Spectra show the lines expected from the command. If the rate varies, they are drawn over time or rate.
     """
     for record in records:
         if record.data is not None:
@@ -43,14 +42,14 @@ def check_figures(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figu
 
 
 def _over_time(record: CampaignRecord, data: Record) -> Figure:
-    """Return the channels below one another, inputs in another colour, and the commanded rate last."""
+    """Draw the channels in strips, with inputs in another colour, and the commanded rate last."""
     base, ends = _base(data), (data.time_start_s, data.time_start_s + data.duration_s)
     strips = [_strip(channel, base) for channel in data.channels]
     if not isinstance(record.command, MeasuredCommand):
         strips.append(rate_strip(commanded_rate(record.command.rate, record.time_offset.value, base), ends))
     with mpl.rc_context(STYLE):
         draw = partial(draw_strips, f"{record.name} ({record.use})", strips, ends)
-        return made(draw, strips_height(len(strips)))
+        return make_figure(draw, strips_height(len(strips)))
 
 
 def _base(data: Record) -> TimeBase:
@@ -64,4 +63,4 @@ def _strip(channel: Channel, base: TimeBase) -> Strip:
         for first, stop in runs_of(channel.bridged)[:MOST_MARKED]
     ]
     label = f"{quantity_words(channel.quantity)}{' (input)' if is_input else ''},\n{unit_words(channel.quantity)}"
-    return Strip(label, drawn(channel.data, base), series(0) if is_input else MEASURED, bridged)
+    return Strip(label, reduce_to_extremes(channel.data, base), series(0) if is_input else MEASURED, bridged)

@@ -1,4 +1,4 @@
-"""A campaign as it was understood: every number that a check shows, in one dict."""
+"""Numbers of a check, in one dict."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign import START, key_in_record, names_start
+from mechid.campaign.campaign import START, is_start_name, key_in_record
 from mechid.campaign.prediction import time_base
 from mechid.command import MeasuredCommand
 from mechid.command.words import command_words
@@ -27,14 +27,14 @@ FILE_NAME = "check.json"
 
 
 def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str, Any]:
-    """Return all that a check shows.
+    """Return the numbers shown by a check.
 
     Parameters
     ----------
     campaign : Campaign
-        With its records read.
+        Campaign with its records read.
     warnings : sequence of str
-        In addition to the campaign's own.
+        Warnings in addition to those of the campaign.
     """
     return {
         "format": FORMAT,
@@ -50,7 +50,7 @@ def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         + [
             _parameter(q, None)
             for q in campaign.free
-            if q.name not in campaign.mechanism.parameters and not names_start(q.name)
+            if q.name not in campaign.mechanism.parameters and not is_start_name(q.name)
         ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
@@ -59,7 +59,7 @@ def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
 
 
 def has_one_rate(record: CampaignRecord, data: Record) -> bool:
-    """Whether a record's command steps at one rate all the time."""
+    """Return whether the command of a record has a constant rate."""
     base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
     measured = isinstance(record.command, MeasuredCommand)
     return not measured and len(commanded_rate(record.command.rate, record.time_offset.value, base)) == 1
@@ -69,7 +69,7 @@ LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file
 
 
 def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
-    found = _measured(record.data, record) if record.data else _planned(record, campaign)
+    found = _measured_entry(record.data, record) if record.data else _planned_entry(record, campaign)
     data = {
         "name": record.name,
         "use": record.use,
@@ -86,9 +86,10 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
     return data | {"lines": _lines(data)}
 
 
-def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
+def _measured_entry(data: Record, record: CampaignRecord) -> dict[str, Any]:
     torque = data.channel(record.leading).data
     low, high = extremes(torque)
+    # A record may end before its command starts.
     end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
     return {
         "samples": data.samples,
@@ -111,8 +112,8 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
     }
 
 
-def _planned(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
-    """Return what is known of a record that has no file."""
+def _planned_entry(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
+    """Return the entry of a record without a file."""
     base = time_base(record, campaign)
     return {
         "samples": base.samples,
@@ -127,7 +128,7 @@ def _planned(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
 
 
 def figure_names(record: CampaignRecord, data: Record) -> list[str]:
-    """Return the names of a record's figures: itself over time, then each channel over frequency."""
+    """Return the names of a record's figures: the record over time, then each channel over frequency."""
     kinds = ("spectrum",) if has_one_rate(record, data) else ("spectrum", "waterfall")
     return [record.name, *(f"{key}_{kind}" for key in channel_keys(data) for kind in kinds)]
 
@@ -169,8 +170,8 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
     if data["burn_in_s"]:
         lines.append(f"the first {data['burn_in_s']:.9g} s are simulated and do not count")
     if data["planned"]:
-        as_if = f"for {data['duration_s']:.9g} s at {data['sample_rate_hz']:.9g} Hz by simulate and design"
-        return [*lines, f"planned: it has no file, and counts {as_if}"]
+        base = f"for {data['duration_s']:.9g} s at {data['sample_rate_hz']:.9g} Hz by simulate and design"
+        return [*lines, f"planned: it has no file, and counts {base}"]
     until = data["start_s"] + data["duration_s"]
     span = f"{data['start_s']:.9g} s to {until:.9g} s"
     low, high, rms, noise = (digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma"))

@@ -1,4 +1,4 @@
-"""Public function that says what was understood of a campaign."""
+"""Public function that checks a campaign."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mechid.shown import Shown
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Understanding(Shown):
-    """What was understood of a campaign.
+    """Result of a check: the campaign as interpreted, with warnings.
 
     Attributes
     ----------
     campaign : Campaign
     found : tuple of str
-        Warnings beside the campaign's own: what its records contradict, what they cannot show.
+        Warnings in addition to those of the campaign, on contradictory declarations and undeterminable starts.
     """
 
     campaign: Campaign
@@ -28,29 +28,29 @@ class Understanding(Shown):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """All that is odd and yet usable, one line each."""
+        """One line for each suspicious but usable input."""
         return (*self.campaign.warnings, *self.found)
 
 
 def check(campaign: Campaign | Path | str) -> Understanding:
-    """Say what was understood of a campaign, and what is odd about it.
+    """Check a campaign: show its interpretation and warn of suspicious inputs.
 
     Parameters
     ----------
     campaign : Campaign or Path
-        A campaign file or its folder is read; its records need no files.
+        Campaign, or its file or folder; records need no files.
 
     Returns
     -------
     Understanding
-        Its `write` leaves a picture of each record with its command.
+        Its `write` saves a figure of each record with its command.
 
     Raises
     ------
     InputFileError
-        The campaign or mechanism file is missing or wrong.
+        The campaign or mechanism file is missing or invalid.
     RecordError
-        A record's file is missing or cannot be used.
+        A record's file is missing or unusable.
 
     Examples
     --------
@@ -59,5 +59,6 @@ def check(campaign: Campaign | Path | str) -> Understanding:
     ()
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign, need_files=False)
+    # Planned records are accepted, so that a campaign can be checked before the test.
     found: Iterable[str] = (*declaration_warnings(loaded), *start_warnings(loaded))
     return Understanding(campaign=loaded, found=tuple(found))

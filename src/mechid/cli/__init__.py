@@ -1,4 +1,4 @@
-"""The command line: one function per verb, each parses, calls, prints.
+"""Command line: one function per verb, which parses arguments, calls the library and prints.
 
 Internal to mechid but for the names that docs/python.md lists.
 """
@@ -16,7 +16,8 @@ def main() -> None:
     """Run the command line; never returns."""
     try:
         ending.listen_for_signals()
-        from mechid.cli import app  # here, so that Ctrl-C while it loads is answered like any other
+        # Imported here, so that Ctrl-C during the import is handled like any other.
+        from mechid.cli import app
 
         app.main()
     except KeyboardInterrupt:
@@ -27,7 +28,8 @@ def main() -> None:
     except Exception:
         if not ending.is_interrupted():
             raise
-        ending.say_interrupted()  # Python raises another error where a class that is being made is interrupted
+        # Python raises a different error if the interrupt falls into the creation of a class.
+        ending.say_interrupted()
         ending.end(ending.INTERRUPTED)
     except SystemExit as left:
         if ending.is_interrupted():

@@ -1,6 +1,6 @@
-"""The command ``mechid``: its verbs, and the one place that turns errors into exit codes.
+"""Command ``mechid``: its verbs, and the conversion of errors to exit codes.
 
-What is heavy is imported inside a verb, so that ``mechid --help`` is there at once.
+Heavy modules are imported inside the verbs, which keeps ``mechid --help`` fast.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ NO_MEMORY = (
 )
 LETTERS = 200
 LONG_WORD = re.compile(rf"\S{{{2 * LETTERS},}}")
-"""Of a message: no path or name is so long that is meant."""
+"""Word in a message that is too long for a real path or name."""
 COLLECTED = 50_000
-"""Objects made between two looks for circular garbage: by Python's own 700, imports alone spend half a second on it."""
+"""Threshold of the garbage collector; with Python's default of 700, collections add half a second to the imports."""
 EPILOG = (
     "Exit codes: 0 good, 1 a fault of mechid's own, 2 usage, 3 a wrong input file, 4 record, "
     "5 fit did not succeed, 130 interrupted."
@@ -61,7 +61,7 @@ EPILOG = (
 
 
 class Verbs(TyperGroup):
-    """The verbs; an error a user can cause becomes one line and its exit code."""
+    """Group of all verbs, which reports user errors in one line with their exit code."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the verb."""
@@ -71,13 +71,13 @@ class Verbs(TyperGroup):
             with protect_read_files():
                 return super().invoke(ctx)
         except MechidError as error:
-            raise _refused(str(error), error.exit_code) from error
+            raise _report_error(str(error), error.exit_code) from error
         except OSError as error:
             if error.errno != errno.ENAMETOOLONG:
                 raise
-            raise _refused(f"{error.filename}: the name is too long for a file; give another", USAGE) from error
+            raise _report_error(f"{error.filename}: the name is too long for a file; give another", USAGE) from error
         except MemoryError as error:
-            raise _refused(NO_MEMORY, USAGE) from error
+            raise _report_error(NO_MEMORY, USAGE) from error
         except KeyboardInterrupt as error:
             say_interrupted()
             raise typer.Exit(INTERRUPTED) from error
@@ -112,7 +112,8 @@ VERBS = (
 )
 for verb in VERBS:
     app.command()(verb)
-app.command("open")(open_index)  # a function of the command's own name would hide Python's
+# The function is not called `open`, which would shadow the builtin.
+app.command("open")(open_index)
 
 
 def _print_version(asked: bool) -> None:
@@ -134,6 +135,7 @@ def mechid(
 
 def main() -> None:
     """Run the command line; never returns."""
+    # With Python's default of 700, collections add half a second to the imports.
     gc.set_threshold(COLLECTED)
     prepare_streams()
     warnings.showwarning = _warn
@@ -141,44 +143,46 @@ def main() -> None:
         try:
             app()
         finally:
-            sys.stdout.flush()  # at its own end Python would only complain
+            # Flushed here, since errors during the shutdown of Python cannot be handled.
+            sys.stdout.flush()
     except ReaderGoneError:
         sys.exit(NOBODY_READS)
     except MechidError as error:
         _say(f"mechid: error: {error}")
         sys.exit(error.exit_code)
     except Exception as error:
-        if is_interrupted():  # a library made another error of it
+        # A library may have converted the KeyboardInterrupt to another error.
+        if is_interrupted():
             say_interrupted()
             sys.exit(INTERRUPTED)
         if os.environ.get(DEBUG) == "1":
             raise
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        _say(f"mechid: unexpected error, please report it (with the traceback that {DEBUG}=1 shows): {what}")
+        description = " ".join(f"{type(error).__name__}: {error}".split())
+        _say(f"mechid: unexpected error, please report it (with the traceback that {DEBUG}=1 shows): {description}")
         sys.exit(UNEXPECTED)
 
 
 def _warn(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
-    """Say a warning of mechid's own in a line; those of libraries are for who writes programs."""
+    """Print a warning of mechid in one line; warnings of libraries are for developers."""
     del where, more
     if category is UserWarning:
         _say(f"warning: {message}")
 
 
 def _refuse_empty(words: Sequence[str]) -> None:
-    """Refuse a word without letters: as the name of a folder it would be the one in which mechid was started."""
+    """Refuse empty arguments; as a folder, an empty name would mean the working directory."""
     pairs = pairwise(("the command's first word", *words))
     empty = [before for before, word in pairs if not word] + [w[:-1] for w in words if re.fullmatch("--[^=]+=", w)]
     if empty:
         raise UsageError(f"{empty[0]}: is empty, as of a shell variable without a value; write what is meant")
 
 
-def _refused(line: str, code: int) -> typer.Exit:
-    """Say what was wrong, and return the end of the command."""
+def _report_error(line: str, code: int) -> typer.Exit:
+    """Print an error, and return the exception that ends the command."""
     _say(f"mechid: error: {line}")
     return typer.Exit(code)
 
 
 def _say(line: str) -> None:
-    """Say a line on stderr, words that are no words shortened."""
+    """Print a line on stderr, with overlong words shortened."""
     typer.echo(LONG_WORD.sub(lambda word: f"{word[0][:LETTERS]}...", " ".join(line.splitlines())), err=True)

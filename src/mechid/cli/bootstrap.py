@@ -1,4 +1,4 @@
-"""``mechid bootstrap``: the scatter of estimates from records simulated again and again."""
+"""``mechid bootstrap``: scatter of estimates from repeatedly simulated records."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def bootstrap(
     """Refit simulated records, and see how estimates scatter."""
     from mechid.bootstraps.run import bootstrap as bootstrapped
     from mechid.cli.ending import advise
-    from mechid.cli.printed import followed, print_result
+    from mechid.cli.printed import print_result, show_progress
     from mechid.fits.load import load_fit
     from mechid.holding import hold_folder
 
     found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")
     with hold_folder(out):
-        with on_scheduler(scheduler), followed() as listener:
+        with on_scheduler(scheduler), show_progress() as listener:
             done = bootstrapped(
                 found,
                 draws,

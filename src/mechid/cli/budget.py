@@ -1,4 +1,4 @@
-"""``mechid budget``: from an estimate to the line of sight."""
+"""``mechid budget``: prediction of the line-of-sight error from an estimate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``mechid check``: what was understood of a campaign, or of a data file."""
+"""``mechid check``: content of a campaign or a data file, as interpreted by mechid."""
 
 from __future__ import annotations
 

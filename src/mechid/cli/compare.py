@@ -1,4 +1,4 @@
-"""``mechid compare``: which of several hypotheses the same records prefer."""
+"""``mechid compare``: comparison of hypotheses on the same records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``mechid demo``: a synthetic bench, and its full identification."""
+"""``mechid demo``: synthetic bench with its full identification."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def demo(
     from mechid.campaign.bench import TRUTH, refuse_measured_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
-    from mechid.demos.run import made_bench
+    from mechid.demos.run import make_bench
     from mechid.holding import hold_folder
     from mechid.identification.run import IdentifyRun
     from mechid.reports.files import PAGE_NAME
@@ -27,5 +27,5 @@ def demo(
     with hold_folder(out):
         prepare_kernel(catalogue_mechanism().plant)
         typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
-        identify_into(made_bench(out, seed), out, IdentifyRun(seed=seed, truth=TRUTH))
+        identify_into(make_bench(out, seed), out, IdentifyRun(seed=seed, truth=TRUTH))
     typer.echo(f"next: open {out / PAGE_NAME}, and mechid budget {out / BUDGET_NAME} --out {out / 'budget'}")

@@ -1,4 +1,4 @@
-"""``mechid design``: which records to take next, what they would tell, and which rates lose steps."""
+"""``mechid design``: selection of the next records, their information, and rates with step loss."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ def design(
     refuse_own_folder(loaded.path, out)
     if diagnosis and not fit:
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
-    named = read_diagnosed(diagnosis) if diagnosis else None  # before the fit, which takes its time
+    # Read before the fit is loaded, which takes longer.
+    named = read_diagnosed(diagnosis) if diagnosis else None
     with hold_folder(out):
         with on_scheduler(scheduler):
             made = designed(

@@ -1,4 +1,4 @@
-"""``mechid diagnose``: what the mechanism file lacks, as the records of a finished fit say it."""
+"""``mechid diagnose``: effects missing in the mechanism file, according to the records of a fit."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def diagnose(
     scheduler: Scheduler = None,
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
-    from mechid.cli.printed import followed, print_result
+    from mechid.cli.printed import print_result, show_progress
     from mechid.diagnoses.run import diagnose as diagnosed
     from mechid.fits.load import load_fit
     from mechid.holding import hold_folder
 
     finished = load_fit(fit, campaign)
     with hold_folder(out):
-        with on_scheduler(scheduler), followed() as listener:
+        with on_scheduler(scheduler), show_progress() as listener:
             found = diagnosed(finished, consider=consider or (), workers=workers, listener=listener)
         print_result(found, out)

@@ -1,9 +1,9 @@
-"""End of a command on SIGINT, SIGTERM or SIGHUP: within two seconds, with exit code 130.
+"""Termination of a command on SIGINT, SIGTERM or SIGHUP within two seconds, with exit code 130.
 
-The first signal raises KeyboardInterrupt in the main thread, which keeps what was found and leaves. Python raises it
-between two of its own instructions only, and a kernel's block, LLVM's optimisation of a kernel or a call of a library
-may take minutes. So the system's own handler also wakes a thread, which ends the process where the main thread has not
-done so in time, or at a second signal. Results are written beside their place and renamed, so none is left half there.
+The first signal raises KeyboardInterrupt in the main thread, which saves its results and exits. Python raises it only
+between its own instructions, but a block of a kernel, the optimisation of a kernel by LLVM or a library call can take
+minutes. The signal handler therefore also wakes a thread, which ends the process if the main thread has not done so in
+time, or at a second signal. Results are written to temporary files and renamed, so none is left incomplete.
 """
 
 from __future__ import annotations
@@ -23,34 +23,35 @@ from typing import NoReturn
 
 INTERRUPTED = 130
 WORDS = "mechid: interrupted"
+# Windows lacks SIGHUP.
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Those of a terminal, of batch systems, and of a terminal that is closed; Windows lacks the last."""
+"""Signals of terminals, of batch systems, and of a closed terminal; Windows lacks the last."""
 GRACE_S = 1.5
-"""Time that the main thread has, in seconds of the clock and of computing: other work may share the processors."""
+"""Time for the main thread to exit, in s of elapsed and of processor time, since the processors may be shared."""
 LONGEST_S = 5.0
-"""The same in seconds of the clock alone, for a command that waits and does not compute."""
+"""The same in s of elapsed time alone, for a command that waits without computing."""
 AT_ONCE_S = 0.3
-"""Signals this close together are one: `timeout` and others send theirs to the process and to its group."""
+"""Interval in s in which signals count as one: `timeout` and others signal both the process and its group."""
 LOOK_S = 0.05
 FLUSH_S = 0.2
 SHOW_CURSOR = "\x1b[?25h"
-"""A live progress line hides the cursor."""
+"""Escape sequence that shows the cursor, which a live progress line hides."""
 
 
 @dataclass
-class _Course:
-    """Where the end of this process stands.
+class _Shutdown:
+    """State of the termination of this process.
 
     Attributes
     ----------
     remedy : str
-        How to go on after an end that the main thread did not come to by itself.
+        Advice for continuing after a forced end.
     is_raised : bool
-        Whether the main thread has been told.
+        Whether KeyboardInterrupt was raised in the main thread.
     is_said : bool
-        Whether the user has been.
+        Whether the user was informed.
     is_over : bool
-        Whether the command has done its work, so that a signal changes nothing but how long Python takes to leave.
+        Whether the command has finished, so that a signal only shortens the shutdown of Python.
     """
 
     remedy: str = ""
@@ -59,45 +60,47 @@ class _Course:
     is_over: bool = False
 
 
-_COURSE = _Course()
+_SHUTDOWN = _Shutdown()
 
 
 def listen_for_signals() -> None:
-    """Have `SIGNALS` end this process; one that is ignored, as under nohup, stays ignored."""
+    """Install handlers of `SIGNALS`; an ignored signal, as under nohup, stays ignored."""
     for number in (getattr(signal, name) for name in SIGNALS if hasattr(signal, name)):
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, _raise_once)
-    atexit.register(_stop_listening)  # called last of all that is registered
+    # Registered first, so that it is called last.
+    atexit.register(_stop_listening)
     heard, wakes = socket.socketpair()
+    # Required by set_wakeup_fd.
     wakes.setblocking(False)
     signal.set_wakeup_fd(wakes.detach(), warn_on_full_buffer=False)
     Thread(target=_watch, args=(heard,), name="signals", daemon=True).start()
 
 
 def is_interrupted() -> bool:
-    """Whether a signal has told this process to end."""
-    return _COURSE.is_raised
+    """Return whether a signal has requested the end of this process."""
+    return _SHUTDOWN.is_raised
 
 
 def advise(remedy: str) -> None:
-    """Set what is said of how to go on, should the command be cut short; follows "mechid: interrupted; "."""
-    _COURSE.remedy = remedy
+    """Set the advice printed after "mechid: interrupted; " if the command is forced to end."""
+    _SHUTDOWN.remedy = remedy
 
 
 def say_interrupted(line: str = WORDS) -> None:
-    """Say on standard error that the command was interrupted, from the main thread."""
+    """Print on standard error that the command was interrupted; called from the main thread."""
     sys.stderr.write(f"{line}\n")
     sys.stderr.flush()
-    _COURSE.is_said = True
+    _SHUTDOWN.is_said = True
 
 
 def finish() -> None:
-    """Note that the command has done its work: a signal from here on does not change its exit code."""
-    _COURSE.is_over = True
+    """Mark the command as finished: later signals do not change its exit code."""
+    _SHUTDOWN.is_over = True
 
 
 def end(code: int) -> NoReturn:
-    """End this process at once: without Python's own end, in which threads that still compile would abort LLVM."""
+    """End this process immediately, without the shutdown of Python, in which compiling threads would abort LLVM."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(Exception):
             stream.flush()
@@ -107,19 +110,19 @@ def end(code: int) -> NoReturn:
 
 def _raise_once(number: int, frame: FrameType | None) -> None:
     del number, frame
-    if not _COURSE.is_raised and not _COURSE.is_over:
-        _COURSE.is_raised = True
+    if not _SHUTDOWN.is_raised and not _SHUTDOWN.is_over:
+        _SHUTDOWN.is_raised = True
         raise KeyboardInterrupt
 
 
 def _stop_listening() -> None:
-    """Ignore `SIGNALS` while Python takes itself down, where they would end it as if its work were not done."""
+    """Ignore `SIGNALS` during the shutdown of Python, where they would change the exit code."""
     for number in (getattr(signal, name) for name in SIGNALS if hasattr(signal, name)):
         signal.signal(number, signal.SIG_IGN)
 
 
 def _watch(heard: socket.socket) -> None:
-    """Wait for a signal, give the main thread its time, and end the process."""
+    """Wait for a signal, give the main thread time to exit, then end the process."""
     known = {getattr(signal, name) for name in SIGNALS if hasattr(signal, name)}
     while not known & {*heard.recv(1)}:
         pass
@@ -131,21 +134,22 @@ def _watch(heard: socket.socket) -> None:
             break
         if min(passed, own) > GRACE_S or passed > LONGEST_S:
             break
-    _cut_short()
+    _force_end()
 
 
-def _cut_short() -> NoReturn:
-    """End the process from beside its main thread, which may be within any call and hold any lock."""
-    _COURSE.is_raised = True
+def _force_end() -> NoReturn:
+    """End the process from another thread, while the main thread may be in any call and hold any lock."""
+    _SHUTDOWN.is_raised = True
     sys.unraisablehook = lambda raised: None
     with suppress(Exception):
         _release()
     flush = Thread(target=_flush_output, daemon=True)
     flush.start()
     flush.join(FLUSH_S)
-    said = "" if _COURSE.is_said else "; ".join(filter(None, (WORDS, _COURSE.remedy))) + "\n"
-    with suppress(OSError):  # past Python's stream, whose lock the main thread may hold
-        os.write(2, f"{SHOW_CURSOR if os.isatty(2) else ''}{said}".encode(errors="backslashreplace"))
+    message = "" if _SHUTDOWN.is_said else "; ".join(filter(None, (WORDS, _SHUTDOWN.remedy))) + "\n"
+    # Written directly, since the main thread may hold the lock of sys.stderr.
+    with suppress(OSError):
+        os.write(2, f"{SHOW_CURSOR if os.isatty(2) else ''}{message}".encode(errors="backslashreplace"))
     os._exit(INTERRUPTED)
 
 
@@ -155,7 +159,7 @@ def _flush_output() -> None:
 
 
 def _release() -> None:
-    """Let go of result folders and of the process that reads, where they have been used: nothing is imported here."""
+    """Release result folders and the reading process, if their modules are loaded."""
     for module, name in (("mechid.holding.folder", "release_all"), ("mechid.reading.process", "end_reader")):
         if module in sys.modules:
             with suppress(Exception):

@@ -1,4 +1,4 @@
-"""``mechid explore``: a local page on which parameters are turned and fits watched."""
+"""``mechid explore``: local page for changing parameters and following fits."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def explore(
 ) -> None:
     """Turn parameters in the browser and watch model and fit."""
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.web.run import explored, serve
+    from mechid.web.run import load_source, serve
 
-    source = explored(campaign, fit=fit, diagnosis=diagnosis, workers=workers, needed=prepare_kernels)
+    source = load_source(campaign, fit=fit, diagnosis=diagnosis, workers=workers, needed=prepare_kernels)
     serve(source, port, browser=browser, ready=_ready)
 
 

@@ -1,4 +1,4 @@
-"""``mechid export``: a finished fit as files that others use without mechid."""
+"""``mechid export``: files of a finished fit for other tools."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ def export(
 ) -> None:
     """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
     from mechid.cli.printed import print_result
-    from mechid.exports.export import exported, named_options
+    from mechid.exports.export import read_options, write_export
     from mechid.exports.handover import handover
     from mechid.exports.run import read_with_campaign
     from mechid.ink.console import console_on, print_lines
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
-    options = named_options(option or ())
+    options = read_options(option or ())
     finished, own, notice = read_with_campaign(fit, campaign)
     if notice:
         print_lines(console_on(err=True), "warning", [notice])
-    print_result(exported(handover(finished, own, anyway=anyway), to, out, options), None)
+    print_result(write_export(handover(finished, own, anyway=anyway), to, out, options), None)

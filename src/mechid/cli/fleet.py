@@ -1,4 +1,4 @@
-"""``mechid fleet``: many campaigns, and what they say together."""
+"""``mechid fleet``: identification and joint evaluation of many campaigns."""
 
 from __future__ import annotations
 
@@ -34,5 +34,5 @@ def fleet(
             made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, say=say)
         print_result(made, out)
     if made.failed:
-        of = f"{len(made.failed)} of {len(made.asked.members)} campaigns have no estimate to use"
-        raise FitError(f"fleet: {of}: {', '.join(made.failed)}; {out} holds what was reached, and why")
+        summary = f"{len(made.failed)} of {len(made.asked.members)} campaigns have no estimate to use"
+        raise FitError(f"fleet: {summary}: {', '.join(made.failed)}; {out} holds what was reached, and why")

@@ -1,4 +1,4 @@
-"""An identification as commands run it: progress shown, results printed, and its exit code."""
+"""Identification in a command, with progress, printed results and exit code."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import typer
 
 from mechid.campaign import Campaign
 from mechid.cli.ending import INTERRUPTED, advise, say_interrupted
-from mechid.cli.printed import followed, say
+from mechid.cli.printed import say, show_progress
 from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome, grade_words
@@ -19,17 +19,17 @@ from mechid.reports.into_folder import DEFAULT_RUN, Audience, identify_into_fold
 
 
 def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN) -> None:
-    """Identify a campaign, leave the results in a folder, and print them.
+    """Identify a campaign, write the results to a folder, and print them.
 
     Raises
     ------
     FitError
-        The fit did not succeed; the results are there all the same.
+        The fit did not succeed; the results are written nevertheless.
     typer.Exit
-        It was interrupted, with its exit code; the results are those so far.
+        The fit was interrupted; the results so far are written.
     """
     advise(f"what was worked out is in {folder}: mechid identify with --resume goes on")
-    made = identify_into_folder(campaign, folder, Audience(followed=followed, say=say), run)
+    made = identify_into_folder(campaign, folder, Audience(followed=show_progress, say=say), run)
     PRESENTER.print(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         say_interrupted(f"mechid: interrupted; {folder} holds the best so far")
@@ -39,6 +39,6 @@ def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_R
 
 
 def _refusal(fit: Fit, folder: Path) -> str:
-    """Say why the values are not to be used as they are, and what to do next."""
-    said = [f"{reason.text} Next: {reason.next_command}." for reason in fit.reasons[:1]]
-    return " ".join([grade_words(fit.grade, fit.outcome), *said, f"{folder} holds what was reached"])
+    """Explain why the values should not be used, and what to do next."""
+    reasons = [f"{reason.text} Next: {reason.next_command}." for reason in fit.reasons[:1]]
+    return " ".join([grade_words(fit.grade, fit.outcome), *reasons, f"{folder} holds what was reached"])

@@ -1,4 +1,4 @@
-"""``mechid identify``: what the records say of the mechanism."""
+"""``mechid identify``: estimation of the mechanism's parameters from records."""
 
 from __future__ import annotations
 

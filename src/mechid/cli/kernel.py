@@ -1,4 +1,4 @@
-"""``mechid kernel``: the equations of a mechanism, and the code made from them."""
+"""``mechid kernel``: equations of a mechanism, and the code generated from them."""
 
 from __future__ import annotations
 

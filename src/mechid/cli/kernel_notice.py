@@ -1,4 +1,4 @@
-"""The kernel a command is about to use, and what compiling or loading it took, said as what it is."""
+"""Preparation of kernels before a command, with a notice of the time for compiling or loading."""
 
 from __future__ import annotations
 
@@ -11,30 +11,31 @@ from mechid.plant.plant import Plant
 
 
 def prepare_kernels(campaign: Campaign) -> None:
-    """Compile or load what an identification of the campaign needs."""
+    """Compile or load the kernels for an identification of the campaign."""
     from mechid.identification.uncertainty.visibility import count_sensitivities
 
     plant = campaign.mechanism.plant
-    prepare_kernel(plant)  # of runs without derivatives, as those of a validation
+    # For simulations without derivatives, as in a validation.
+    prepare_kernel(plant)
     count = count_sensitivities(campaign)
     if lanes_for(count) > lanes_for(0):
         prepare_kernel(plant, count)
 
 
-def prepare_kernel(plant: Plant, count_sensitivities: int = 0) -> Kernel:
-    """Return the compiled kernel of a plant; what it took is said on stderr."""
-    if not is_compiled(plant, count_sensitivities):
-        return _compiled_now(plant, count_sensitivities)
-    kernel = kernel_for(plant, count_sensitivities)
+def prepare_kernel(plant: Plant, sensitivities: int = 0) -> Kernel:
+    """Return the compiled kernel of a plant, and print the time on stderr."""
+    if not is_compiled(plant, sensitivities):
+        return _compile_kernel(plant, sensitivities)
+    kernel = kernel_for(plant, sensitivities)
     typer.echo(f"kernel loaded from the cache in {kernel.seconds:.2f} s", err=True)
     return kernel
 
 
-def _compiled_now(plant: Plant, count_sensitivities: int) -> Kernel:
+def _compile_kernel(plant: Plant, sensitivities: int) -> Kernel:
     typer.echo("compiling the kernel (first time, cached afterwards) ...", err=True, nl=False)
     took = ""
     try:
-        kernel = kernel_for(plant, count_sensitivities)
+        kernel = kernel_for(plant, sensitivities)
         took = f" {kernel.seconds:.1f} s"
     finally:
         typer.echo(took, err=True)

@@ -1,4 +1,4 @@
-"""``mechid look``: what records show by themselves, before any model."""
+"""``mechid look``: examination of records without a model."""
 
 from __future__ import annotations
 

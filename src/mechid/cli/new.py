@@ -1,4 +1,4 @@
-"""``mechid new``: files to start from."""
+"""``mechid new``: templates of mechanism and campaign files."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ def new(
 
     for path in new_campaign(folder, files or (), assembly):
         typer.echo(f"written: {path}")
+    # Files may be recorded later, so a missing one is only a warning.
     for file in files or ():
         if not file.is_file():
-            why = "is a folder, no file" if file.is_dir() else "there is no such file yet"
-            typer.echo(f"warning: {file}: {why}", err=True)
+            problem = "is a folder, no file" if file.is_dir() else "there is no such file yet"
+            typer.echo(f"warning: {file}: {problem}", err=True)
     typer.echo(f"next: fill them in; mechid check {folder} says what is left")

@@ -1,4 +1,4 @@
-"""``mechid open``: one page that leads to all results below a folder."""
+"""``mechid open``: index page of all results below a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a command prints: its result, the lines on the way, the progress."""
+"""Output of commands: results, messages and progress."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from mechid.shown import presenter_of
 
 
 def print_result(result: object, out: Path | None) -> None:
-    """Print a result, its files left in a folder where one is given."""
+    """Print a result, and write its files if a folder is given."""
     own = presenter_of(result)
     numbers = own.numbers(result)
     own.print(numbers, console_on(), own.write(result, numbers, out) if out is not None else ())
 
 
 @contextmanager
-def followed() -> Iterator[Listener]:
-    """Return who shows progress on stderr."""
+def show_progress() -> Iterator[Listener]:
+    """Yield a listener that shows progress on stderr."""
     with ProgressLine(console_on(err=True)) as line:
         yield line.tell
 
 
 def say(line: str) -> None:
-    """Say a line on stderr."""
+    """Print a line on stderr."""
     typer.echo(line, err=True)

@@ -1,4 +1,4 @@
-"""``mechid profile``: the likelihood's own shape over one parameter after another."""
+"""``mechid profile``: likelihood profiles of single parameters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def profile(
 ) -> None:
     """Profile the likelihood over a parameter, all others refitted."""
     from mechid.cli.ending import advise
-    from mechid.cli.printed import followed, print_result
+    from mechid.cli.printed import print_result, show_progress
     from mechid.fits.load import load_fit
     from mechid.holding import hold_folder
     from mechid.profiles.run import profile as profiled
@@ -31,7 +31,7 @@ def profile(
     found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")
     with hold_folder(out):
-        with on_scheduler(scheduler), followed() as listener:
+        with on_scheduler(scheduler), show_progress() as listener:
             done = profiled(
                 found,
                 parameter,

@@ -1,4 +1,4 @@
-"""``mechid report``: the report of an identification, made anew."""
+"""``mechid report``: new report of a finished identification."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The option ``--scheduler`` of the commands whose work others' machines can do."""
+"""Option ``--scheduler`` of commands whose work can be distributed to other machines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Scheduler = Annotated[
 
 
 def on_scheduler(address: str | None) -> AbstractContextManager[None]:
-    """Return a context in which the workers of a scheduler do what is mapped; None leaves it to this process."""
+    """Return a context in which the workers of a scheduler execute mapped work; None uses this process."""
     from mechid.identification.computation.workforce import working_on_scheduler
 
     return working_on_scheduler(address, lambda line: typer.echo(line, err=True))

@@ -1,4 +1,4 @@
-"""``mechid simulate``: what the mechanism as written would do."""
+"""``mechid simulate``: simulation of records with the mechanism as written."""
 
 from __future__ import annotations
 

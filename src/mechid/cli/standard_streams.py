@@ -1,4 +1,4 @@
-"""Standard output and error as other tools treat them: closed, full, read by nobody any more, or with few letters."""
+"""Standard output and error that may be closed, full, without a reader, or limited to few characters."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any, TextIO
 from mechid.errors import UnwritableError
 
 NOBODY_READS = 141
-"""Exit code of a command whose reader has gone, as of ``| head``: that of the signal by which other tools end."""
+"""Exit code of a command whose reader has exited, as with ``| head``; equals that of other tools, ended by SIGPIPE."""
 ANY_NAME = "backslashreplace"
-"""What becomes of letters that a stream does not have, and of bytes in a file's name that are no letters."""
+"""Error handler for characters that a stream cannot encode, and for undecodable bytes of file names."""
 
 
 class ReaderGoneError(Exception):
-    """Whoever read standard output has gone."""
+    """The reader of standard output has exited."""
 
 
 class _Output(io.FileIO):
-    """Standard output, whose faults are told from those of files, once."""
+    """Standard output that raises its own errors, distinct from those of files, and only once."""
 
     failed = False
 
@@ -39,7 +39,7 @@ class _Output(io.FileIO):
 
 
 class _Error(io.FileIO):
-    """Standard error: what nobody can hear is no reason to end."""
+    """Standard error that ignores write errors."""
 
     def write(self, content: Any, /) -> int:
         """Write bytes; see `io.FileIO.write`."""
@@ -50,10 +50,8 @@ class _Error(io.FileIO):
 
 
 def prepare_streams() -> None:
-    """Let standard streams take any name, and give those that are closed a place where nothing is kept.
-
-    Otherwise a result file that is opened next would be the one to which a library writes its messages.
-    """
+    """Make standard streams accept any character, and redirect closed ones to the null device."""
+    # The next opened file would otherwise get the number of a closed stream, and receive messages of libraries.
     for number in range(3):
         try:
             os.fstat(number)

@@ -1,4 +1,4 @@
-"""Surroundings in which libraries stumble in the middle of a command: refused before it begins."""
+"""Checks of the environment for settings with which libraries would fail in the middle of a command."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ NOT_COMPILED, THREADS = "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS"
 
 
 def refuse_surroundings(environment: Mapping[str, str]) -> None:
-    """Refuse variables of the environment with which Numba compiles nothing, and a working directory that is gone.
+    """Refuse settings of Numba that prevent compilation, and a missing working directory.
 
     Raises
     ------
     UsageError
-        It says that nothing is to be compiled, or asks for no thread at all; there is no working directory.
+        Compilation is disabled, the number of threads is not positive, or the working directory is missing.
     """
     try:
         Path.cwd()
@@ -29,7 +29,7 @@ def refuse_surroundings(environment: Mapping[str, str]) -> None:
 
 
 def _number(text: str | None, default: int) -> int:
-    """Return a variable's number as Numba reads it: one that is no whole number counts as left out."""
+    """Return the value of a variable as read by Numba, which ignores invalid numbers."""
     try:
         return int(text or default)
     except ValueError:

@@ -1,1 +1,1 @@
-"""Fits of the same records compared: the public function, their numbers, their document and figures."""
+"""Comparison of fits of the same records: public function, numbers, document and figures."""

@@ -1,11 +1,17 @@
-"""A comparison as a document: which fit the records prefer, and why; scores, records and parameters side by side."""
+"""Document of a comparison: preferred fit with reasons, and tables of scores, records and parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mechid.comparisons.figures import EVIDENCE_NAME, RECORDS_NAME, SPECTRA_NAME, apart_most, comparison_figures
+from mechid.comparisons.figures import (
+    EVIDENCE_NAME,
+    RECORDS_NAME,
+    SPECTRA_NAME,
+    comparison_figures,
+    most_different_spectra,
+)
 from mechid.comparisons.numbers import FILE_NAME, comparison_numbers
 from mechid.identification.result.estimate_file import json_text
 from mechid.ink.document import IN_DOCUMENTS, Document, Lines, Picture, Rows, Section, Words
@@ -37,7 +43,7 @@ OF_RECORDS = "What each fit leaves of each record, as a share of what the first 
 
 
 def comparison_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `comparison_numbers` made."""
+    """Make the document from the result of `comparison_numbers`."""
     names, preferred = data["hypotheses"], f" Preferred: {data['preferred']}." if data["preferred"] else ""
     wide, narrow = SCORE_LAYOUTS
     scores = Table(wide[0], data["scores"], narrower=(narrow,))
@@ -79,7 +85,7 @@ def comparison_document(data: Mapping[str, Any]) -> Document:
 
 
 def _spectra(data: Mapping[str, Any]) -> Section:
-    every, drawn = data["spectra"]["records"], apart_most(data)
+    every, drawn = data["spectra"]["records"], most_different_spectra(data)
     fewer = f" Drawn are the {len(drawn)} of {len(every)} records whose residuals differ most."
     words = Words(SPECTRA + (fewer if len(drawn) < len(every) else ""))
     parts = (words, Picture(SPECTRA_NAME, "Residual spectra of each record by fit")) if drawn else ()

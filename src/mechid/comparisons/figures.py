@@ -1,4 +1,4 @@
-"""The figures of a comparison: the evidence for each fit, what each leaves of each record, and where in frequency."""
+"""Figures of a comparison: evidence for each fit, residuals of each record, and residual spectra."""
 
 from __future__ import annotations
 
@@ -11,53 +11,54 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
-from mechid.ink.figures import STYLE, in_powers, legend_above, made
+from mechid.ink.figures import STYLE, in_powers, legend_above, make_figure
 from mechid.ink.palette import NOISE, series
 
 EVIDENCE_NAME, RECORDS_NAME, SPECTRA_NAME = "comparison_evidence", "comparison_records", "comparison_spectra"
 MARGIN_IN, ROW_IN = 0.9, 0.34
 CRITERIA = {"bic_effective": "by effective samples", "bic": "as if white"}
 NAMES_FROM = 0.24
-"""Share of the width from which the picture begins: names stand left of it."""
+"""Left margin as a share of the width, for names."""
 MOST_SPECTRA, SPECTRUM_IN = 8, 1.7
-"""Records whose spectra are drawn, and the height of each, inches."""
+"""Most records with drawn spectra, and the height of each in inches."""
+# Small differences are close to 0, large ones span several decades.
 LINEAR = 10.0
-"""Up to which the axis of the criterion is linear, logarithmic beyond."""
+"""Limit of the linear part of the criterion axis, which is logarithmic beyond."""
 
 
 def comparison_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of what `comparison_numbers` made."""
+    """Yield the figures for the result of `comparison_numbers`."""
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        yield EVIDENCE_NAME, made(partial(_evidence, data), MARGIN_IN + ROW_IN * len(data["scores"]))
-        yield RECORDS_NAME, made(partial(_records, data), MARGIN_IN + ROW_IN * len(data["records"]))
+        yield EVIDENCE_NAME, make_figure(partial(_evidence, data), MARGIN_IN + ROW_IN * len(data["scores"]))
+        yield RECORDS_NAME, make_figure(partial(_records, data), MARGIN_IN + ROW_IN * len(data["records"]))
 
         if data["spectra"]["records"]:
-            drawn = apart_most(data)
-            yield SPECTRA_NAME, made(partial(_spectra, data, drawn), MARGIN_IN + SPECTRUM_IN * len(drawn))
+            drawn = most_different_spectra(data)
+            yield SPECTRA_NAME, make_figure(partial(_spectra, data, drawn), MARGIN_IN + SPECTRUM_IN * len(drawn))
 
 
-def apart_most(data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the spectra of the records whose residuals differ most between the fits, in the comparison's order."""
+def most_different_spectra(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the spectra of records whose residuals differ most between the fits, in the order of the comparison."""
     residuals = {row["name"]: np.array(row["residual_rms"], dtype=np.float64) for row in data["records"]}
     spread = {name: float(np.nan_to_num(np.ptp(np.log(own)), nan=np.inf)) for name, own in residuals.items()}
     largest = sorted(data["spectra"]["records"], key=lambda one: -spread[one["name"]])[:MOST_SPECTRA]
     return [one for one in data["spectra"]["records"] if one in largest]
 
 
-def above_least(data: Mapping[str, Any], key: str) -> FloatArray:
-    """Return each fit's criterion less the least of all, (hypotheses,)."""
+def criterion_differences(data: Mapping[str, Any], key: str) -> FloatArray:
+    """Return the criterion of each fit minus the least of all, (hypotheses,)."""
     values = np.array([row[key] for row in data["scores"]], dtype=np.float64)
     return values - np.nanmin(values) if np.any(np.isfinite(values)) else values
 
 
-def over_first(data: Mapping[str, Any]) -> FloatArray:
-    """Return the residual of each record by each fit over that of the first one, (records, hypotheses)."""
+def residual_ratios(data: Mapping[str, Any]) -> FloatArray:
+    """Return residuals of each record relative to the first fit, (records, hypotheses)."""
     residuals = np.array([row["residual_rms"] for row in data["records"]], dtype=np.float64)
     return residuals / residuals[:, :1]
 
 
 def _evidence(data: Mapping[str, Any], figure: Any) -> None:
-    values = np.stack([above_least(data, key) for key in CRITERIA], axis=1)
+    values = np.stack([criterion_differences(data, key) for key in CRITERIA], axis=1)
     axes = _bars(figure, data["hypotheses"], values, list(CRITERIA.values()))
     axes.set_xscale("symlog", linthresh=LINEAR)
     axes.set_xlim(0.0, max(2.0 * LINEAR, 1.5 * float(np.nanmax(values, initial=0.0))))
@@ -65,7 +66,7 @@ def _evidence(data: Mapping[str, Any], figure: Any) -> None:
 
 
 def _records(data: Mapping[str, Any], figure: Any) -> None:
-    axes = _bars(figure, [row["name"] for row in data["records"]], over_first(data), data["hypotheses"])
+    axes = _bars(figure, [row["name"] for row in data["records"]], residual_ratios(data), data["hypotheses"])
     axes.set_xlabel(f"residual over that of {data['hypotheses'][0]}")
 
 
@@ -92,7 +93,7 @@ def _floats(values: list[float | None]) -> FloatArray:
 
 
 def _bars(figure: Any, rows: list[str], values: FloatArray, names: list[str]) -> Any:
-    """Draw a group of bars for each row, one for each name, (rows, names), and return the axes."""
+    """Draw a group of bars for each row, one per name, (rows, names); return the axes."""
     axes, height = figure.subplots(), 0.8 / len(names)
     axes.set_axisbelow(True)
     for k, name in enumerate(names):

@@ -1,4 +1,4 @@
-"""Hypotheses side by side: every number in one dict."""
+"""Numbers of a comparison, in one dict."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NO_SUCH = "."
 
 
 def comparison_numbers(comparison: Comparison) -> dict[str, Any]:
-    """Return all that a comparison shows: numbers, and beside those that need rounding their text."""
+    """Return the numbers shown by a comparison, with formatted texts."""
     best = {key: _least(comparison.scores, key) for key in ("aic", "bic", "aic_effective", "bic_effective")}
     return {
         "format": FORMAT,

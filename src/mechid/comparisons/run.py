@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mechid.identification.result.fit import Fit
 
 IN_MEMORY = "in memory"
-"""In place of the folder of a fit that was not read."""
+"""Placeholder for the folder of a fit in memory."""
 
 
 def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:
@@ -25,19 +25,19 @@ def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:
     *fits : Fit or Path
         Two or more: result folders or their estimate.json, or fits that hold their campaigns.
     names : tuple of str
-        What they are called, one for each; none takes folders' names, ``fit_1``, ``fit_2`` for others.
+        Names of the fits; by default those of the folders, or ``fit_1``, ``fit_2`` for fits in memory.
 
     Returns
     -------
     Comparison
-        Hypotheses, their scores, parameters side by side in the file's units, and the preference.
+        Hypotheses with scores, parameters in the units of the file, and the preference.
 
     Raises
     ------
     UsageError
-        Fewer than two, one twice, fits of different records, or a fit that does not hold its campaign.
+        There are fewer than two fits, one is given twice, their records differ, or a fit in memory lacks its campaign.
     InputFileError
-        An estimate.json is missing, wrong, or without validation.
+        An estimate.json is missing or invalid, or has no validation.
 
     Examples
     --------
@@ -60,13 +60,14 @@ def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:
 
 
 def _folder(fit: Fit | Path | str, name: str) -> Path:
-    """Return the folder of a fit; one in memory has a name in place of it."""
+    """Return the folder of a fit; for a fit in memory, its name instead."""
     if not isinstance(fit, Path | str):
         return Path(IN_MEMORY, name)
     return Path(fit).parent if Path(fit).suffix == ".json" else Path(fit)
 
 
 def _read(place: Path | str) -> Fit:
-    from mechid.identification.result.fit_file import read_numbers  # it knows the campaign, fits in memory do already
+    # Imported here: it loads the campaign package, which fits in memory have loaded already.
+    from mechid.identification.result.fit_file import read_numbers
 
     return read_numbers(place)

@@ -1,4 +1,4 @@
-"""Residual spectra of fits side by side: the RMS of each torque record's residual by third octave."""
+"""Residual spectra of several fits: RMS of the residual of each torque record by third octave."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ if TYPE_CHECKING:
 
 THIRDS_A_DECADE = 10
 WIDTH = 10.0**0.05 - 10.0**-0.05
-"""Of a third octave, over its centre."""
+"""Width of a third octave relative to its centre."""
 DIGITS = 5
 
 
 def residual_spectra(hypotheses: Sequence[Hypothesis]) -> dict[str, Any]:
-    """Return the residual spectra of each torque record by each hypothesis, in their order.
+    """Return the residual spectra of each torque record for each hypothesis, in order.
 
     Lines at orders of the step rate and the density between them are added by power, over all rates of a record. A fit
-    whose folder does not say what it left has null in its place.
+    without stored residuals has null.
 
     Returns
     -------
     dict
-        ``unit``, ``centres_hz`` (B), and ``records``: name, ``rms`` (hypotheses x B), ``noise`` (B), null where nothing
-        is known.
+        ``unit``, ``centres_hz`` (B), and ``records``: name, ``rms`` (hypotheses x B), ``noise`` (B), null where
+        unknown.
     """
     from mechid.analysis.residual_emission import CENTRES_HZ
 
-    found = [_left(hypothesis) for hypothesis in hypotheses]
+    found = [_residuals(hypothesis) for hypothesis in hypotheses]
     names = dict.fromkeys(name for own in found for name in own)
     return {
         "unit": "N m",
@@ -45,7 +45,7 @@ def residual_spectra(hypotheses: Sequence[Hypothesis]) -> dict[str, Any]:
 
 
 def band_rms(record: ResidualRecord, centres: FloatArray) -> FloatArray:
-    """Return the RMS of what is left of a record in each third octave, (B,) N m; NaN where no window resolves it."""
+    """Return the residual RMS of a record in each third octave, (B,) N m; NaN where no window resolves it."""
     power, weight = np.zeros((2, centres.size))
     for at in record.rates:
         own = _power(at, centres)
@@ -61,19 +61,21 @@ def _power(at: ResidualAtRate, centres: FloatArray) -> FloatArray:
     from mechid.analysis.residual_emission import TRACKED
 
     power = at.density * WIDTH * centres
-    lines = np.maximum(at.amplitude**2 - at.sigma**2, 0.0) / 2.0  # the density has their share of the noise already
+    # Without their noise, which the density includes already.
+    lines = np.maximum(at.amplitude**2 - at.sigma**2, 0.0) / 2.0
     bands = np.rint(THIRDS_A_DECADE * np.log10(at.rate * np.array(TRACKED))).astype(np.int64)
     is_drawn = np.isfinite(lines) & (bands >= 0) & (bands < centres.size)
     np.add.at(power, bands[is_drawn], lines[is_drawn])
     return np.asarray(power, dtype=np.float64)
 
 
-def _left(hypothesis: Hypothesis) -> dict[str, ResidualRecord]:
-    """Return what a fit left of its records, by name; empty where its folder does not say or the file is damaged."""
+def _residuals(hypothesis: Hypothesis) -> dict[str, ResidualRecord]:
+    """Return the residuals of a fit by record; empty if they are not stored or damaged."""
     try:
         records = hypothesis.residuals.torques if hypothesis.residuals else None
     except InputFileError:
-        return {}  # a comparison needs it for a picture alone
+        # A comparison needs them only for a figure.
+        return {}
     return {record.name: record for record in records or ()}
 
 

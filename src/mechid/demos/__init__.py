@@ -1,1 +1,1 @@
-"""The demo: a synthetic bench, and its full identification."""
+"""Demo: a synthetic bench with its full identification."""

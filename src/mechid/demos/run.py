@@ -26,18 +26,18 @@ def demo(
 ) -> Identified:
     """Make a synthetic bench in a folder, and identify it from catalogue values that are wrong by factors.
 
-    Nothing of it was measured, and its pages say so: the records are simulated from published values of a real
-    mechanism, with noise, offset and drift; truth.json has these values.
+    The records are simulated from published values of a real mechanism, with noise, offset and drift; truth.json holds
+    these values. All pages state that no data was measured.
 
     Parameters
     ----------
     out : Path
-        Folder for the bench (campaign.toml, mechanism.toml, CSV files, budget.toml) and the results; made where it is
+        Folder for the bench (campaign.toml, mechanism.toml, CSV files, budget.toml) and the results; created if
         missing.
     seed : int
-        Of the bench's noise and of the search.
+        Seed of the noise and of the search.
     workers, executor, listener, say
-        As of `identify_into`.
+        As for `identify_into`.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def demo(
     Raises
     ------
     UsageError
-        The folder holds a campaign of measured records, cannot be written to, or another run holds it.
+        The folder contains a campaign of measured records, is not writable, or is in use by another run.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def demo(
     <Grade.A: 'A'>
     """
     with hold_folder(out):
-        campaign = made_bench(Path(out), seed)
+        campaign = make_bench(Path(out), seed)
         return identify_into(
             campaign,
             out,
@@ -69,8 +69,8 @@ def demo(
         )
 
 
-def made_bench(folder: Path, seed: int) -> Campaign:
-    """Write the bench and a budget file of an assumed structure, and return the campaign with its records read."""
+def make_bench(folder: Path, seed: int) -> Campaign:
+    """Write the bench and a budget file with an assumed structure; return the loaded campaign."""
     refuse_measured_campaign(folder)
     campaign = load_campaign(write_bench(folder, seed))
     write_example(folder)

@@ -9,11 +9,11 @@ from typing import Any
 
 from mechid.campaign.place import (
     Place,
-    above_zero,
-    found,
-    not_below_zero,
+    describe_entry,
+    non_negative_number,
     number,
     one_of,
+    positive_number,
     refuse_unknown_keys,
     text,
     texts,
@@ -138,13 +138,13 @@ def read_design_file(path: Path | str) -> DesignOptions:
 def _read_recording(table: Mapping[str, Any], place: Place) -> Recording:
     own = table.get("durations_s", {})
     if not is_table(own):
-        raise place.key("durations_s").error(f"{found(own)}; write a table, as {{ full_46 = 2.0 }}")
+        raise place.key("durations_s").error(f"{describe_entry(own)}; write a table, as {{ full_46 = 2.0 }}")
     at = place.key("durations_s")
     return Recording(
         noise_Nm=_positive_or_none(table, "noise_Nm", place, "N m"),
         sample_rate_hz=_positive_or_none(table, "sample_rate_hz", place, "Hz"),
         duration_s=_positive_or_none(table, "duration_s", place, "s") or 1.0,
-        durations_s={name: above_zero(value, at.key(name), "s") for name, value in own.items()},
+        durations_s={name: positive_number(value, at.key(name), "s") for name, value in own.items()},
     )
 
 
@@ -173,7 +173,7 @@ def _limits(table: Mapping[str, Any], place: Place) -> Limits:
     kept = table.get("keep", [])
     return Limits(
         total_s=_positive_or_none(table, "total_s", place, "s"),
-        between_s=not_below_zero(table.get("between_s", plain.between_s), place.key("between_s"), "s"),
+        between_s=non_negative_number(table.get("between_s", plain.between_s), place.key("between_s"), "s"),
         torque_Nm=_positive_or_none(table, "torque_Nm", place, "N m"),
         most_of_one=_whole_number(table, "most_of_one", plain.most_of_one, place, least=1, most=100),
         keep=texts(kept, place.key("keep"), 'write names of records, as ["full_46"]') if kept else (),
@@ -192,7 +192,7 @@ def _share(table: Mapping[str, Any], key: str, default: float, place: Place) -> 
 def _table(table: Mapping[str, Any], key: str, known: Sequence[str], place: Place) -> tuple[Mapping[str, Any], Place]:
     entry, at = table.get(key, {}), place.key(key)
     if not is_table(entry):
-        raise at.error(f"{found(entry)}; write a table [{key}]")
+        raise at.error(f"{describe_entry(entry)}; write a table [{key}]")
     refuse_unknown_keys(entry, known, at)
     return entry, at
 
@@ -204,17 +204,19 @@ def _numbers(
         return default
     entry, at = table[key], place.key(key)
     if not isinstance(entry, list):
-        raise at.error(f"{found(entry)}; {NUMBERS_REMEDY}")
-    values = [above_zero(v, at.item(k), "1") if positive else number(v, at.item(k), "1") for k, v in enumerate(entry)]
+        raise at.error(f"{describe_entry(entry)}; {NUMBERS_REMEDY}")
+    values = [
+        positive_number(v, at.item(k), "1") if positive else number(v, at.item(k), "1") for k, v in enumerate(entry)
+    ]
     return tuple(dict.fromkeys(values))
 
 
 def _positive_or_none(table: Mapping[str, Any], key: str, place: Place, unit: str) -> float | None:
-    return above_zero(table[key], place.key(key), unit) if key in table else None
+    return positive_number(table[key], place.key(key), unit) if key in table else None
 
 
 def _whole_number(table: Mapping[str, Any], key: str, default: int, place: Place, *, least: int, most: int) -> int:
     value = table.get(key, default)
     if not is_whole(value, least, most):
-        raise place.key(key).error(f"{found(value)}; write a whole number from {least} to {most}")
+        raise place.key(key).error(f"{describe_entry(value)}; write a whole number from {least} to {most}")
     return int(value)

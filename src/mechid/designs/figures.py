@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter
 
 from mechid.arrays import FloatArray
 from mechid.ink.digits import plain
-from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, make_figure
 from mechid.ink.palette import INK, ON_DARK, ON_LIGHT, series
 
 ERRORS, ERRORS_BY_RECORD, RATES = "standard_errors", "errors_by_record", "record_rates"
@@ -48,7 +48,7 @@ def design_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
     }
     for name, (height_in, draw) in drawings.items():
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-            yield name, made(partial(draw, data), height_in)
+            yield name, make_figure(partial(draw, data), height_in)
 
 
 def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:

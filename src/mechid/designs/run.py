@@ -17,7 +17,7 @@ from mechid.errors import UsageError
 from mechid.fits.load import fit_from, load_fit
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
-from mechid.progress.listening import telling
+from mechid.progress.listening import line_receiver
 
 
 def design(
@@ -82,7 +82,7 @@ def design(
     if diagnosis is not None and fit is None:
         raise UsageError("diagnosis: give the fit too that was diagnosed")
     requested = _options(campaign, options).with_overrides(criterion, total_s)
-    with telling(say) as tell, working_on(executor):
+    with line_receiver(say) as tell, working_on(executor):
         diagnosed = _read_diagnosis(diagnosis, tell)
         optimum, rivals, digest = None, tuple[Group, ...](), ""
         if fit is not None:

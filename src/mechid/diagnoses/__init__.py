@@ -1,1 +1,1 @@
-"""Diagnosis of a finished fit: the public function, its numbers, its document and figures."""
+"""Diagnosis of a finished fit: public function, numbers, document and figures."""

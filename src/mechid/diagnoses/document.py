@@ -1,4 +1,4 @@
-"""A diagnosis as a document: each effect, where it acts, what speaks for it, what to do next."""
+"""Document of a diagnosis: effects with location and evidence, and next steps."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ PLACES = (
 
 
 def diagnosis_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `diagnosis_numbers` made."""
+    """Make the document from the result of `diagnosis_numbers`."""
     return Document(
         title="What the model is missing",
         command="mechid diagnose",
@@ -97,7 +97,7 @@ def _parts(data: Mapping[str, Any]) -> Iterator[Part]:
 
 
 def _all_effects(data: Mapping[str, Any]) -> Iterator[Part]:
-    """Yield all effects together, for a terminal; documents have a section for each."""
+    """Yield all effects in one section for a terminal; documents have one section each."""
     missing = data["missing"]
     yield Rows(Table(EFFECTS, missing), where=ON_TERMINAL)
     yield Lines([f"{one['name']}: {one['words']}" for one in missing], "missing", where=ON_TERMINAL)
@@ -127,7 +127,7 @@ def _effect(number: int, one: Mapping[str, Any]) -> Section:
 
 
 def sentence(one: Mapping[str, Any]) -> str:
-    """Say of an effect what it explains, and from which others it cannot be told."""
+    """Describe the share of an effect, and the effects from which it cannot be distinguished."""
     text = one["text"]
     alike = f"; {CANNOT_TELL.format(text['aliases'])}" if one["aliases"] else ""
     words = one["words"][:1].upper() + one["words"][1:]
@@ -138,7 +138,7 @@ def sentence(one: Mapping[str, Any]) -> str:
 
 
 def next_lines(data: Mapping[str, Any]) -> list[str]:
-    """Return what to do next, a line each."""
+    """Return the next steps, one line each."""
     return [NEXT, *([APART] if any(one["aliases"] for one in data["missing"]) else [])]
 
 

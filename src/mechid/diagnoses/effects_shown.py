@@ -1,4 +1,4 @@
-"""An effect that a fit or a diagnosis names, as reports show it: its values with their texts, and where it belongs."""
+"""Presentation of effects named by a fit or a diagnosis: values, texts, and place in the files."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from mechid.ink.digits import with_sigma
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, Row
 
+# A choice, not measured.
 CLEAR = 3.0
-"""Standard errors by which a record's value has to differ from the others' to be named; a choice, not measured."""
+"""Distance in standard errors from which the value of a record is named as different."""
+# With two records, either could be the different one.
 LEAST_TO_COMPARE = 3
-"""Records of which one can be apart from the others."""
+"""Least number of records among which one can be named as different."""
 CAMPAIGN_FILE, MECHANISM_FILE = "campaign.toml", "mechanism.toml"
 NAME = Column("name", "name", words=True)
 VALUE = (
@@ -25,7 +27,7 @@ VALUE = (
 
 
 def missing_data(one: Missing) -> dict[str, Any]:
-    """Return what the files do not declare and the fit has, with the text of its values."""
+    """Return the data of an effect missing in the files, with formatted values."""
     rows = [_row(name, p) for name, p in one.parameters.items()]
     chi_square, share = f"{one.chi_square:.4g}", f"{100.0 * one.share:.3g}"
     file = MECHANISM_FILE if one.block else CAMPAIGN_FILE
@@ -35,13 +37,13 @@ def missing_data(one: Missing) -> dict[str, Any]:
 
 
 def _where(one: Missing, file: str) -> str:
-    """Return where the text that declares an effect belongs; one of comments alone has its table in the file."""
+    """Return the place of the text that declares an effect; text with only comments extends an existing table."""
     is_comment = all(line.startswith("#") for line in one.toml.splitlines())
     return f"in the table that {file} has already" if is_comment else f"at the end of {file}"
 
 
 def _most_apart(one: Missing) -> str:
-    """Return whose value is furthest from the others', as a sentence's end; empty where no record stands out."""
+    """Name the record whose value differs most from the others, as the end of a sentence; empty if none does."""
     own = {n: (p.value, p.std_error) for n, p in one.parameters.items() if n.startswith("record.") and p.std_error}
     if len(own) < LEAST_TO_COMPARE:
         return ""
@@ -56,7 +58,7 @@ def _most_apart(one: Missing) -> str:
 
 
 def _row(name: str, p: OwnValue) -> dict[str, Any]:
-    """Return a parameter that no table of the mechanism or the campaign has, with the text of its value."""
+    """Return the row of a parameter missing in mechanism and campaign, with its formatted value."""
     value, error = with_sigma(p.value, p.std_error)
     unit = "" if p.unit == "1" else p.unit
     own = {"name": name, "value": p.value, "std_error": p.std_error, "unit": p.unit}
@@ -64,5 +66,5 @@ def _row(name: str, p: OwnValue) -> dict[str, Any]:
 
 
 def own_table(rows: Sequence[Row]) -> Table:
-    """Return parameters that no table of the files has, with their values."""
+    """Return the table of parameters missing in the files, with their values."""
     return Table((NAME, *VALUE), rows)

@@ -1,4 +1,4 @@
-"""The figures of a diagnosis: spectra of what is left with the share of each effect, and the worst stretch in time."""
+"""Figures of a diagnosis: residual spectra with the share of each effect, and the worst stretch over time."""
 
 from __future__ import annotations
 
@@ -11,33 +11,34 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, make_figure, over_time
 from mechid.ink.palette import EFFECT, INK, MEASURED, MODELLED, NOISE, series
 from mechid.ink.palette import RESIDUAL as RESIDUAL_COLOUR
 from mechid.ink.quantities import DENSITY, FREQUENCY, RESIDUAL, TIME, TORQUE, axis_labels
 from mechid.simulation.simulator import TimeBase
 
 SHARES = tuple(map(series, range(1, 7)))
-"""Colours of the effects, that of the largest share first."""
+"""Colours of the effects, in order of their share."""
 BELOW_NOISE = 10.0
-"""Of the noise's density, by which the picture reaches below it."""
+"""Factor by which the axis extends below the density of the noise."""
+# The logarithm of 0 cannot be drawn.
 FAINTEST = 1e-3
-"""Of where the picture ends: no logarithm is drawn of nothing."""
+"""Factor below the end of the axis at which values are clipped."""
 LEGEND_COLUMNS, LEGEND_ROW_IN, TOP_IN = 3, 0.17, 0.1
 LABEL_ROWS, LABEL_IN = 3, 0.3
 STRETCH_NAME = "diagnosis_stretch"
 AS_WRITTEN, WITH_EFFECTS, NEAREST = "mechanism as written", "with the effects", "with what comes nearest"
-"""Of the library; nothing of it is named where it explains too little."""
+"""Labels of the models; the last is the nearest candidate, if no effect explains enough to be named."""
 
 
 def spectrum_name(record: str) -> str:
-    """Return what the figure of a record's spectra is called."""
+    """Return the name of a record's spectrum figure."""
     return f"diagnosis_{record}_spectrum"
 
 
 def hertz(frequency: float) -> str:
-    """Return a frequency to three digits.
+    """Format a frequency with three digits.
 
     Examples
     --------
@@ -48,10 +49,10 @@ def hertz(frequency: float) -> str:
 
 
 def diagnosis_figures(pictures: Pictures) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures with their names."""
+    """Yield named figures."""
     for name, height, draw in _drawings(pictures):
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-            yield name, made(draw, height)
+            yield name, make_figure(draw, height)
 
 
 def _drawings(pictures: Pictures) -> Iterator[tuple[str, float, Drawing]]:
@@ -63,7 +64,7 @@ def _drawings(pictures: Pictures) -> Iterator[tuple[str, float, Drawing]]:
 
 
 def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: Any) -> None:
-    """Draw what is left before and after on logarithmic axes, each effect's share as an area, the noise dashed."""
+    """Draw residual spectra before and after on logarithmic axes, with effects as areas and the noise dashed."""
     axes, f = figure.subplots(), one.frequency_hz
     low, high = one.noise / BELOW_NOISE, 2.0 * float(max(one.before.max(), one.after.max()))
     names = sorted(one.shares, key=lambda name: -float(one.shares[name].max()))
@@ -86,7 +87,7 @@ def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: 
 
 
 def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
-    """Mark frequencies with their number at the upper edge where there is room: the table beside has all of them."""
+    """Mark frequencies with their number at the upper edge if there is room; the table lists all of them."""
     low, high = axes.get_xlim()
     room = (high / low) ** (LABEL_IN / (WIDTH_IN - LEFT_IN - RIGHT_IN))
     free_from = [low] * LABEL_ROWS
@@ -108,7 +109,7 @@ def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
 
 
 def _legend_above(figure: Any, *axes: Any) -> None:
-    """Write the legend above the axes, and leave it the room that it needs."""
+    """Draw the legend above the axes, with enough space."""
     entries = [a.get_legend_handles_labels() for a in axes]
     handles, labels = ([one for entry in entries for one in entry[k]] for k in (0, 1))
     rows = -(-len(labels) // LEGEND_COLUMNS)
@@ -118,18 +119,18 @@ def _legend_above(figure: Any, *axes: Any) -> None:
 
 
 def _stretch(one: Stretch, words_after: str, figure: Any) -> None:
-    """Draw measured and modelled, before and after, above what each leaves."""
+    """Draw measurement and models before and after, above their residuals."""
     labels = axis_labels(one.quantity)
     base = TimeBase(one.sample_rate_hz, one.measured.size, one.start_s)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2], gridspec_kw={"hspace": 0.08})
-    over_time(above, drawn(one.measured, base), MEASURED, 2.2, "measured")
+    over_time(above, reduce_to_extremes(one.measured, base), MEASURED, 2.2, "measured")
     is_same = np.array_equal(one.before, one.after)
     for modelled, colour, left, words in (
         (one.before, MODELLED, RESIDUAL_COLOUR, AS_WRITTEN),
         (one.after, EFFECT, EFFECT, words_after),
     )[: 1 if is_same else 2]:
-        over_time(above, drawn(modelled, base), colour, 0.9, f"modelled, {words}")
-        over_time(below, drawn(one.measured - modelled, base), left, 0.9, f"residual, {words}")
+        over_time(above, reduce_to_extremes(modelled, base), colour, 0.9, f"modelled, {words}")
+        over_time(below, reduce_to_extremes(one.measured - modelled, base), left, 0.9, f"residual, {words}")
     above.set_ylabel(labels[TORQUE])
     below.set(xlabel=TIME, ylabel=labels[RESIDUAL])
     below.set_xlim(one.start_s, one.start_s + (one.measured.size - 1) / one.sample_rate_hz)

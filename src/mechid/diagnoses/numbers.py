@@ -1,4 +1,4 @@
-"""All that a diagnosis shows: its numbers, their texts and what speaks for the effects it names, in one plain dict."""
+"""Numbers of a diagnosis, with texts and evidence for the named effects, in one plain dict."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from mechid.ink.digits import digits
 from mechid.signal.strongest import StrongestParts
 
 LINES, BANDS = "lines", "third octaves around"
-TELLING = 0.01
-"""Relative difference of two residuals from which one predicts better."""
+BETTER = 0.01
+"""Relative difference of residuals from which one predicts better."""
 
 
 def diagnosis_numbers(found: Diagnosis) -> dict[str, Any]:
-    """Return all that a diagnosis shows: numbers, and beside those that need rounding their text."""
+    """Return the numbers shown by a diagnosis, with formatted texts."""
     return {
         "format": FORMAT,
         "synthetic": found.synthetic,
@@ -39,13 +39,13 @@ def diagnosis_numbers(found: Diagnosis) -> dict[str, Any]:
         "as_written": asdict(found.as_written),
         "steps": [asdict(one) for one in found.steps],
         "path": path_rows([asdict(one) for one in found.steps], asdict(found.as_written)) if found.steps else [],
-        "drawn": _drawn(found.pictures),
+        "drawn": _figure_names(found.pictures),
         "provenance": provenance_of_fits(found.fit_digest),
     }
 
 
 def plain_numbers(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the numbers alone, as diagnose.json has them."""
+    """Return the numbers without texts, as in diagnose.json."""
     missing = [{k: v for k, v in one.items() if k not in ("rows", "text", "places")} for one in data["missing"]]
     return {**{k: v for k, v in data.items() if k not in ("path", "drawn")}, "missing": missing}
 
@@ -63,15 +63,15 @@ def _entry(data: dict[str, Any], pictures: Pictures) -> dict[str, Any]:
 
 
 def _place(record: str, found: StrongestParts) -> dict[str, Any]:
-    """Return where in a record an effect acts, with the words for it."""
+    """Return the location of an effect in a record, with its description."""
     hz = [hertz(each) for each in found.frequencies_hz]
     text = " and ".join(filter(None, (", ".join(hz[:-1]), hz[-1]))) if hz else "-"
     kind = LINES if found.in_lines else BANDS
     return {"record": record, "frequencies_hz": list(found.frequencies_hz), "kind": kind, "text": text}
 
 
-def _drawn(pictures: Pictures) -> dict[str, Any]:
-    """Return of which records there are figures, with their names."""
+def _figure_names(pictures: Pictures) -> dict[str, Any]:
+    """Return the names of figures by record."""
     stretch = pictures.stretch
     return {
         "spectra": [{"record": one.record, "figure": spectrum_name(one.record)} for one in pictures.spectra],
@@ -80,7 +80,7 @@ def _drawn(pictures: Pictures) -> dict[str, Any]:
 
 
 def evidence_lines(found: Diagnosis) -> list[str]:
-    """Return the verdict on the effects that are named, in the words of `mechid compare`, a line each."""
+    """Return the verdict on the named effects in the terms of `mechid compare`, one line each."""
     if found.mechanism is None or not found.steps:
         return []
     fall = found.as_written.bic - found.steps[-1].bic
@@ -98,10 +98,10 @@ def evidence_lines(found: Diagnosis) -> list[str]:
 
 
 def _outcome(held_out: Sequence[HeldOut]) -> ComparisonOutcome:
-    """Return how the prediction of records that were held out goes with the criterion."""
+    """Return the outcome of the prediction of held-out records, in relation to the criterion."""
     if not held_out:
         return ComparisonOutcome.UNTESTED
     before, after = (math.hypot(*values) for values in zip(*((h.before, h.after) for h in held_out), strict=True))
-    if not after < math.inf or after > (1.0 + TELLING) * before:
+    if not after < math.inf or after > (1.0 + BETTER) * before:
         return ComparisonOutcome.DISPUTED
-    return ComparisonOutcome.AGREED if after < (1.0 - TELLING) * before else ComparisonOutcome.UNDECIDED_BY_PREDICTION
+    return ComparisonOutcome.AGREED if after < (1.0 - BETTER) * before else ComparisonOutcome.UNDECIDED_BY_PREDICTION

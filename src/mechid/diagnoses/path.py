@@ -1,4 +1,4 @@
-"""The path of a search for what a mechanism lacks: its steps, and what the model was after each."""
+"""Steps of the search for missing effects, with the model after each step."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PATH_COLUMNS = (
 
 
 def path_table(rows: Sequence[Row]) -> Table:
-    """Return the steps of a search for what a mechanism lacks."""
+    """Return the table of steps of the search for missing effects."""
     return Table(PATH_COLUMNS, rows)
 
 
@@ -40,36 +40,36 @@ def path_rows(steps: Iterable[Mapping[str, Any]], first: Mapping[str, Any] | Non
     Parameters
     ----------
     steps : iterable of mapping
-        As `Step` has them; those of an estimate.json of an earlier version may lack what is shown.
+        Steps with the keys of `Step`; those from an estimate.json of an earlier version may lack some.
     first : mapping or None
-        What there was before any, row 0.
+        State before the first step, shown as row 0.
     """
     begin = [_row(0, AS_WRITTEN, first)] if first else []
-    return [*begin, *(_row(number, _what(step), step) for number, step in enumerate(steps, 1))]
+    return [*begin, *(_row(number, _step_words(step), step) for number, step in enumerate(steps, 1))]
 
 
 def completed_data(steps: Sequence[Mapping[str, Any]] | None) -> dict[str, Any] | None:
-    """Return what a report says of the steps by which a mechanism was completed; None where nobody asked for it."""
+    """Return the report data of the steps that completed a mechanism; None if this was not requested."""
     if steps is None:
         return None
     return {"said": [COMPLETED, MEANING] if steps else [NOTHING_ADDED], "rows": path_rows(steps)}
 
 
-def _what(step: Mapping[str, Any]) -> str:
+def _step_words(step: Mapping[str, Any]) -> str:
     return f"{step['added']} added" if step.get("added") else f"{step.get('removed')} removed"
 
 
-def _row(number: int, what: str, step: Mapping[str, Any]) -> dict[str, Any]:
+def _row(number: int, words: str, step: Mapping[str, Any]) -> dict[str, Any]:
     ratio, criterion, free = (step.get(key) for key in ("over_noise", "bic", "free"))
     return {
         "step": number,
-        "what": what,
+        "what": words,
         "over_noise": ratio,
         "bic": criterion,
         "free": free,
         "text": {
             "step": str(number),
-            "what": what,
+            "what": words,
             "over_noise": digits(ratio, 4),
             "bic": "-" if criterion is None else f"{criterion:.0f}",
             "free": "-" if free is None else str(free),

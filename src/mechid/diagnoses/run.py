@@ -13,7 +13,7 @@ from mechid.identification.computation.progress import Listener
 from mechid.identification.diagnosis import diagnosis
 from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.result.fit import Fit
-from mechid.progress.listening import listening
+from mechid.progress.listening import progress_listener
 
 
 @campaign_first
@@ -26,29 +26,29 @@ def diagnose(
     executor: Executor | None = None,
     listener: Listener | None = None,
 ) -> Diagnosis:
-    """Say which effects the records of a finished fit ask for, and which these records cannot tell apart.
+    """Find effects that the records of a finished fit support, and effects that they cannot distinguish.
 
-    Nothing of the fit is changed: what is found is said and proposed.
+    The fit is not changed; the effects found are reported and proposed.
 
     Parameters
     ----------
     fit : Fit or Path
-        In memory, or the result folder of one. ``diagnose(campaign, fit)`` is accepted too.
+        A fit in memory, or its result folder. ``diagnose(campaign, fit)`` is accepted too.
     campaign : Campaign, Path or None
-        Of the fit, its records read; None takes the one that the fit holds or that its folder names.
+        Campaign of the fit with its records read; None takes the one held by the fit or named in its folder.
     consider : sequence of str
-        Look for these effects alone, or for all of their kind; none looks for all, or as the campaign says.
+        Effects or kinds of effects to consider; empty for all, or for those in the campaign file.
     workers : int or None
         Threads; None takes one per core.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor for the work, as `distributed.Client.get_executor()`; None uses threads.
     listener : callable or None
-        Called with each report of progress; None shows a line in a notebook and nothing elsewhere.
+        Called with each progress report; None shows a line in notebooks and nothing elsewhere.
 
     Raises
     ------
     InputFileError
-        A file of the campaign is not the one that was identified, or an effect has no such name.
+        A file of the campaign differs from the identified one, or the name of an effect is unknown.
     FitError
         The fit has failed.
 
@@ -61,6 +61,6 @@ def diagnose(
     own = fit_from(fit, campaign)
     if consider:
         own = replace(own, campaign=replace(own.required_campaign, considered=tuple(consider)))
-    with listening(listener) as tell:
+    with progress_listener(listener) as tell:
         found = diagnosis.diagnose(own, workers=workers, executor=executor, listener=tell)
     return replace(found, fit_digest=own.mechanism_digest)

@@ -12,7 +12,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.channel_entry import read_channels, read_time
-from mechid.campaign.place import Place, above_zero, one_of, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import Place, one_of, positive_number, refuse_unknown_keys, required_entry, tables, text
 from mechid.campaign.record_entry import NAME
 from mechid.emissions.lines import Lines, find_lines, mains_of
 from mechid.emissions.requirement import direction_of
@@ -172,16 +172,18 @@ def read_backgrounds(
 def _spec(entry: Mapping[str, Any], place: Place, records: Sequence[CampaignRecord]) -> tuple[RecordSpec, str]:
     refuse_unknown_keys(entry, KEYS, place)
     remedy = 'write letters, digits, _ and - only, as name = "motor_off"'
-    name = text(required(entry, "name", place, remedy), place.key("name"), remedy)
+    name = text(required_entry(entry, "name", place, remedy), place.key("name"), remedy)
     if not NAME.fullmatch(name):
         raise place.key("name").error(f'found "{name}"; {remedy}')
     file_remedy = 'write the name of the measured file, as file = "motor_off.csv"'
-    file = text(required(entry, "file", place, file_remedy), place.key("file"), file_remedy)
-    state = required(entry, "state", place, 'write state = "off" (motor unpowered), "holding" or "empty" (table alone)')
+    file = text(required_entry(entry, "file", place, file_remedy), place.key("file"), file_remedy)
+    state = required_entry(
+        entry, "state", place, 'write state = "off" (motor unpowered), "holding" or "empty" (table alone)'
+    )
     first = records[0].spec
     rate = first.sample_rate_hz
     if "sample_rate_hz" in entry:
-        rate = above_zero(entry["sample_rate_hz"], place.key("sample_rate_hz"), "Hz")
+        rate = positive_number(entry["sample_rate_hz"], place.key("sample_rate_hz"), "Hz")
     spec = RecordSpec(
         name=name,
         path=file,

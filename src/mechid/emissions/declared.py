@@ -12,7 +12,7 @@ from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
 from mechid.campaign.joined_campaign import KEYS
 from mechid.campaign.place import Place, refuse_unknown_keys
 from mechid.campaign.record_entry import read_records
-from mechid.campaign.record_tables import gathered
+from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.emissions.background import Background, read_backgrounds
 from mechid.emissions.requirement import QUANTITY_OF, Requirement, direction_of
@@ -78,7 +78,7 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
     file = find_campaign_file(path)
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
-    records = read_records(gathered(table, place), place, file.parent, need_files=True)
+    records = read_records(merge_tables(table, place), place, file.parent, need_files=True)
     mounting = read_bench(table, place, records)
     if requirements is None:
         wanted = read_requirements(table, place, file.parent)

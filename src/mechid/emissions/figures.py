@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from mechid.arrays import FloatArray
 from mechid.emissions.emission import Emission, EmissionSpectrum
 from mechid.emissions.requirement import AMPLITUDE, PSD
-from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, make_figure
 from mechid.ink.palette import LIMIT, MEASURED, NOISE, series
 from mechid.ink.quantities import FREQUENCY
 
@@ -58,12 +58,12 @@ def emission_figures(found: Emission, data: Mapping[str, Any]) -> Iterator[tuple
             for kind in (AMPLITUDE, PSD):
                 if kind == AMPLITUDE or any(one["kind"] == PSD for one in masks):
                     drawing = partial(_spectrum, found, own, [one for one in masks if one["kind"] == kind], kind)
-                    yield spectrum_name(direction, kind), made(drawing, SPECTRUM_IN)
+                    yield spectrum_name(direction, kind), make_figure(drawing, SPECTRUM_IN)
             if _rated(own):
-                yield waterfall_name(direction), made(partial(_waterfall, own), WATERFALL_IN)
+                yield waterfall_name(direction), make_figure(partial(_waterfall, own), WATERFALL_IN)
         for k, requirement in enumerate(data["requirements"]):
             if len(rates_of(requirement["at_rates"])) > 1:
-                yield over_rate_name(k), made(partial(_over_rate, requirement), OVER_RATE_IN)
+                yield over_rate_name(k), make_figure(partial(_over_rate, requirement), OVER_RATE_IN)
 
 
 def _measures(requirement: Mapping[str, Any], direction: str, found: Emission) -> bool:

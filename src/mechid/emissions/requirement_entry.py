@@ -11,14 +11,14 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign.place import (
     Place,
-    above_zero,
+    describe_entry,
     flag,
-    found,
-    not_below_zero,
+    non_negative_number,
     number,
     one_of,
+    positive_number,
     refuse_unknown_keys,
-    required,
+    required_entry,
     tables,
     text,
 )
@@ -82,10 +82,10 @@ def read_requirements(table: Mapping[str, Any], place: Place, folder: Path) -> t
 
 def _requirement(entry: Mapping[str, Any], place: Place, folder: Path) -> Requirement:
     refuse_unknown_keys(entry, KEYS, place)
-    name = text(required(entry, "name", place, 'write name = "Fx exported"'), place.key("name"), "write a name")
-    direction = required(entry, "direction", place, 'write direction = "fx"')
+    name = text(required_entry(entry, "name", place, 'write name = "Fx exported"'), place.key("name"), "write a name")
+    direction = required_entry(entry, "direction", place, 'write direction = "fx"')
     direction = one_of(direction, DIRECTIONS, place.key("direction"))
-    kind = one_of(required(entry, "kind", place, 'write kind = "amplitude"'), KINDS, place.key("kind"))
+    kind = one_of(required_entry(entry, "kind", place, 'write kind = "amplitude"'), KINDS, place.key("kind"))
     confidence = number(entry.get("confidence", 0.95), place.key("confidence"), "1")
     if not 0.5 <= confidence < 1.0:
         raise place.key("confidence").error(f"found {confidence:.9g}; write a share from 0.5 to below 1, as 0.95")
@@ -96,7 +96,7 @@ def _requirement(entry: Mapping[str, Any], place: Place, folder: Path) -> Requir
         mask=_mask(entry, place, folder, unit_of(direction, kind), kind),
         rates=_rates(entry.get("rates", "all"), place.key("rates")),
         confidence=confidence,
-        margin_db=not_below_zero(entry.get("margin_db", 0.0), place.key("margin_db"), "dB"),
+        margin_db=non_negative_number(entry.get("margin_db", 0.0), place.key("margin_db"), "dB"),
         exclude_mains=_exclude_mains(entry, place, kind),
         resolution_hz=_resolution(entry, place, kind),
     )
@@ -114,7 +114,7 @@ def _resolution(entry: Mapping[str, Any], place: Place, kind: str) -> float:
         raise place.key("resolution_hz").error(
             f'it is the bin width of kind = "{PSD}", and this is "{kind}"; leave it out'
         )
-    return above_zero(entry.get("resolution_hz", EMISSION.resolution_hz), place.key("resolution_hz"), "Hz")
+    return positive_number(entry.get("resolution_hz", EMISSION.resolution_hz), place.key("resolution_hz"), "Hz")
 
 
 def _mask(entry: Mapping[str, Any], place: Place, folder: Path, unit: str, kind: str) -> Mask:
@@ -139,7 +139,7 @@ def _mask(entry: Mapping[str, Any], place: Place, folder: Path, unit: str, kind:
         frequency, limit = _points(entry["mask"], place.key("mask"))
         example = EXAMPLE_UNITS[unit]
         given = text(
-            required(entry, "unit", place, f'write the unit of the limits, as unit = "{example}"'),
+            required_entry(entry, "unit", place, f'write the unit of the limits, as unit = "{example}"'),
             place.key("unit"),
             f'write the unit as a text, as unit = "{example}"',
         )
@@ -150,11 +150,11 @@ def _mask(entry: Mapping[str, Any], place: Place, folder: Path, unit: str, kind:
 
 def _points(entry: Any, place: Place) -> tuple[FloatArray, FloatArray]:
     if not isinstance(entry, list) or len(entry) < 2:
-        raise place.error(f"{found(entry)}; {MASK_REMEDY}")
+        raise place.error(f"{describe_entry(entry)}; {MASK_REMEDY}")
     points = []
     for k, point in enumerate(entry):
         if not isinstance(point, list) or len(point) != 2:
-            raise place.item(k).error(f"{found(point)}; {MASK_REMEDY}")
+            raise place.item(k).error(f"{describe_entry(point)}; {MASK_REMEDY}")
         points.append([number(value, place.item(k), "") for value in point])
     columns = np.array(points, dtype=np.float64).T
     return columns[0], columns[1]
@@ -190,13 +190,13 @@ def _rates(entry: Any, place: Place) -> tuple[tuple[float, float], ...]:
     if entry == "all":
         return ()
     if not isinstance(entry, list) or not entry:
-        raise place.error(f"{found(entry)}; {RATES_REMEDY}")
+        raise place.error(f"{describe_entry(entry)}; {RATES_REMEDY}")
     ranges = []
     for k, pair in enumerate(entry):
         at = place.item(k)
         if not isinstance(pair, list) or len(pair) != 2:
-            raise at.error(f"{found(pair)}; {RATES_REMEDY}")
-        low, high = (not_below_zero(value, at, "full steps/s") for value in pair)
+            raise at.error(f"{describe_entry(pair)}; {RATES_REMEDY}")
+        low, high = (non_negative_number(value, at, "full steps/s") for value in pair)
         if low > high:
             raise at.error(f"found [{low:.9g}, {high:.9g}]; write the lower rate first")
         ranges.append((low, high))

@@ -1,4 +1,4 @@
-"""What others take over of an identified mechanism: files, each held against mechid before it counts as written.
+"""Exports of an identified mechanism as files for other tools, each verified against mechid.
 
 Internal to mechid but for the names that docs/python.md lists.
 """

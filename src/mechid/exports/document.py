@@ -1,4 +1,4 @@
-"""An export as a document: which mechanism it is, its files, how they were checked, what to know of them."""
+"""Document of an export: mechanism, files, verification and remarks."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from typing import Any
 from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Facts, Lines, Section, Words
 from mechid.ink.presenter import Presenter
 
+# The folder may contain a page of the user under a common name.
 NAME = "mechid_export"
-"""Of its page and its Markdown: the folder may hold a page of the user's."""
+"""Base name of page and Markdown."""
 PAGES = (f"{NAME}.md", f"{NAME}.html")
 
 
 def export_numbers(done: Any) -> dict[str, Any]:
-    """Return the content of mechid_export.json, and the folder of the files."""
+    """Return the content of mechid_export.json and the folder of the files."""
     return {**done.to_dict(), "folder": str(done.folder)}
 
 
 def export_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `export_numbers` made."""
+    """Make the document from the result of `export_numbers`."""
     made, fit = data["provenance"], data["provenance"]["fit"]
     digests = [f"{name}: {digest}" for name, digest in fit.get("inputs_sha256", {}).items()]
     facts = [("target", data["target"]), ("grade of the fit", made["grade"]), ("mechid", made["mechid"])]

@@ -1,4 +1,4 @@
-"""Export: a finished fit as files that others use without mechid, and what was checked of them."""
+"""Export of a finished fit as files for use without mechid, with their verification."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 from mechid.errors import UsageError, did_you_mean
 from mechid.exports.document import PAGES, PRESENTER, export_numbers
 from mechid.exports.handover import Handover
-from mechid.exports.stand import which_mechanism
+from mechid.exports.stand import describe_mechanism
 from mechid.holding import hold_folder
 from mechid.identification.result.estimate_file import json_text
 from mechid.reading.whole import read_text
@@ -29,19 +29,19 @@ TARGETS: Mapping[str, str] = {
     "linear": "mechid.exports.linear.target",
     "tables": "mechid.exports.tables.target",
 }
-"""Module of each target by its name; its `written` takes a handover and an empty folder, and writes there."""
+"""Module of each target; its function `write_target` writes a handover into an empty folder."""
 
 
 @dataclass(frozen=True)
 class Checked:
-    """How what was written compares with mechid's own result.
+    """Comparison of the written files with the result of mechid.
 
     Attributes
     ----------
     against : str
-        With what it was compared, in words.
+        Description of the reference.
     largest_error, rms_error : float
-        In the unit of what was compared, N m where nothing else is said in `against`.
+        Errors in the unit of the compared quantity; N m unless `against` says otherwise.
     """
 
     against: str
@@ -51,16 +51,16 @@ class Checked:
 
 @dataclass(frozen=True)
 class Written:
-    """What a target has written.
+    """Output of a target.
 
     Attributes
     ----------
     files : tuple of str
-        Names in the folder.
+        Names of the files in the folder.
     checked : Checked or None
-        None where nothing could be compared; `words` says why.
+        None if nothing could be compared; `words` gives the reason.
     words : tuple of str
-        What its user has to know: how far it can be trusted, what it leaves away.
+        Remarks for the user, on reliability and omissions.
     """
 
     files: tuple[str, ...]
@@ -70,14 +70,14 @@ class Written:
 
 @dataclass(frozen=True, repr=False)
 class Exported(Shown):
-    """What was written, where and for which target."""
+    """Result of an export: target, folder and written files."""
 
     target: str
     folder: Path
     written: Written
     provenance: Mapping[str, Any]
     earlier: tuple[str, ...] = ()
-    """What earlier exports, of other targets, have left in the folder."""
+    """Files of earlier exports, of other targets, in the folder."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of mechid_export.json."""
@@ -94,21 +94,21 @@ class Exported(Shown):
         }
 
 
-def exported(what: Handover, target: str, folder: Path, options: object = None) -> Exported:
-    """Write a handover for one target, and what was written and checked as `mechid_export.json`.
+def write_export(source: Handover, target: str, folder: Path, options: object = None) -> Exported:
+    """Write a handover for one target, with a summary in `mechid_export.json`.
 
-    All is made and checked aside, and is put in place when it is whole.
+    All files are written and verified in a temporary folder, and moved into place when complete.
     """
     if target not in TARGETS:
         near = did_you_mean(target, TARGETS) or f"; there are {', '.join(TARGETS)}"
         raise UsageError(f'export: found "{target}"{near}')
     module = import_module(TARGETS[target])
-    asked = _options(module, target, options)
-    what = replace(what, stands=_which(what, asked))
-    write: Callable[..., Written] = module.written
+    chosen = _options(module, target, options)
+    source = replace(source, stands=_which(source, chosen))
+    write: Callable[..., Written] = module.write_target
     with hold_folder(folder), creating_folder(folder), staging_folder(folder, "export") as beside:
-        earlier = _left(folder)
-        done = Exported(target, folder, write(what, beside, *asked), what.provenance, earlier)
+        earlier = _earlier_files(folder)
+        done = Exported(target, folder, write(source, beside, *chosen), source.provenance, earlier)
         write_atomically(beside / FILE_NAME, json_text(done.to_dict()))
         PRESENTER.write(done, export_numbers(done), beside)
         names = (
@@ -116,21 +116,22 @@ def exported(what: Handover, target: str, folder: Path, options: object = None) 
             *PAGES,
             *done.written.files,
         )
+        # After the files are complete, since only then all their names are known.
         _refuse_foreign(folder, names, (*earlier, *PAGES) if earlier else ())
         for name in names:
             (beside / name).replace(folder / name)
     return done
 
 
-def _which(what: Handover, asked: tuple[object, ...]) -> str:
-    """Return which mechanism is handed on, by a target's options."""
-    stand = any(getattr(options, "stand", False) for options in asked)
-    values = {name: value for options in asked for name, value in getattr(options, "values", {}).items()}
-    return which_mechanism(what.mechanism, values, stand=stand)
+def _which(source: Handover, chosen: tuple[object, ...]) -> str:
+    """Describe the exported mechanism, according to the options of the target."""
+    stand = any(getattr(options, "stand", False) for options in chosen)
+    values = {name: value for options in chosen for name, value in getattr(options, "values", {}).items()}
+    return describe_mechanism(source.mechanism, values, stand=stand)
 
 
-def _left(folder: Path) -> tuple[str, ...]:
-    """Return the files that earlier exports have left in a folder, by their list; none where that is no such list."""
+def _earlier_files(folder: Path) -> tuple[str, ...]:
+    """Return the files of earlier exports in a folder, from their summary; empty without a valid summary."""
     try:
         found = json.loads(read_text(folder / FILE_NAME))
         return (FILE_NAME, *map(str, found["files"]), *map(str, found.get("earlier_files", ())))
@@ -139,7 +140,7 @@ def _left(folder: Path) -> tuple[str, ...]:
 
 
 def _refuse_foreign(folder: Path, names: Iterable[str], earlier: Collection[str]) -> None:
-    """Raise UsageError where a file to be written is there and is none of mechid's exports, as somebody's main.c."""
+    """Raise UsageError if a file to be written exists and comes from no export of mechid, as a main.c of the user."""
     for name in names:
         refuse_input_file(folder / name)
         if os.path.lexists(folder / name) and name not in earlier:
@@ -148,17 +149,17 @@ def _refuse_foreign(folder: Path, names: Iterable[str], earlier: Collection[str]
             )
 
 
-def named_options(texts: Iterable[str]) -> dict[str, str]:
-    """Return options by name, from texts as the command line has them.
+def read_options(texts: Iterable[str]) -> dict[str, str]:
+    """Read options by name from arguments of the command line.
 
     Raises
     ------
     UsageError
-        One has no name, or a name comes twice.
+        An option has no name or no value, or a name is repeated.
 
     Examples
     --------
-    >>> named_options(["node=1001", "rates=23,46"])
+    >>> read_options(["node=1001", "rates=23,46"])
     {'node': '1001', 'rates': '23,46'}
     """
     found: dict[str, str] = {}
@@ -172,7 +173,7 @@ def named_options(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _options(module: ModuleType, target: str, given: object) -> tuple[object, ...]:
-    """Return what a target is asked for beside the fit: its `Options`, also from texts; none where nothing is."""
+    """Return the `Options` of a target, also from strings; empty if none are given."""
     if not given:
         return ()
     kind = getattr(module, "Options", None)

@@ -1,7 +1,7 @@
-"""The torque on a held base at each rate of a way of stepping: lines, their errors, and what the model lacks beside.
+"""Torque on a held base at each rate of a stepping mode: lines, their errors, and emission missing in the model.
 
-The mechanism is the bench's, with the bench's load and voltage, without what only the test stand has unless that is
-asked for: the machinery is that of the budget, whose flight may have other values.
+The mechanism has the load and voltage of the bench, by default without the test stand. The computation is shared with
+the budget, in which values in flight may differ.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.plant.flight import parts_left_on_bench, to_flight
 
 SEED = 0
-"""Of the draws behind a bound."""
+"""Seed of the draws from which bounds are computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forcing:
-    """The torque on the base over the rate.
+    """Torque on the base over the rate.
 
     Attributes
     ----------
     stepping : Stepping
     mode : OperatingMode
-        The same with its rates, (r,) full steps/s.
+        The same with its rates, (r,) in full steps/s.
     states : tuple of tuple of SteadyState, (r,)
-        All motions found at each rate, the one from rest first.
+        All motions found at each rate; the one from rest first.
     emissions : tuple of Emission, (r,)
-        Of the motion that counts.
+        Emission of the motion with the largest torque.
     """
 
     stepping: Stepping
@@ -51,25 +51,26 @@ class Forcing:
 
     @property
     def largest(self) -> tuple[SteadyState, ...]:
-        """Of the motions found at each rate the one with the largest torque, (r,): it counts."""
+        """Motion with the largest torque at each rate, (r,)."""
         return tuple(map(_largest, self.states))
 
 
 def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = None, *, stand: bool = False) -> Estimate:
-    """Return what is known of the mechanism on a held base.
+    """Return the estimate of the mechanism on a held base.
 
     Parameters
     ----------
     handover : Handover
     values : mapping of dotted name to float or None
-        What differs in flight, in the mechanism file's units; None takes all of the bench.
+        Values that differ in flight, in the units of the mechanism file; None takes all values of the bench.
     stand : bool
-        Whether it keeps its test stand, so that its torque is what the transducer shows.
+        Whether to keep the test stand, so that the torque is that at the transducer.
 
     Raises
     ------
     InputFileError
-        No step command drives it, or a value cannot be; or the files in the fit's folder are damaged or of another fit.
+        No step command drives the mechanism, a value is impossible, or the files in the folder of the fit are damaged
+        or belong to another fit.
     """
     bench, residuals = handover.mechanism, handover.residuals if handover.trials else None
     held = to_flight(bench, values, stand=stand)
@@ -87,7 +88,7 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
 
 
 def forcing(estimate: Estimate, stepping: Stepping, rates: FloatArray) -> Forcing:
-    """Return the torque on the base at some rates, (r,) full steps/s, ascending.
+    """Compute the torque on the base at ascending rates, (r,) full steps/s.
 
     Raises
     ------
@@ -107,6 +108,7 @@ def _largest(states: tuple[SteadyState, ...]) -> SteadyState:
 
 
 def _emission(estimate: Estimate, mode: OperatingMode, state: SteadyState) -> Emission:
+    # Without stored residuals, only the model and its parameter errors are known.
     here = None if estimate.residual is None else estimate.residual.at(mode.command, state.rate)
     ones, lines = np.ones((state.lines.size, 1), dtype=np.complex128), state.lines[:, None]
     torque = Response(("torque",), state, ones, lines, 0.0, None, here)

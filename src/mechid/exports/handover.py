@@ -1,4 +1,4 @@
-"""Hand-over of a finished fit: its mechanism, covariance, and the commands it is checked with."""
+"""Handover of a finished fit to an export: mechanism, covariance, and commands for the verification."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import FitError
-from mechid.exports.stand import which_mechanism
+from mechid.exports.stand import describe_mechanism
 from mechid.identification.result.as_fitted import error_covariance, refuse_failed
 from mechid.identification.result.estimate_file import DIGEST
 from mechid.identification.result.fit import Fit
@@ -26,12 +26,12 @@ from mechid.shown import SYNTHETIC
 from mechid.simulation.simulator import TimeBase
 
 NAME = "mechanism"
-"""Of the model where the campaign's folder has no name that every target takes."""
+"""Name of the model if that of the campaign's folder is not valid for every target."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A record's command and time base, under which what is written is held against mechid."""
+    """Command and time base of a record, for the comparison of an export with mechid."""
 
     name: str
     command: Command
@@ -40,23 +40,23 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Handover:
-    """What every target is made of.
+    """Input of every target.
 
     Attributes
     ----------
     name : str
-        Of the model: a letter, then letters, digits and underscores.
+        Name of the model: a letter, then letters, digits and underscores.
     mechanism : Mechanism
-        With the estimated values.
+        Mechanism with the estimated values.
     fit : Fit
     names : tuple of str, (n,)
-        Parameters that have a standard error.
+        Parameters with a standard error.
     covariance : (n, n)
-        Of them, in the mechanism file's units: the one that holds under model error.
+        Their covariance in the units of the mechanism file, valid under model error.
     trials : tuple of Trial
-        Of the records that a command drives, in the campaign's order.
+        Commands of the step-driven records, in the order of the campaign.
     stands : str
-        Which mechanism is handed on, as it flies or as on the bench, in a sentence.
+        Sentence that describes the mechanism: as in flight or as on the bench.
     """
 
     name: str
@@ -69,23 +69,23 @@ class Handover:
 
     @cached_property
     def residuals(self) -> FitResiduals | None:
-        """Residuals of the fit; None of one that has neither a folder nor its campaign."""
+        """Residuals of the fit; None if it has neither a folder nor its campaign."""
         return FitResiduals(self.fit) if self.fit.folder or self.fit.campaign else None
 
     @property
     def trust(self) -> str:
-        """How far the values can be trusted, in a sentence or two."""
+        """Reliability of the values, in one or two sentences."""
         reasons = [reason.text for reason in self.fit.reasons]
         return " ".join([*([SYNTHETIC] if self.is_synthetic else []), GRADE_WORDS[self.fit.grade], *reasons])
 
     @cached_property
     def is_synthetic(self) -> bool:
-        """Whether the records were simulated, as the fit or the report beside it says."""
+        """Whether the records were simulated, according to the fit or its report."""
         return is_simulated(self.fit)
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """Where the values come from: version, the fit's grade and what it says of its own inputs."""
+        """Origin of the values: version, grade of the fit and its inputs."""
         own = self.fit.provenance
         kept = {key: own[key] for key in ("versions", "inputs_sha256", DIGEST, "plant", "seed") if key in own}
         return {
@@ -97,20 +97,20 @@ class Handover:
         }
 
     def std_error(self, name: str) -> float | None:
-        """Return the standard error of a parameter in its unit; None where it has none."""
+        """Return the standard error of a parameter in its unit; None if it has none."""
         return float(np.sqrt(self.covariance[(k := self.names.index(name)), k])) if name in self.names else None
 
 
 def handover(fit: Fit, campaign: Campaign | None, *, anyway: bool = False) -> Handover:
-    """Return what a fit hands on.
+    """Make the handover of a fit.
 
     Parameters
     ----------
     fit : Fit
     campaign : Campaign or None
-        Of which it was identified; None leaves nothing to try it with.
+        Campaign of the fit; None leaves no commands for the verification.
     anyway : bool
-        Whether a fit that failed is handed on too.
+        Whether to accept a failed fit.
 
     Raises
     ------
@@ -119,7 +119,8 @@ def handover(fit: Fit, campaign: Campaign | None, *, anyway: bool = False) -> Ha
     """
     if not anyway:
         refuse_failed(fit, FitError, "Identify anew, or hand it on with --anyway")
-    if fit.folder is None:  # its residuals are computed from the campaign; a folder holds them
+    # A folder contains the residuals; without one they are computed from the campaign.
+    if fit.folder is None:
         fit = replace(fit, campaign=campaign or fit.campaign)
     names, covariance = error_covariance(fit)
     return Handover(
@@ -129,17 +130,18 @@ def handover(fit: Fit, campaign: Campaign | None, *, anyway: bool = False) -> Ha
         names=names,
         covariance=covariance,
         trials=_trials(campaign) if campaign else (),
-        stands=which_mechanism(fit.mechanism, {}, stand=False),
+        stands=describe_mechanism(fit.mechanism, {}, stand=False),
     )
 
 
 def _name(campaign: Campaign | None) -> str:
+    # Names of models have to be identifiers in C and in FMI.
     own = re.sub(r"\W+", "_", campaign.path.resolve().parent.name, flags=re.ASCII).strip("_") if campaign else ""
     return own if re.match(r"[A-Za-z]", own) else NAME
 
 
 def _trials(campaign: Campaign) -> tuple[Trial, ...]:
-    """Return the records that steps drive; what a measured channel drives cannot be commanded elsewhere."""
+    """Return the step-driven records; those driven by measured channels cannot be commanded in other tools."""
     return tuple(
         Trial(record.name, record.command, time_base(record, campaign))
         for record in campaign.records

@@ -1,4 +1,4 @@
-"""Options of a target as the command line gives them: texts by name."""
+"""Readers of target options given as strings on the command line."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ YES, NO = "yes", "no"
 
 
 def refuse_unknown(name: str, known: Sequence[str], *, also: str = "") -> None:
-    """Raise UsageError for an option that a target has not, with the nearest that it has."""
+    """Raise UsageError for an unknown option, and suggest the most similar known one."""
     if name not in known:
         remedy = did_you_mean(name, known) or f"; the options are {', '.join(known)}{also}"
         raise UsageError(f'--option: found "{name}"{remedy}')
 
 
 def yes_or_no(name: str, text: str) -> bool:
-    """Return whether an option is asked for.
+    """Read a yes-or-no option.
 
     Raises
     ------
     UsageError
-        The text is neither yes nor no.
+        The text is neither ``yes`` nor ``no``.
     """
     if text not in (YES, NO):
         raise UsageError(f'--option {name}: found "{text}"; write {YES} or {NO}')
@@ -32,22 +32,23 @@ def yes_or_no(name: str, text: str) -> bool:
 
 
 def refuse_values(values: Mapping[str, float], plant: Plant) -> None:
-    """Raise UsageError for a value of a parameter that a plant has not, or that the parameter cannot have."""
+    """Raise UsageError for a value of an unknown parameter, or one outside the limits of its parameter."""
     for name, value in values.items():
         if name not in plant.declarations:
             raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
         least, most = plant.declarations[name].lower, plant.declarations[name].upper
+        # NaN fails the first comparison, infinity the second.
         if not (least <= value <= most and math.isfinite(value)):
             raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")
 
 
 def read_rates(text: str) -> tuple[float, ...]:
-    """Return rates that a text gives with commas between, each once, in their order.
+    """Read comma-separated rates, sorted and without duplicates.
 
     Raises
     ------
     UsageError
-        A part of it is no number.
+        A part of the text is not a number.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Public function that writes a finished fit as files that others use without mechid."""
+"""Public function for the export of a finished fit."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mechid.campaign import Campaign, load_campaign
-from mechid.exports.export import Exported, exported
+from mechid.exports.export import Exported, write_export
 from mechid.exports.handover import handover
 from mechid.identification.result.fit import Fit
 
@@ -22,31 +22,31 @@ def export(
     folder: Path | str | None = None,
     options: object = None,
 ) -> Exported:
-    """Write a finished fit for others: C text, FMUs, a linear model, tables.
+    """Export a finished fit as C source, FMUs, linear models or tables.
 
     Parameters
     ----------
     fit : Fit or Path
-        A fit, or the result folder of one, or the campaign file beside which the results lie.
+        A fit, its result folder, or the campaign file next to the results.
     to : {"c", "fmu", "linear", "tables"}
     out : Path
-        Folder for the files; made where missing.
+        Folder for the files; created if missing.
     campaign : Campaign, Path or None
-        Of which it was identified: its commands are those under which what is written is compared with mechid. None
-        takes the one that the fit holds, or that the folder names.
+        Campaign of the fit, whose commands serve for the verification. None takes the campaign held by the fit or named
+        in its folder.
     anyway : bool
-        Whether a fit that failed is written too.
+        Whether to export a failed fit.
     folder : Path or None
-        Where identify left a fit in memory; what its records have left beside the model is read from there.
+        Result folder of a fit in memory, from which the residuals of its records are read.
     options : the target's `Options`, mapping of str to str, or None
         As ``mechid.exports.tables.options.Options(rates=(23.0, 46.0))``; None takes the defaults.
 
     Raises
     ------
     UsageError
-        There is no such target, it cannot express the mechanism, or the folder cannot be written to.
+        The target is unknown or cannot express the mechanism, or the folder is not writable.
     InputFileError
-        The folder holds no fit, or what it holds is damaged; or the campaign cannot be found.
+        The folder contains no fit or a damaged one, or the campaign is not found.
     FitError
         The fit has failed.
 
@@ -56,19 +56,20 @@ def export(
     >>> mechid.export("fit", to="tables", out="tables").written.files  # doctest: +SKIP
     """
     if isinstance(fit, Fit):
+        # The folder provides the stored residuals of a fit in memory.
         source = fit if folder is None else replace(fit, folder=Path(folder))
         own = load_campaign(campaign) if isinstance(campaign, Path | str) else campaign or fit.campaign
     else:
         source, own, notice = read_with_campaign(Path(fit), campaign)
         if notice:
             warnings.warn(notice, stacklevel=2)
-    return exported(handover(source, own, anyway=anyway), to, Path(out), options)
+    return write_export(handover(source, own, anyway=anyway), to, Path(out), options)
 
 
 def read_with_campaign(source: Path, campaign: Campaign | Path | str | None = None) -> tuple[Fit, Campaign, str]:
-    """Return the fit of a result folder, its campaign, and a notice where files of that have changed since.
+    """Read the fit of a result folder and its campaign, with a notice if the campaign files have changed since.
 
-    The fit does not hold the campaign: what is handed on stands in its folder, whatever the campaign is by now.
+    The fit does not hold the campaign: the export uses the results in the folder, even if the campaign has changed.
     """
     # A fit in memory needs no reader of results.
     from mechid.fits.load import load_campaign_of, result_folder

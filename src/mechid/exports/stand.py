@@ -1,6 +1,6 @@
-"""Which mechanism is handed on: as it flies, or as it stood on the bench, with what the test stand adds.
+"""Choice of the exported mechanism: as in flight, or as on the bench with its test stand.
 
-All targets take the same by default, as budget and tables do: the one that flies.
+The default of all targets, as of the budget, is the mechanism in flight.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from mechid.plant.tables import table_of
 STAND = "stand"
 
 
-def which_mechanism(bench: Mechanism, values: Mapping[str, float], *, stand: bool) -> str:
-    """Return which mechanism is handed on, in a sentence or two.
+def describe_mechanism(bench: Mechanism, values: Mapping[str, float], *, stand: bool) -> str:
+    """Describe the exported mechanism in one or two sentences.
 
     Parameters
     ----------
     bench : Mechanism
-        As identified.
+        Mechanism as identified.
     values : mapping of dotted name to float
-        What differs, in the mechanism file's units.
+        Changed values in the units of the mechanism file.
     stand : bool
-        Whether it is handed on as on the bench.
+        Whether to export the mechanism as on the bench.
     """
     changed = f" With {', '.join(f'{name} = {value:g}' for name, value in values.items())}." if values else ""
     if bench.plant.layout is None:
         return f"The mechanism as identified: it comes from no mechanism file that names a test stand.{changed}"
-    left = _left(bench)
+    left = _bench_tables(bench)
     if not left:
         return f"The mechanism as it flies, and as on the bench: it has no test stand.{changed}"
     tables = ", ".join(left)
@@ -44,60 +44,61 @@ def which_mechanism(bench: Mechanism, values: Mapping[str, float], *, stand: boo
     return f"The mechanism as it flies, without {tables}; --option {STAND}={YES} hands on the bench.{changed}"
 
 
-def handed_on(bench: Mechanism, values: Mapping[str, float], *, stand: bool) -> Mechanism:
-    """Return the mechanism that is handed on, on a base at rest; it measures what the bench's does.
+def select_mechanism(bench: Mechanism, values: Mapping[str, float], *, stand: bool) -> Mechanism:
+    """Return the exported mechanism, on a base at rest, with the outputs of the bench.
 
     Parameters
     ----------
     bench : Mechanism
-        As identified.
+        Mechanism as identified.
     values : mapping of dotted name to float
-        What differs, in the mechanism file's units.
+        Changed values in the units of the mechanism file.
     stand : bool
-        Whether it is taken as on the bench, in place of as it flies.
+        Whether to export the mechanism as on the bench instead of as in flight.
 
     Raises
     ------
     InputFileError
         A value is missing or contradicts another.
     UsageError
-        A value is of no parameter, or cannot be.
+        A parameter is unknown, or its value is impossible.
     """
     if stand or bench.plant.layout is None:
         refuse_values(values, bench.plant)
         return bench.with_values(values)
     refuse_values(values, without_stand(bench).plant)
     flying = without_stand(bench, values)
-    return measuring(flying, [quantity for quantity in bench.plant.outputs if quantity in flying.plant.offered])
+    return with_outputs(flying, [quantity for quantity in bench.plant.outputs if quantity in flying.plant.offered])
 
 
-def measuring(mechanism: Mechanism, quantities: Sequence[str]) -> Mechanism:
+def with_outputs(mechanism: Mechanism, quantities: Sequence[str]) -> Mechanism:
     """Return a mechanism with other outputs.
 
-    The filter that a flying one has for its lines alone is left out with its parameters where no output sees it: it is
-    none of the bench's, and would stand among the parameters with no effect.
+    In flight a mechanism has a filter for its lines only. If no output uses the filter, it is removed with its
+    parameters, which would have no effect.
     """
     plant, layout = mechanism.plant.with_outputs(quantities), mechanism.plant.layout
     if layout is not None and layout.flying is not None and LINE_TORQUE not in quantities:
+        # In flight the filter serves the lines only, and would appear as a parameter without effect.
         idle = {table_of(name) for name in FILTER}
         plant = replace(plant, blocks=tuple(block for block in plant.blocks if block.table not in idle))
     return Mechanism(plant, {name: mechanism.parameters[name] for name in plant.declarations}, mechanism.options)
 
 
 def read_stand(given: Mapping[str, str], also: Sequence[str] = ()) -> tuple[bool, dict[str, float]]:
-    """Return whether the bench is asked for, and what differs, from the texts of a target's options.
+    """Read the choice of the bench and the changed values from option strings of a target.
 
     Parameters
     ----------
     given : mapping of str to str
-        As ``{"stand": "yes", "load.inertia": "35"}``.
+        Option strings, as ``{"stand": "yes", "load.inertia": "35"}``.
     also : sequence of str
         Further options of the target.
 
     Raises
     ------
     UsageError
-        There is no such option, or its text is none of it.
+        An option is unknown or has an invalid value.
     """
     values = {}
     for name, text in given.items():
@@ -113,7 +114,7 @@ def read_stand(given: Mapping[str, str], also: Sequence[str] = ()) -> tuple[bool
     return yes_or_no(STAND, given.get(STAND, NO)), values
 
 
-def _left(bench: Mechanism) -> list[str]:
-    """Return the tables that stay on the bench; what drives it by a measured channel goes with it."""
+def _bench_tables(bench: Mechanism) -> list[str]:
+    """Return the tables that stay on the bench, without the drive of a measured channel."""
     driven = [f"[{DRIVE}]"] if measured_quantities(bench.plant.inputs) else []
     return [name for name in parts_left_on_bench(bench, ()) if name not in driven]

@@ -1,4 +1,4 @@
-"""The ways in which a campaign stepped the mechanism, and the rates at which its torque is tabulated."""
+"""Stepping modes of a campaign, and the rates at which the torque is tabulated."""
 
 from __future__ import annotations
 
@@ -14,50 +14,52 @@ from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
 
 COUNT = 40
-"""Parts of the range, evenly: rates are nowhere further apart."""
+"""Least number of intervals in the range of rates."""
 ORDERS = np.arange(1, 33) / 2.0
-"""Of the step rate that may meet a resonance: lines stand at halves."""
+"""Orders of the step rate that can excite a resonance; lines occur at half orders."""
 GRADE, NARROWEST = 0.3, 1e-3
-"""Rates are no further apart than this share of how far away an order meets a resonance, or of its half width, which is
-taken as no less than the second, relative."""
+"""Largest spacing of rates, as a share of the distance to the nearest resonance of an order or of its half-width,
+whichever is larger; and least relative half-width."""
 MOST = 300
-"""Rates; where several narrow resonances would ask for more, the share is doubled until they do not."""
+"""Most rates; if narrow resonances require more, the share is doubled until the limit holds."""
 APART = 1e-3
-"""Relative distance from a record's constant rate, below which no other is kept."""
+"""Relative distance to the constant rate of a record below which other rates are dropped."""
+# A slow motion has a long period and many lines.
 SPAN = 24.0
-"""The lowest rate is no smaller than this part of the highest: a slow period is long and has many lines."""
+"""Largest ratio of highest to lowest rate; slow motions have long periods and many lines."""
+# Slower periods take minutes to simulate, and no stepper follows faster rates.
 SLOWEST, FASTEST = 0.02, 1e5
-"""Full steps/s: slower ones take minutes for a period, and at faster ones no stepper follows."""
+"""Limits of rates in full steps/s: slower periods take minutes to simulate, and no stepper follows faster rates."""
 FULL_STEP_DEG = 90.0
 NEAR = 1e-9
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """One way of stepping.
+    """Stepping mode of a campaign.
 
     Attributes
     ----------
     name : str
-        As ``full``, ``micro16``.
+        Name as ``full`` or ``micro16``.
     command : Command
-        Of the first record that was stepped so; its rate counts for nothing.
+        Command of the first record in this mode; its rate is ignored.
     ranges : tuple of (float, float)
-        Least and largest rate of each record that was stepped so, full steps/s, without sign.
+        Least and largest magnitude of the rate of each record in this mode, full steps/s.
     """
 
     name: str
     command: Command
     ranges: tuple[tuple[float, float], ...]
 
-    def tested(self, rates: FloatArray) -> BoolArray:
-        """Return at which rates, (r,), a record of this stepping ran."""
+    def covers(self, rates: FloatArray) -> BoolArray:
+        """Return whether a record of this mode ran at each of the rates, (r,)."""
         inside = [(rates >= low * (1.0 - NEAR)) & (rates <= high * (1.0 + NEAR)) for low, high in self.ranges]
         return np.asarray(np.any(inside, axis=0))
 
 
 def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
-    """Return the ways of stepping of some records, in their order; records that hardly step tell none."""
+    """Return the stepping modes of records, in order; records that hardly step are ignored."""
     found: dict[tuple[object, ...], list[Trial]] = {}
     for trial in trials:
         if _range(trial)[1] >= SLOWEST:
@@ -73,35 +75,35 @@ def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
     )
 
 
-def usual_rates(mechanism: Mechanism, ways: Sequence[Stepping]) -> FloatArray:
-    """Return the rates of a campaign, (r,) full steps/s: its range evenly, its constant rates, its resonances.
+def choose_rates(mechanism: Mechanism, modes: Sequence[Stepping]) -> FloatArray:
+    """Choose rates for a campaign, (r,) full steps/s: over its range, at its constant rates and near resonances.
 
-    Where an order of the steps meets a resonance of the mechanism, rates stand close enough to show it.
+    Rates are closely spaced where an order of the steps excites a resonance of the mechanism.
     """
-    ranges = np.array([one for way in ways for one in way.ranges])
+    ranges = np.array([one for mode in modes for one in mode.ranges])
     highest = float(ranges.max())
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
     lowest = max(float(slowest.min()), highest / SPAN, SLOWEST)
     constant = np.unique(ranges[(ranges[:, 0] == ranges[:, 1]) & (ranges[:, 0] >= SLOWEST), 0])
-    grid = _graded(mechanism, lowest, highest)
+    grid = _graded_rates(mechanism, lowest, highest)
     away = np.all(np.abs(grid[:, None] / constant - 1.0) > APART, axis=1)
     return np.unique(np.round(np.concatenate([grid[away], constant]), 9))
 
 
-def _graded(mechanism: Mechanism, lowest: float, highest: float) -> FloatArray:
-    """Return rates from the lowest to the highest, (r,), the closer the nearer an order is to a resonance."""
+def _graded_rates(mechanism: Mechanism, lowest: float, highest: float) -> FloatArray:
+    """Return rates from the lowest to the highest, (r,), with closer spacing near resonances of an order."""
     found = resonances(mechanism)
     met = np.array([r.frequency_hz / order for r in found for order in ORDERS])
     width = np.repeat([max(r.damping, NARROWEST) for r in found], ORDERS.size)
-    grade, rates = GRADE, _stepped(met, width, GRADE, lowest, highest)
+    grade, rates = GRADE, _spaced_rates(met, width, GRADE, lowest, highest)
     while len(rates) > MOST:
         grade *= 2.0
-        rates = _stepped(met, width, grade, lowest, highest)
+        rates = _spaced_rates(met, width, grade, lowest, highest)
     return np.array(rates)
 
 
-def _stepped(met: FloatArray, width: FloatArray, grade: float, lowest: float, highest: float) -> list[float]:
-    """Return rates that stand by a share of how far they are from where orders meet resonances, (m,), of some width."""
+def _spaced_rates(met: FloatArray, width: FloatArray, grade: float, lowest: float, highest: float) -> list[float]:
+    """Return rates spaced by a share of their distance to the resonant rates, (m,), with the given widths."""
     rates = [lowest]
     while rates[-1] < highest:
         off = np.maximum(np.abs(rates[-1] / met - 1.0), width)
@@ -111,16 +113,18 @@ def _stepped(met: FloatArray, width: FloatArray, grade: float, lowest: float, hi
 
 
 def _range(trial: Trial) -> tuple[float, float]:
-    """Return the least and the largest rate within a record, without sign."""
+    """Return the least and the largest magnitude of the rate within a record."""
     rate, end_s = trial.command.rate, trial.base.start_s + trial.base.duration_s
     within = [r for t, r in zip(rate.times_s, rate.rates, strict=True) if 0.0 <= t <= end_s]
     values = np.array([rate.at(0.0), *within, rate.at(end_s)])
+    # A profile through 0 covers all small rates.
     crosses_zero = values.min() < 0.0 < values.max()
     return 0.0 if crosses_zero else float(np.abs(values).min()), float(np.abs(values).max())
 
 
 def _key(command: Command) -> tuple[object, ...]:
-    """Return what tells ways of stepping apart; whole steps of the start angle do not."""
+    """Return a key of the stepping mode; start angles that differ by whole steps are equivalent."""
+    # Start angles that differ by whole steps give the same motion.
     step_deg = FULL_STEP_DEG / command.steps_per_full_step
     angle = round(command.start_angle_deg % step_deg / step_deg, 9) % 1.0
     return command.stepping, command.microsteps, command.waveform, command.clock_tick_s, angle

@@ -15,7 +15,7 @@ from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.identity import campaign_digests
 from mechid.identification.result.fit import Fit, Optimum
-from mechid.progress.listening import listening
+from mechid.progress.listening import progress_listener
 
 TellShare = Callable[[str, float | None], None]
 
@@ -37,7 +37,7 @@ def at_optimum(
         As of `mechid.profile`.
     """
     began = time.perf_counter()
-    with one_core_algebra(), working_on(executor), listening(listener) as tell:
+    with one_core_algebra(), working_on(executor), progress_listener(listener) as tell:
         yield (
             fit.optimum_on(workers),
             lambda words, cost: tell(Progress(1, 1, stage, words, cost, time.perf_counter() - began)),

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mechid.ink.data import Data
-from mechid.ink.figures import STYLE, made
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import ESTIMATE, INK, series
 
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
@@ -41,7 +41,7 @@ def fleet_figures(data: Data) -> Iterator[tuple[str, Figure]]:
         with mpl.rc_context(STYLE):
             yield (
                 f"fleet_{name}",
-                made(partial(_panels, panels, names), rows * ROW_IN + (NAMES_IN if names else 0.4) + 0.2),
+                make_figure(partial(_panels, panels, names), rows * ROW_IN + (NAMES_IN if names else 0.4) + 0.2),
             )
 
 

@@ -9,7 +9,16 @@ from typing import Any
 
 from mechid.analysis.hypothesis import short_names
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
-from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables, text, texts
+from mechid.campaign.place import (
+    Place,
+    describe_entry,
+    number,
+    refuse_unknown_keys,
+    required_entry,
+    tables,
+    text,
+    texts,
+)
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table, quote_words
 from mechid.errors import InputFileError, UsageError
@@ -107,7 +116,7 @@ def _labels(paths: Sequence[Path]) -> list[str]:
 
 
 def _folder(entry: Mapping[str, Any], place: Place) -> str:
-    return text(required(entry, "folder", place, FOLDER_REMEDY), place.key("folder"), FOLDER_REMEDY)
+    return text(required_entry(entry, "folder", place, FOLDER_REMEDY), place.key("folder"), FOLDER_REMEDY)
 
 
 def _member(entry: Mapping[str, Any], place: Place, base: Path, name: str) -> Member:
@@ -130,7 +139,9 @@ def _member(entry: Mapping[str, Any], place: Place, base: Path, name: str) -> Me
 def _covariates(entry: Any, place: Place) -> dict[str, Covariate]:
     """Return numbers and dates by name."""
     if not is_table(entry):
-        raise place.error(f"{found(entry)}; write a table, as {{ temperature_degC = 20.0, date = 2026-03-01 }}")
+        raise place.error(
+            f"{describe_entry(entry)}; write a table, as {{ temperature_degC = 20.0, date = 2026-03-01 }}"
+        )
     return {
         key: value if isinstance(value, date) else number(value, place.key(key), "1") for key, value in entry.items()
     }
@@ -140,7 +151,7 @@ def _state_pairs(table: Mapping[str, Any], place: Place, members: Sequence[Membe
     """Return the pairs of states; each state must occur, and at most once per unit."""
     entry, here = table.get("before_after", []), place.key("before_after")
     if not isinstance(entry, list):
-        raise here.error(f"{found(entry)}; {PAIR_REMEDY}")
+        raise here.error(f"{describe_entry(entry)}; {PAIR_REMEDY}")
     states = dict.fromkeys(m.state for m in members if m.state)
     pairs = []
     for k, one in enumerate(entry):

@@ -9,7 +9,7 @@ from pathlib import Path
 from mechid.fleets.fleet import Fleet, make_fleet
 from mechid.fleets.fleet_file import read_members
 from mechid.identification.computation.workforce import working_on
-from mechid.progress.listening import telling
+from mechid.progress.listening import line_receiver
 
 
 def fleet(
@@ -61,5 +61,5 @@ def fleet(
     >>> import mechid
     >>> made = mechid.fleet("FM1", "FM2", "FM3", out="fleet")  # doctest: +SKIP
     """
-    with telling(say) as tell, working_on(executor):
+    with line_receiver(say) as tell, working_on(executor):
         return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, say=tell)

@@ -177,7 +177,7 @@ def _predict_record(
     if not found.nuisance:
         return record_fit(record, problem, problem.coordinates.point(values), state.windows)
     window = (found.nuisance.samples, found.nuisance.samples + found.samples)
-    settled = record.holding(found.nuisance.values)
+    settled = record.with_known_values(found.nuisance.values)
     return record_fit(settled, problem, problem.coordinates.point(values), {record.name: window})
 
 

@@ -11,7 +11,7 @@ from importlib.metadata import version
 import numpy as np
 
 from mechid.campaign import Campaign
-from mechid.campaign.campaign import names_start
+from mechid.campaign.campaign import is_start_name
 from mechid.identification.added_terms import add_missing_entries, incomplete_reason
 from mechid.identification.effects.disturbance import disturbed_campaign, lines_by_record, with_lines
 from mechid.identification.effects.mains import find_grid_hz
@@ -282,7 +282,7 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
 
     Start states of records are left out: they are in the table, and no later command uses them.
     """
-    parameters = {name: p for name, p in parameters.items() if not names_start(name)}
+    parameters = {name: p for name, p in parameters.items() if not is_start_name(name)}
     said = (Status.FROZEN, Status.AT_BOUND)
     lines = [
         f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"

@@ -54,7 +54,7 @@ def fit_held_out_records(fit: Fit, campaign: Campaign, state: SearchState) -> Fi
     """
     records, notes, warnings = dict(fit.records), list(fit.notes), list(fit.warnings)
     for record in (r for r in campaign.validated if r.data is not None and r.name in records):
-        known = record.holding({name: p.value for name, p in fit.parameters.items()})
+        known = record.with_known_values({name: p.value for name, p in fit.parameters.items()})
         if not any(q.is_free for q in known.parameters):
             continue
         if fit.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED):
@@ -216,7 +216,7 @@ def _mechanism_variances(
 
 def _judge_rest(record: CampaignRecord, found: Nuisance, fit: Fit, state: SearchState) -> RecordFit:
     """Return the prediction of the rest of a record with the values fitted on its first part."""
-    settled = record.holding(found.values)
+    settled = record.with_known_values(found.values)
     problem = replace(state.problem, space=SearchSpace(fit.mechanism.with_free(())))
     target = target_of(settled)
     rest = {record.name: (found.samples, target.samples)}

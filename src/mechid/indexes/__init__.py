@@ -1,1 +1,1 @@
-"""All results below a folder: one page that leads to each."""
+"""Index page of all results below a folder."""

@@ -1,4 +1,4 @@
-"""An index as a document: a card for each result, by kind."""
+"""Document of an index: a card for each result, grouped by kind."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from mechid.indexes.index import PAGE_NAME, Index
 from mechid.indexes.numbers import index_numbers
-from mechid.indexes.verdicts import counted
+from mechid.indexes.verdicts import count_words
 from mechid.ink.document import (
     BAD,
     CAUTION,
@@ -32,7 +32,7 @@ COMMANDS = "The commands are for a terminal in this folder: they open a campaign
 
 
 def index_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `index_numbers` made."""
+    """Make the document from the result of `index_numbers`."""
     kinds = [(kind, list(group)) for kind, group in groupby(data["entries"], key=lambda one: str(one["kind"]))]
     unreadable = [f"{folder}: cannot be listed" for folder in data["unreadable"]]
     return Document(
@@ -54,7 +54,7 @@ def index_document(data: Mapping[str, Any]) -> Document:
 
 def _verdict(entries: list[Mapping[str, Any]]) -> Verdict:
     stale, damaged = (sum(one[key] for one in entries) for key in ("is_stale", "is_damaged"))
-    words = [counted(len(entries), "result"), *([f"{stale} out of date"] if stale else [])]
+    words = [count_words(len(entries), "result"), *([f"{stale} out of date"] if stale else [])]
     words += [f"{damaged} damaged"] if damaged else []
     return Verdict(", ".join(words), tone=BAD if damaged else CAUTION if stale else GOOD)
 
@@ -75,12 +75,12 @@ def _card(entry: Mapping[str, Any]) -> Card:
 
 
 def index_page(data: Mapping[str, Any]) -> str:
-    """Return the page of what `index_numbers` made."""
+    """Make the page from the result of `index_numbers`."""
     return document_page(index_document(data), {}, CARDS)
 
 
 def _line(index: Index) -> str:
-    return f"{counted(len(index.entries), 'result')} in {index.folder}"
+    return f"{count_words(len(index.entries), 'result')} in {index.folder}"
 
 
 PRESENTER = Presenter(

@@ -1,4 +1,4 @@
-"""Files of results, read: what each holds, or how it is damaged."""
+"""Reader of result files, which also detects damaged ones."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from mechid.ink.document import BAD
 from mechid.reading.whole import is_file, read_result
 
 DAMAGE = (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError)
-"""What damaged numbers make of reading them."""
+"""Errors raised in reading damaged numbers."""
 FORMAT, OURS = "format", "mechid-"
 
 
 @dataclass(frozen=True)
 class Found:
-    """A result that was found.
+    """A result found below the folder.
 
     Attributes
     ----------
     kind : Kind
     file : Path
     content : mapping
-        Its numbers; empty of one that is damaged.
+        Numbers of the result; empty if it is damaged.
     verdict : Verdict
     is_damaged : bool
     """
@@ -42,29 +42,29 @@ class Found:
 
     @property
     def folder(self) -> Path:
-        """Where it lies."""
+        """Folder of the result."""
         return self.file.parent
 
 
 def found_in(file: Path, kind: Kind) -> Found | None:
-    """Return the result of a file, damaged or not; None of a file that another program has left."""
+    """Read the result of a file, damaged or not; None if the file belongs to another program."""
     try:
         content = _content(file, kind)
     except InputFileError as error:
-        return _damaged(file, kind, str(error).removeprefix(f"{file.name}: "))
+        return _damaged_result(file, kind, str(error).removeprefix(f"{file.name}: "))
     except OSError as error:
-        return _damaged(file, kind, error.strerror or str(error))
+        return _damaged_result(file, kind, error.strerror or str(error))
     except DAMAGE as error:
-        return _damaged(file, kind, f"cannot be read ({_words(error)})")
+        return _damaged_result(file, kind, f"cannot be read ({_words(error)})")
     if kind.format and FORMAT not in content and not is_file(file.parent / kind.page):
         return None
     found = str(content.get(FORMAT, "nothing"))
     if kind.format and found != kind.format:
-        return _damaged(file, kind, f'format: found {found}; this mechid reads "{kind.format}"')
+        return _damaged_result(file, kind, f'format: found {found}; this mechid reads "{kind.format}"')
     try:
         return Found(kind, file, content, kind.verdict(content))
     except DAMAGE as error:
-        return _damaged(file, kind, f"damaged at {_words(error)}")
+        return _damaged_result(file, kind, f"damaged at {_words(error)}")
 
 
 def _content(file: Path, kind: Kind) -> Mapping[str, Any]:
@@ -74,7 +74,7 @@ def _content(file: Path, kind: Kind) -> Mapping[str, Any]:
     return content
 
 
-def _damaged(file: Path, kind: Kind, why: str) -> Found:
+def _damaged_result(file: Path, kind: Kind, why: str) -> Found:
     return Found(kind, file, {}, Verdict(f"{file.name}: {why}", BAD), is_damaged=True)
 
 

@@ -1,4 +1,4 @@
-"""The index of all results below a folder."""
+"""Index of all results below a folder."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ PAGE_NAME = "index.html"
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One result.
+    """Entry of one result.
 
     Attributes
     ----------
     kind : str
-        Heading under which it stands.
+        Heading of its group.
     name : str
-        Its folder, from that of the index.
+        Its folder, relative to that of the index.
     headline : str
         Its verdict.
     tone : str
-        Of the verdict: good, caution, bad, or empty.
+        Tone of the verdict: good, caution, bad, or empty.
     lines : tuple of str
-        What else is said of it.
+        Further lines of the verdict.
     cautions : tuple of str
-        Why it is out of date, or cannot be read.
+        Reasons why it is out of date or cannot be read.
     written : str
-        Local time at which its file was written.
+        Local time of the last change of its file.
     page, picture : str
-        Their addresses from the index; empty where there is none.
+        Addresses relative to the index; empty if there is none.
     command : str
-        Opens it in the explorer; empty where that shows no such result.
+        Command that opens it in the explorer; empty for other kinds of result.
     is_stale : bool
-        Whether files that it was made of have changed since.
+        Whether its input files have changed since.
     is_damaged : bool
     synthetic : bool
-        Whether its records were simulated.
+        Whether the records were simulated.
     """
 
     kind: str
@@ -59,13 +59,13 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Index(Shown):
-    """The index of all results below a folder.
+    """Index of all results below a folder.
 
     Attributes
     ----------
     folder : Path
     entries : tuple of Entry
-        By kind, then by name.
+        Entries by kind, then by name.
     unreadable : tuple of str
         Folders that could not be listed.
     """
@@ -76,16 +76,16 @@ class Index(Shown):
 
     @property
     def page(self) -> Path:
-        """Where its page is."""
+        """Path of the page."""
         return self.folder / PAGE_NAME
 
     def write(self, out: Path | str) -> list[Path]:
-        """Write the page anew into the index's own folder, from which its links lead.
+        """Write the page again into the folder of the index, to which its links are relative.
 
         Raises
         ------
         UsageError
-            It is another folder, or it cannot be written to.
+            `out` is another folder, or the folder is not writable.
         """
         if Path(out).resolve() != self.folder.resolve():
             raise UsageError(f"{out}: an index leads from {self.folder}, and is written there")

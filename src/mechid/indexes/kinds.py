@@ -1,4 +1,4 @@
-"""Kinds of result that an index knows: by which file each is found, its page, and what tells its verdict."""
+"""Kinds of result in an index: their file, page and verdict."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from mechid.ink.sheet import FOLDER_NAME
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A kind of result.
+    """Kind of result.
 
     Attributes
     ----------
     heading : str
     file : str
-        Name of the file that holds its numbers.
+        Name of the file with its numbers.
     format : str
-        What that file calls its format; empty for a file that people write.
+        Value of ``format`` in that file; empty for a file written by users.
     verdict : callable
-        From the numbers.
+        Derives the verdict from the numbers.
     page : str
-        Name of its page, beside the file.
+        Name of its page, in the folder of the file.
     picture : str
-        In the names of its figures, the first of which stands for it; empty: none does.
+        Pattern in the names of its figures, of which the first is shown; empty for none.
     figure_folder : str
-        Where they lie, from the file; empty: beside it.
+        Folder of the figures, relative to the file; empty for the same folder.
     """
 
     heading: str

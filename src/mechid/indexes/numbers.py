@@ -1,4 +1,4 @@
-"""All that an index shows, in one dict."""
+"""Numbers of an index, in one dict."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mechid.indexes.index import Index
 
 
 def index_numbers(index: Index) -> dict[str, Any]:
-    """Return all that an index shows."""
+    """Return the content shown by an index."""
     return {
         "folder": str(index.folder),
         "page": str(index.page),

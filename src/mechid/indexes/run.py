@@ -1,4 +1,4 @@
-"""``mechid open``: one page that leads to all results below a folder."""
+"""Public function that writes an index page of all results below a folder."""
 
 from __future__ import annotations
 
@@ -21,34 +21,35 @@ from mechid.indexes.walk import files_below
 from mechid.reading.whole import is_file, is_folder
 from mechid.writing import creating_folder, write_atomically
 
+# An index.html of the user must not be overwritten, so pages are recognised by this mark.
 MARK = b"mechid open</title>"
-"""By which a page shows that it is an index."""
+"""Mark of an index page."""
 MARKED_WITHIN = 4096
-"""Bytes from a page's beginning."""
+"""Bytes at the beginning of a page in which the mark is searched."""
 
 
 def open_results(folder: Path | str, *, browser: bool = False) -> Index:
-    """Write one page, ``index.html``, that leads to all results below a folder.
+    """Write ``index.html``, a page with links to all results below a folder.
 
-    A card for each: its verdict, its first picture, whether it is out of date. An earlier index is replaced; no other
-    file is touched, and no server is needed.
+    It has a card for each result, with the verdict, the first picture, and a notice if it is out of date. An earlier
+    index is replaced; no other file is changed, and no server is needed.
 
     Parameters
     ----------
     folder : Path
-        Links are followed; folders that begin with a dot are passed over.
+        Folder to search. Links are followed; folders that begin with a dot are skipped.
     browser : bool
-        Whether the page is opened in a browser.
+        Whether to open the page in a browser.
 
     Returns
     -------
     Index
-        Its ``page`` is where the page lies.
+        Its ``page`` is the path of the page.
 
     Raises
     ------
     UsageError
-        It is no folder, holds no result, cannot be written to, or has an ``index.html`` that is not mechid's.
+        There is no such folder, it contains no result, is not writable, or has an ``index.html`` not written by mechid.
 
     Examples
     --------
@@ -65,7 +66,8 @@ def open_results(folder: Path | str, *, browser: bool = False) -> Index:
         raise UsageError(
             f"{root}: holds no campaign and no result of mechid; give a folder that was an --out, or above"
         )
-    with creating_folder(root):  # and not held: where an identification is at work its folder is
+    # The folder is not locked, since a running identification may hold it.
+    with creating_folder(root):
         write_atomically(index.page, index_page(index_numbers(index)))
     if browser:
         webbrowser.open(index.page.resolve().as_uri())
@@ -73,7 +75,7 @@ def open_results(folder: Path | str, *, browser: bool = False) -> Index:
 
 
 def index_of(root: Path) -> Index:
-    """Return the index of a folder; nothing is written."""
+    """Return the index of a folder without writing it."""
     unreadable: list[str] = []
     files = files_below(root, BY_FILE, unreadable)
     found = [one for file in files if (one := found_in(file, BY_FILE[file.name])) is not None]
@@ -96,7 +98,7 @@ def _entries(results: Iterable[Found], root: Path) -> Iterable[Entry]:
             tone=found.verdict.tone,
             lines=found.verdict.lines,
             cautions=cautions,
-            written=_written(found.file),
+            written=_written_at(found.file),
             page=_page_address(page, root) if found.kind.page and is_file(page) else "",
             picture=_picture(found, root),
             command=_command(found, staleness, root),
@@ -107,13 +109,13 @@ def _entries(results: Iterable[Found], root: Path) -> Iterable[Entry]:
 
 
 def _page_address(page: Path, root: Path) -> str:
-    """Return the address of a page, with that by which the page leads back."""
+    """Return the address of a page, with a parameter for its link back to the index."""
     depth = len(page.parent.relative_to(root).parts)
     return f"{_address(page, root)}?index={'../' * depth}{PAGE_NAME}"
 
 
 def _address(file: Path, root: Path) -> str:
-    """Return the address of a file from the index, whatever letters its name has."""
+    """Return the address of a file relative to the index, with any character escaped."""
     return quote(os.fsencode(file.relative_to(root).as_posix()))
 
 
@@ -129,7 +131,7 @@ def _picture(found: Found, root: Path) -> str:
 
 
 def _command(found: Found, staleness: Staleness, root: Path) -> str:
-    """Return what opens a campaign or a fit in the explorer, to be typed in the index's folder."""
+    """Return the command that opens a campaign or a fit in the explorer from the folder of the index."""
     if found.is_damaged or found.kind.heading not in (CAMPAIGNS, FITS):
         return ""
     campaign = found.file if found.kind.heading == CAMPAIGNS else staleness.campaign_of(found)
@@ -148,11 +150,11 @@ def _from(root: Path, path: Path) -> str:
 
 
 def _legible(path: Path) -> str:
-    """Return a path as text that any file can hold."""
+    """Return a path as encodable text."""
     return os.fsencode(path).decode("utf-8", errors="replace")
 
 
-def _written(file: Path) -> str:
+def _written_at(file: Path) -> str:
     try:
         return f"{datetime.fromtimestamp(file.stat().st_mtime):%Y-%m-%d %H:%M}"
     except (OSError, ValueError, OverflowError):
@@ -160,7 +162,7 @@ def _written(file: Path) -> str:
 
 
 def _refuse_foreign(page: Path) -> None:
-    """Raise UsageError where an index.html is there that mechid has not written."""
+    """Raise UsageError if there is an index.html that was not written by mechid."""
     try:
         with page.open("rb") as file:
             known = MARK in file.read(MARKED_WITHIN)

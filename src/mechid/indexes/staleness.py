@@ -1,6 +1,6 @@
-"""Results that are out of date: files that they were made of hold something else by now.
+"""Detection of outdated results, whose input files have changed.
 
-Digests decide, not times: a file that was copied or written again as it was makes nothing stale.
+Digests decide instead of times, so that copying a file or rewriting it unchanged does not make results stale.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from mechid.reading.whole import is_file
 from mechid.records.formats import digest_of
 
 AGAIN = {CHECKS: "check anew", SIMULATIONS: "simulate anew"}
-"""What is to be done of results whose own file names their campaign."""
+"""Remedies for results whose own file names their campaign."""
 GONE = ""
-"""In place of the digest of a file that is not there or cannot be read."""
+"""Digest of a file that is missing or unreadable."""
 
 
 class Staleness:
-    """Looks for what is out of date among results; a file that several are made of is read once.
+    """Checker of results for outdated inputs; a file used by several results is read once.
 
     Parameters
     ----------
     results : iterable of Found
-        All of an index.
+        All results of an index.
     """
 
     def __init__(self, results: Iterable[Found]) -> None:
@@ -39,15 +39,17 @@ class Staleness:
         self._digests: dict[Path, str] = {}
 
     def cautions(self, found: Found) -> tuple[str, ...]:
-        """Return why a result is out of date; none where it is not, or where nothing tells."""
+        """Return the reasons why a result is out of date; empty if it is not, or if unknown."""
         try:
             return tuple(self._cautions(found))
-        except DAMAGE:  # its verdict could be read, so that it is shown all the same
+        # The verdict was readable, so the result is shown nevertheless.
+        except DAMAGE:
             return ("its provenance is damaged, so that nothing tells whether it is out of date",)
 
     def campaign_of(self, found: Found) -> Path | None:
-        """Return the campaign file of a fit: the one beside it, else the one that its journal names."""
-        from mechid.identification.result.journal_file import identified_campaign  # takes a second to load
+        """Return the campaign file of a fit: in its folder, or else named in its journal."""
+        # Imported here, since it takes a second to load.
+        from mechid.identification.result.journal_file import identified_campaign
 
         beside = found.folder / CAMPAIGN_NAME
         try:
@@ -57,7 +59,7 @@ class Staleness:
 
     @cached_property
     def stale_fits(self) -> Mapping[str, bool]:
-        """Whether a fit is out of date, by the digest of its mechanism."""
+        """Whether fits are out of date, by the digest of their mechanism."""
         fits = (found for found in self.results if found.kind.heading == FITS and not found.is_damaged)
         return {_digest_of_fit(fit.content["provenance"]): bool(self.cautions(fit)) for fit in fits if _has_digest(fit)}
 
@@ -91,14 +93,14 @@ class Staleness:
             yield f"{', '.join(gone)}: not there any more"
 
     def _of_mechanism(self, found: Found) -> Iterator[str]:
-        """Say where the mechanism file of a fit is not the one that identify left beside it."""
+        """Yield a caution if the mechanism file of a fit is not the one written by identify."""
         provenance = found.content["provenance"]
         name, digest = str(provenance.get(FILE, "")), _digest_of_fit(provenance)
         if name and digest and self._digest(found.folder / name) != digest:
             yield f"{name}: is not as identify left it, so that nothing can be made of this fit"
 
     def _of_fits(self, content: Mapping[str, Any]) -> Iterator[str]:
-        """Say where a result is of a fit that is not there any more, or that is out of date itself."""
+        """Yield a caution if the fit of a result is missing or out of date."""
         provenance = content.get("provenance") or {}
         fits = provenance.get("fits") or [provenance.get("fit") or {}]
         digests = [digest for fit in fits if (digest := _digest_of_fit(fit))]
@@ -117,7 +119,7 @@ class Staleness:
 
 
 def _files(campaign: Path) -> Iterator[Path]:
-    """Yield the files of a campaign: its own, its mechanism's, its records'."""
+    """Yield the campaign file, the mechanism file and the files of the records."""
     yield campaign
     try:
         content = read_toml(campaign)

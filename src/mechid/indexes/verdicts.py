@@ -1,6 +1,6 @@
-"""Verdict of each kind of result in a sentence, from the numbers in its file.
+"""Verdicts of all kinds of result, derived from the numbers in their files.
 
-A file may have been damaged: a KeyError, TypeError, ValueError or AttributeError says so.
+A damaged file raises KeyError, TypeError, ValueError or AttributeError.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ from mechid.ink.digits import digits
 from mechid.ink.document import BAD, CAUTION, GOOD
 
 Data: TypeAlias = Mapping[str, Any]
-SHOWN, LETTERS = 3, 240
-"""Lines of a card, and letters of a line, at most."""
+# A card shows the essentials; the page of the result has the rest.
+MOST_LINES, MOST_LETTERS = 3, 240
+"""Most lines of a card, and most characters of a line."""
 TONES = {Grade.A: GOOD, Grade.B: GOOD, Grade.C: CAUTION, Grade.FAILED: BAD}
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a result comes to: a sentence, its tone, further lines."""
+    """Verdict of a result: a sentence, its tone, and further lines."""
 
     headline: str
     tone: str = ""
@@ -32,63 +33,63 @@ Judged: TypeAlias = Callable[[Data], Verdict]
 
 
 def campaign_verdict(data: Data) -> Verdict:
-    """Return how many records a campaign file names, and whether it has still to be filled in."""
+    """Count the records of a campaign file, and tell whether it has to be completed."""
     uses = [str(record.get("use", "estimate")) for record in data["record"]]
     estimated = uses.count("estimate")
-    headline = f"{counted(estimated, 'record')} to estimate from, {len(uses) - estimated} to validate with"
+    headline = f"{count_words(estimated, 'record')} to estimate from, {len(uses) - estimated} to validate with"
     blank = any(record.get("command") == {} or record.get("channels") == [] for record in data["record"])
     return Verdict(headline, CAUTION, ("It is a template still: fill it in.",)) if blank else Verdict(headline)
 
 
 def check_verdict(data: Data) -> Verdict:
-    """Return how many warnings there are of a campaign as it was understood."""
-    warnings, free = data["warnings"], counted(len(data["free"]), "parameter")
-    headline = f"{counted(len(data['records']), 'record')}, {free} to be estimated"
+    """Count the warnings of a check."""
+    warnings, free = data["warnings"], count_words(len(data["free"]), "parameter")
+    headline = f"{count_words(len(data['records']), 'record')}, {free} to be estimated"
     return Verdict(headline, CAUTION if warnings else GOOD, _few(warnings))
 
 
 def fit_verdict(data: Data) -> Verdict:
-    """Return the grade of a fit, what it says, and the reasons for it."""
+    """Return the grade of a fit with its meaning and reasons."""
     grade = Grade(data["grade"])
     headline, _, words = GRADE_WORDS[grade].partition(": ")
     return Verdict(headline, TONES[grade], _few([words, *(one["text"] for one in data["grade_reasons"])]))
 
 
 def diagnosis_verdict(data: Data) -> Verdict:
-    """Return what a mechanism file lacks."""
+    """List the effects missing in a mechanism file."""
     missing = [f"{one['words']} ({one['name']})" for one in data["missing"]]
-    headline = f"{counted(len(missing), 'effect')} missing" if missing else "no missing effect is named"
+    headline = f"{count_words(len(missing), 'effect')} missing" if missing else "no missing effect is named"
     good = not missing and not data["unexplained"]["share"]
     return Verdict(headline, GOOD if good else CAUTION, _few([*missing, data["unexplained"]["words"]]))
 
 
 def comparison_verdict(data: Data) -> Verdict:
-    """Return which fit the records prefer."""
+    """Name the fit preferred by the records."""
     preferred = f" Preferred: {data['preferred']}." if data["preferred"] else ""
     tone = GOOD if data["preferred"] and not data["cautions"] else CAUTION
     return Verdict(data["outcome"]["message"] + preferred, tone, _few([", ".join(data["hypotheses"])]))
 
 
 def profile_verdict(data: Data) -> Verdict:
-    """Return of which parameters there are profiles, and their warnings."""
+    """List the profiled parameters and their warnings."""
     return _with_warnings(f"profiles of {', '.join(data['profiles'])}", data["warnings"])
 
 
 def bootstrap_verdict(data: Data) -> Verdict:
-    """Return how many draws converged, and the warnings."""
+    """Count the converged draws, and list warnings."""
     return _with_warnings(f"{data['tally']['converged']} of {data['draws']} draws converged", data["warnings"])
 
 
 def design_verdict(data: Data) -> Verdict:
-    """Return the records that are proposed and what they gain."""
+    """List the proposed records and their gain."""
     chosen, gain = data["chosen"], data["gain_factor"]
     names = ", ".join(record["name"] for record in chosen["records"])
-    count = counted(len(chosen["records"]), "record")
+    count = count_words(len(chosen["records"]), "record")
     return Verdict(f"{count} in {chosen['seconds']:.0f} s: errors {digits(gain, 3)} times smaller", "", _few([names]))
 
 
 def budget_verdict(data: Data) -> Verdict:
-    """Return how many requirements are met, and the least margin."""
+    """Count the met requirements, and give the least margin."""
     decided = [(one["decided"]["margin"], one) for one in data["requirements"]]
     if not decided:
         return Verdict("no requirement is given; the disturbance alone is shown", "", _few(data["warnings"]))
@@ -110,7 +111,7 @@ def emission_verdict(data: Data) -> Verdict:
 
 
 def fleet_verdict(data: Data) -> Verdict:
-    """Return how many campaigns have an estimate, which parameters differ and which units stand off."""
+    """Count the estimated campaigns, and name differing parameters and outliers."""
     failed, parameters = data["failed"], data["parameters"]
     differ = [one["name"] for one in parameters if one["differs"]]
     outliers = sorted({str(outlier["unit"]) for one in parameters for outlier in one["outliers"]})
@@ -118,13 +119,15 @@ def fleet_verdict(data: Data) -> Verdict:
     lines += [f"stand off: {', '.join(outliers)}"] if outliers else []
     tone = BAD if failed else CAUTION if outliers or data["cautions"] else GOOD
     whole = len(data["campaigns"])
-    return Verdict(f"{whole - len(failed)} of {counted(whole, 'campaign')} have an estimate to use", tone, _few(lines))
+    return Verdict(
+        f"{whole - len(failed)} of {count_words(whole, 'campaign')} have an estimate to use", tone, _few(lines)
+    )
 
 
 def look_verdict(data: Data) -> Verdict:
-    """Return which records were looked at, and their warnings."""
+    """List the examined records and their warnings."""
     records, left_out = data["records"], data["left_out"]
-    count = counted(len(records), "record")
+    count = count_words(len(records), "record")
     headline = f"{count}, {len(left_out)} could not be read" if left_out else count
     warnings = [f"{one['name']}: {line}" for one in records for line in one["warnings"]]
     lines = [", ".join(str(one["name"]) for one in records), *warnings]
@@ -132,31 +135,33 @@ def look_verdict(data: Data) -> Verdict:
 
 
 def simulation_verdict(data: Data) -> Verdict:
-    """Return which records were simulated, and warnings of their accuracy."""
+    """List the simulated records and warnings on their accuracy."""
     records, warnings = data["records"], data["warnings"]
     names = ", ".join(str(one["name"]) for one in records)
     return Verdict(
-        f"{counted(len(records), 'record')} simulated", CAUTION if warnings else "", _few([names, *warnings])
+        f"{count_words(len(records), 'record')} simulated", CAUTION if warnings else "", _few([names, *warnings])
     )
 
 
 def export_verdict(data: Data) -> Verdict:
-    """Return what was written for whom, and what it was compared with."""
+    """Name the target of an export and its verification."""
     checked = data["checked"]
     against = f"checked against {checked['against']}" if checked else "not checked"
     tone = GOOD if checked else CAUTION
-    return Verdict(f"{counted(len(data['files']), 'file')} for {data['target']}", tone, _few([against, *data["words"]]))
+    return Verdict(
+        f"{count_words(len(data['files']), 'file')} for {data['target']}", tone, _few([against, *data["words"]])
+    )
 
 
-def counted(count: int, what: str) -> str:
+def count_words(count: int, noun: str) -> str:
     """Return a count with its noun.
 
     Examples
     --------
-    >>> counted(1, "record"), counted(2, "record")
+    >>> count_words(1, "record"), count_words(2, "record")
     ('1 record', '2 records')
     """
-    return f"{count} {what}{'s' * (count != 1)}"
+    return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def _with_warnings(headline: str, warnings: Sequence[str]) -> Verdict:
@@ -164,10 +169,10 @@ def _with_warnings(headline: str, warnings: Sequence[str]) -> Verdict:
 
 
 def _few(lines: Sequence[str]) -> tuple[str, ...]:
-    """Return the first lines, and how many more there are; TypeError where they are none."""
+    """Return the first lines and the number of further ones; TypeError for other values."""
     kept = [line for line in lines if line]
     if any(not isinstance(line, str) for line in kept):
         raise TypeError("a line of words")
-    more = len(kept) - SHOWN
-    shown = (line if len(line) <= LETTERS else f"{line[:LETTERS].rstrip()} ..." for line in kept[:SHOWN])
+    more = len(kept) - MOST_LINES
+    shown = (line if len(line) <= MOST_LETTERS else f"{line[:MOST_LETTERS].rstrip()} ..." for line in kept[:MOST_LINES])
     return (*shown, *([f"and {more} more"] if more > 0 else []))

@@ -1,4 +1,4 @@
-"""Files of given names below a folder, each folder visited once."""
+"""Search for files with given names below a folder, visiting each folder once."""
 
 from __future__ import annotations
 
@@ -6,21 +6,22 @@ import os
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+# These folders contain many files and no results of their own.
 PASSED_OVER = frozenset({"figures", "csv"})
-"""Folders that hold parts of a result."""
+"""Skipped folders, which contain parts of a result."""
 
 
 def files_below(root: Path, names: Collection[str], unreadable: list[str]) -> Iterator[Path]:
-    """Yield the files with one of some names, folder by folder, in the order of their names.
+    """Yield the files with one of the names, folder by folder in alphabetical order.
 
-    Links are followed; a folder that several lead to, as in a circle, is visited once. Hidden folders are passed over.
+    Links are followed; a folder reached by several links, as in a cycle, is visited once. Hidden folders are skipped.
 
     Parameters
     ----------
     root : Path
     names : collection of str
     unreadable : list of str
-        Takes up the folders that cannot be listed.
+        Receives the folders that cannot be listed.
     """
     left, visited = [root], {_identity(root)}
     while left:
@@ -44,7 +45,8 @@ def files_below(root: Path, names: Collection[str], unreadable: list[str]) -> It
 def _is_visited(entry: os.DirEntry[str]) -> bool:
     try:
         return not entry.name.startswith(".") and entry.name not in PASSED_OVER and entry.is_dir()
-    except OSError:  # a link that leads to itself
+    # Raised for a link to itself.
+    except OSError:
         return False
 
 

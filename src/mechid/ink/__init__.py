@@ -1,1 +1,1 @@
-"""The document of a result and its printers, tables, digits, and figures in the colours of a page."""
+"""Documents of results with their printers, tables, number formats, and figures."""

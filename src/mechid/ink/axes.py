@@ -1,4 +1,4 @@
-"""Axes of the pictures that results draw of themselves: curves over time, labels, a choice by name."""
+"""Helpers for plots of results: axes, curves over time, labels, and selection by name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mechid.errors import UsageError, did_you_mean
-from mechid.ink.extremes import Times, drawn
+from mechid.ink.extremes import Times, reduce_to_extremes
 from mechid.ink.quantities import TIME, quantity_words
 from mechid.units import unit_words
 
@@ -22,23 +22,24 @@ class Clock(NamedTuple):
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
-    """Return the axes given, else new ones."""
+    """Return the given axes, else new ones."""
     if ax is not None:
         return ax
-    from matplotlib import pyplot  # it takes half a second to load
+    # Imported here, since it takes half a second to load.
+    from matplotlib import pyplot
 
     return pyplot.subplots(figsize=(6.9, 3.2), layout="constrained")[1]
 
 
 def draw_over_time(axes: Axes, samples: Any, clock: Times, quantity: str, **style: Any) -> None:
-    """Draw a quantity over time; its extremes where there are more samples than a picture has columns."""
-    axes.plot(*drawn(samples, clock), **style)
+    """Draw a quantity over time, reduced to extremes if there are more samples than columns of the picture."""
+    axes.plot(*reduce_to_extremes(samples, clock), **style)
     axes.set_xlabel(TIME)
     axes.set_ylabel(f"{quantity_words(quantity)}, {unit_words(quantity)}")
 
 
 def one_of(name: str | None, known: Iterable[str], kind: str) -> str:
-    """Return a known name, the first where none is given.
+    """Return a known name, by default the first.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What reports are made of: plain dicts of numbers and texts, which JSON can hold."""
+"""Data of reports: plain dicts of numbers and texts that JSON can represent."""
 
 from __future__ import annotations
 

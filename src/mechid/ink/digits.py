@@ -1,4 +1,4 @@
-"""Numbers as they are shown: a standard error to two digits, its value to the same decimal."""
+"""Number formats: standard errors with two digits, values to the same decimal."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import math
 
 SIGMA_DIGITS = 2
 PLAIN_DIGITS = 6
+# Longer numbers are hard to read without a power of ten.
 SMALLEST, LARGEST = 1e-4, 1e7
-"""Values outside, in magnitude, are shown with a power of ten."""
+"""Range of magnitudes shown without a power of ten."""
 
 
 def with_sigma(value: float, sigma: float | None) -> tuple[str, str]:
-    """Return value and standard error as texts; without a usable error the value alone, and nothing.
+    """Format value and standard error; without a usable error, the second text is empty.
 
     Examples
     --------
@@ -33,12 +34,12 @@ def with_sigma(value: float, sigma: float | None) -> tuple[str, str]:
 
 
 def like(value: float, sigma: float | None) -> str:
-    """Return another value, as a true one, to the decimal at which `sigma` begins."""
+    """Format another value, as a true one, to the decimal at which `sigma` begins."""
     return with_sigma(value, sigma)[0]
 
 
 def plain(value: float | None, digits: int = PLAIN_DIGITS) -> str:
-    """Return a number to some significant digits, ``-`` where there is none.
+    """Format a number with some significant digits, ``-`` for None.
 
     Examples
     --------
@@ -49,7 +50,7 @@ def plain(value: float | None, digits: int = PLAIN_DIGITS) -> str:
 
 
 def rounded(value: float | None) -> str:
-    """Return a count that need not be whole, as of effective samples; below 100 to two digits, ``-`` for none.
+    """Format a real-valued count, as of effective samples: below 100 with two digits, ``-`` for None.
 
     Examples
     --------
@@ -60,7 +61,7 @@ def rounded(value: float | None) -> str:
 
 
 def digits(value: float | None, count: int) -> str:
-    """Return a number to so many significant digits, final zeros kept.
+    """Format a number with fixed significant digits, including final zeros.
 
     Examples
     --------
@@ -77,12 +78,12 @@ def digits(value: float | None, count: int) -> str:
 
 
 def _exponent(size: float) -> int:
-    """Return the power of ten to take out, 0 for sizes that are read as they are."""
+    """Return the power of ten to factor out, 0 for readable magnitudes."""
     return 0 if SMALLEST <= size < LARGEST else math.floor(math.log10(size))
 
 
 def _decimals(sigma: float) -> int:
-    """Return the decimals that show `sigma` to two digits, after rounding up to the next power of ten."""
+    """Return the decimals that show `sigma` with two digits, also if it rounds up to a power of ten."""
     rounded = float(f"{sigma:.{SIGMA_DIGITS - 1}e}")
     return SIGMA_DIGITS - 1 - math.floor(math.log10(rounded))
 

@@ -1,7 +1,7 @@
-"""The document of a result: parts that a terminal, Markdown and a page print each in its way.
+"""Document of a result: parts that are printed on a terminal, in Markdown and on a page.
 
-A capability makes one document of its result (`document.py` in its folder); the printers are `ink.on_terminal`,
-`ink.in_markdown` and `ink.on_page`. A part that only some of them show says so in `where`.
+Each capability makes one document of its result (`document.py` in its folder); the printers are `ink.on_terminal`,
+`ink.in_markdown` and `ink.on_page`. The attribute `where` limits a part to some printers.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ IN_DOCUMENTS = (MARKDOWN, PAGE)
 ON_TERMINAL = (TERMINAL,)
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 """Tones of a verdict."""
+# More entries would fill the first screen.
 MOST_ENTRIES = 40
-"""Of sections without a heading over them that a page's contents show: more would fill the first screen."""
+"""Most top-level sections in the contents of a page."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +31,7 @@ class _Part:
 
 @dataclass(frozen=True)
 class Words(_Part):
-    """A paragraph; what stands between two ``**`` stands out.
+    """A paragraph; text between two ``**`` is emphasised.
 
     Attributes
     ----------
@@ -38,7 +39,7 @@ class Words(_Part):
     style : str
         ``strong``, ``soft``, or empty.
     where : tuple of str
-        Printers that show the part, of `EVERYWHERE`; so of each part below.
+        Printers that show the part, from `EVERYWHERE`; likewise for all parts below.
     """
 
     text: str
@@ -52,13 +53,13 @@ class Lines(_Part):
     Attributes
     ----------
     lines : sequence of str
-        Nothing is printed of none.
+        Lines; if empty, nothing is printed.
     word : str
-        Begins each line on a terminal.
+        Prefix of each line on a terminal.
     heading : str
-        Above them in documents.
+        Heading in documents.
     style : str
-        Of the lines on a terminal.
+        Style of the lines on a terminal.
     """
 
     lines: Sequence[str]
@@ -69,13 +70,13 @@ class Lines(_Part):
 
 @dataclass(frozen=True)
 class Rows(_Part):
-    """A table, left out where it has no rows.
+    """A table, omitted without rows.
 
     Attributes
     ----------
     table : Table
     caption : str
-        Above it.
+        Caption above the table.
     """
 
     table: Table
@@ -104,7 +105,7 @@ class Code(_Part):
     text : str
     language : str
     summary : str
-        What a page, which can fold them, calls them.
+        Title on a page, where the lines can be folded.
     """
 
     text: str
@@ -115,16 +116,16 @@ class Code(_Part):
 
 @dataclass(frozen=True)
 class Picture(_Part):
-    """A figure of the result's folder.
+    """A figure from the folder of the result.
 
     Attributes
     ----------
     name : str
-        Of its files, without a suffix.
+        Name of its files, without a suffix.
     words : str
-        What it shows, for who cannot see it.
+        Text alternative for readers who cannot see the figure.
     folder : str
-        Of its files, from the document; empty: beside it.
+        Folder of its files, relative to the document; empty for the same folder.
     """
 
     name: str
@@ -135,17 +136,17 @@ class Picture(_Part):
 
 @dataclass(frozen=True)
 class Interactive(_Part):
-    """A figure that a page's script draws of a record; its picture on paper, in Markdown and where no script runs.
+    """A figure of a record drawn by the script of a page; elsewhere, or without script, a picture.
 
     Attributes
     ----------
     picture : Picture
     kinds : sequence of str
-        Of the script's figures, side by side.
+        Kinds of figures of the script, shown side by side.
     record : str
-        By which the script knows the curves.
+        Key of the curves in the script.
     stretches : sequence of (str, float, float)
-        Buttons, each with the record time in s from which and to which it shows the first figure.
+        Buttons, each with the range of record time in s that it shows in the first figure.
     """
 
     picture: Picture
@@ -157,12 +158,12 @@ class Interactive(_Part):
 
 @dataclass(frozen=True)
 class Html(_Part):
-    """A piece of a page alone, as HTML.
+    """A piece of HTML, shown on pages only.
 
     Attributes
     ----------
     html : str
-        Shown as it is: every text in it is escaped already.
+        HTML with all texts escaped.
     """
 
     html: str
@@ -171,17 +172,17 @@ class Html(_Part):
 
 @dataclass(frozen=True)
 class Verdict(_Part):
-    """What a result comes to.
+    """Summary of a result.
 
     Attributes
     ----------
     headline : str
     questions : sequence of (str, sequence of str)
-        Each with its answers.
+        Questions, each with its answers.
     tone : str
-        `GOOD`, `CAUTION`, `BAD`; empty where it is none of these.
+        `GOOD`, `CAUTION` or `BAD`; empty if neutral.
     warnings : Lines
-        Under the answers.
+        Warnings below the answers.
     """
 
     headline: str
@@ -192,24 +193,24 @@ class Verdict(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Card:
-    """Another result in short.
+    """Summary of another result.
 
     Attributes
     ----------
     title : str
     link : str
-        Address of its page; empty: it has none.
+        Address of its page; empty if there is none.
     under : str
         One line under the title.
     headline : str
     tone : str
-        Of the headline, as of a verdict.
+        Tone of the headline, as for a verdict.
     lines : sequence of str
     cautions : sequence of str
     command : str
-        To be typed.
+        Command for the user to type.
     picture : str
-        Address of a picture of it; empty: it has none.
+        Address of its picture; empty if there is none.
     """
 
     title: str
@@ -225,7 +226,7 @@ class Card:
 
 @dataclass(frozen=True)
 class Cards(_Part):
-    """Results side by side, left out where there are none.
+    """Summaries side by side, omitted if there are none.
 
     Attributes
     ----------
@@ -242,18 +243,18 @@ class Section(_Part):
     Attributes
     ----------
     heading : str
-        Empty: they stand together without one.
+        Heading; empty to group parts without one.
     parts : sequence of parts
-        Sections among them are one level lower.
+        Parts; sections among them are one level lower.
     key : str
-        By which a page's addresses name it.
+        Anchor in the addresses of a page.
     entry : str
-        What the page's contents call it; empty: they do not have it. Where it has no heading, what they call the
-        sections in it together, behind which they fold away where they are many.
+        Title in the contents of a page; empty to omit it there. Without a heading, it is the common title of the
+        sections inside, which are folded if they are many.
     is_folded : bool
-        Whether a page shows the heading alone at first.
+        Whether a page initially shows only the heading.
     side_by_side : bool
-        Whether a page sets its parts beside one another where there is room.
+        Whether a page shows its parts side by side if there is room.
     """
 
     heading: str
@@ -269,24 +270,24 @@ Part: TypeAlias = Words | Lines | Rows | Facts | Code | Picture | Interactive | 
 
 @dataclass(frozen=True, kw_only=True)
 class Document:
-    """All that is shown of a result.
+    """Complete presentation of a result.
 
     Attributes
     ----------
     title : str
     command : str
-        That made it, as ``mechid budget``.
+        Command that made the result, as ``mechid budget``.
     under : str
         One line under the title.
     tab : str
-        What a browser calls its page, beside the command; empty takes the title.
+        Title in the browser, in addition to the command; empty takes the title.
     is_synthetic : bool
-        Whether its records were simulated, which is said first.
+        Whether its records were simulated, which is stated first.
     simulated : str
-        What is said of that.
+        Text of that statement.
     parts : sequence of parts
     shows_files : bool
-        Whether its page shows pictures of other files, as `Cards` do.
+        Whether its page shows pictures from other files, as `Cards` do.
     """
 
     title: str
@@ -299,12 +300,12 @@ class Document:
     shows_files: bool = False
 
     def contents(self) -> list[tuple[str, list[Section]]]:
-        """Return the sections that a page's contents have, in order, and what they fold behind; empty: they do not."""
+        """Return the sections in the contents of a page in order, with the title of their folded group, if any."""
         return _contents(self.parts)
 
 
 def shown_on(parts: Sequence[Part], printer: str) -> list[Part]:
-    """Return the parts that a printer shows; sections and lists without anything in them are left out."""
+    """Return the parts that a printer shows, without empty sections and lists."""
     return [part for part in parts if printer in part.where and not _is_empty(part, printer)]
 
 

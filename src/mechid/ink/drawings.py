@@ -1,6 +1,7 @@
-"""The drawings of a record's figures on paper, and of the matrices beside them.
+"""Drawings of the figures of a record on paper, and of matrices.
 
-A drawing is a function and plain data: a process of its own can make it that has loaded nothing of mechid but this.
+A drawing consists of a function and plain data, so that a separate process can make it without loading the rest of
+mechid.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
-from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, made, over_time
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, make_figure, over_time
 from mechid.ink.palette import MARK, MARK_OVER, MEASURED, MODELLED, NOISE
 from mechid.ink.palette import RESIDUAL as RESIDUAL_COLOUR
 from mechid.ink.quantities import (
@@ -32,18 +33,18 @@ from mechid.ink.quantities import (
 from mechid.ink.sheet import Sheet
 
 Span = Sequence[FloatArray]
-"""Measured, modelled, residual: of a stretch times in s and samples, (2, n) each; of a spectrum amplitudes, (n,)."""
+"""Measured, modelled and residual curves: times in s and samples, (2, n) each; or amplitudes of a spectrum, (n,)."""
 
 
 def draw(sheet: Sheet) -> Figure:
-    """Return the figure of a sheet."""
+    """Draw the figure of a sheet."""
     drawing = DRAWINGS[sheet.drawing]
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return made(lambda figure: drawing(figure, **sheet.data), sheet.height_in)
+        return make_figure(lambda figure: drawing(figure, **sheet.data), sheet.height_in)
 
 
 def torque(figure: Any, *, quantity: str, whole: Span, start: Span) -> None:
-    """Draw measured and modelled torque, or what else it is, over the whole record, its start, and the residual."""
+    """Draw measurement and model of a quantity over the whole record and its start, and the residual."""
     labels = axis_labels(quantity)
     axes = figure.subplot_mosaic(
         [["whole", "start"], ["residual", "start residual"]],
@@ -67,7 +68,7 @@ def torque(figure: Any, *, quantity: str, whole: Span, start: Span) -> None:
 def spectrum(
     figure: Any, *, quantity: str, hz: FloatArray, amplitudes: Span, marks: Sequence[tuple[float, str]], shown_hz: float
 ) -> None:
-    """Draw amplitude spectra up to a frequency; each mark is a frequency in Hz and what it is."""
+    """Draw amplitude spectra up to a frequency; each mark is a frequency in Hz and its label."""
     axes, kept = figure.subplots(), hz <= shown_hz
     measured, modelled, left = amplitudes
     for y, colour, width, label in (
@@ -107,7 +108,7 @@ def residual(
     correlation: FloatArray,
     limit: float,
 ) -> None:
-    """Draw the residual's density beside that of the record's noise floor, and its autocorrelation from lag 1."""
+    """Draw the density of the residual and of the noise floor, and the autocorrelation of the residual from lag 1."""
     left, right = figure.subplots(1, 2, width_ratios=[3, 2], gridspec_kw={"wspace": 0.28})
     left.loglog(hz, density, color=RESIDUAL_COLOUR, linewidth=0.5, label="residual")
     left.axhline(noise_density, color=NOISE, linewidth=1.0, linestyle="--", label="noise floor")
@@ -136,7 +137,7 @@ def spectrogram(
     resonances_hz: Sequence[float],
     top_hz: float,
 ) -> None:
-    """Draw measured and modelled amplitude over time and frequency, under lines of orders over time, and resonances."""
+    """Draw measured and modelled amplitude over time and frequency, with lines of orders and resonances."""
     high = float(np.nanmax(amplitudes[0])) or 1.0
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots(1, 2, sharex=True, sharey=True, gridspec_kw={"wspace": 0.06})
@@ -174,7 +175,7 @@ def matrix(
     label: str,
     signed: bool,
 ) -> None:
-    """Draw a matrix, shares in percent or signed within -1 and 1, as coloured cells with their texts."""
+    """Draw a matrix of shares in percent, or of values from -1 to 1, as coloured cells with texts."""
     figure.subplots_adjust(
         left=1.8 / WIDTH_IN, right=1.0 - BAR_IN / WIDTH_IN, bottom=0.75 / figure.get_figheight(), top=0.97
     )

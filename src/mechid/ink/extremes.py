@@ -1,4 +1,4 @@
-"""A record as a picture shows it: the extremes of each of its columns."""
+"""Reduction of a record for a picture: the extremes of each column."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from mechid.signal.envelope import envelope
 from mechid.signal.series import Series, blocks
 
 COLUMNS = 800
-"""Of a curve over time on paper; each holds its least and its largest sample."""
+"""Columns of a curve over time on paper; each shows its minimum and maximum."""
 
 
 class Times(Protocol):
-    """When a series was sampled."""
+    """Sampling times of a series."""
 
     @property
     def sample_rate_hz(self) -> float:
-        """Samples a second."""
+        """Samples per second."""
 
     @property
     def start_s(self) -> float:
-        """Record time of its first sample."""
+        """Record time of the first sample in s."""
 
 
-def drawn(y: Series, base: Times) -> FloatArray:
-    """Return the record times in s, and samples, (2, M), that draw a record: extremes of each column of the picture."""
+def reduce_to_extremes(y: Series, base: Times) -> FloatArray:
+    """Return times in s and samples, (2, M), of the extremes in each column of a picture."""
     kept = envelope(y, COLUMNS)
     values = np.concatenate([y[part][_within(kept, part)] for part in blocks(y.size)])
     return np.stack((base.start_s + kept / base.sample_rate_hz, values))
 
 
 def _within(kept: IntArray, part: slice) -> IntArray:
-    """Return those of ascending numbers that are in a block, from its first."""
+    """Return the ascending indices that fall in a block, relative to its start."""
     return np.asarray(kept[slice(*np.searchsorted(kept, (part.start, part.stop)))] - part.start, dtype=np.int64)

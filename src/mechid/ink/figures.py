@@ -1,6 +1,7 @@
-"""The figures on paper, made with Matplotlib: vector text, two columns wide; `palette` has the colours.
+"""Figures on paper, made with Matplotlib, two columns wide; `palette` defines the colours.
 
-Text stays text in the SVG, so that it can be searched and edited; line styles and widths differ as the colours do.
+Text remains text in the SVG, so that it can be searched and edited. Curves differ in line style and width as well as in
+colour.
 """
 
 from __future__ import annotations
@@ -22,12 +23,14 @@ from mechid.arrays import FloatArray
 from mechid.writing import atomic_file
 
 WIDTH_IN = 6.9
-"""Inches: both columns of a paper."""
+"""Width of a figure in inches: both columns of a paper."""
+# A layout engine would double the drawing time.
 LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58
-"""Margins; measured out by a layout engine they would take as long again as the drawing."""
+"""Margins in inches."""
 DOTS_AN_INCH = 200
+# Only the last font, which Matplotlib ships, has all glyphs.
 FONTS = ("Helvetica", "Arial", "Liberation Sans", "DejaVu Sans")
-"""In this order, for each letter the first that is here and has it: all but the last, Matplotlib's own, lack some."""
+"""Fonts in order of preference, searched for each glyph."""
 STYLE: Any = {
     "font.family": [*(name for name in FONTS if name in get_font_names()), "sans-serif"],
     "font.sans-serif": [*FONTS],
@@ -51,28 +54,31 @@ Drawing = Callable[[Any], None]
 
 
 def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[str, str]:
-    """Write each figure as SVG and PNG as it comes, and return the SVG texts by name.
+    """Write each figure as SVG and PNG, and return the SVG texts by name.
 
-    Each file is written beside its place and renamed.
+    Each file is written under a temporary name and renamed.
 
     Raises
     ------
     OSError
-        The folder cannot be written to.
+        The folder is not writable.
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {}
-    gc.freeze()  # only what the figures make is looked through below
+    # Existing objects are excluded, so that the collections below cover only the figures.
+    gc.freeze()
     for name, figure in figures:
         texts[name] = write_figure(name, figure, folder)
-        figure.clear()  # whoever made it may hold it still
-        gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
+        # The caller may still hold the figure.
+        figure.clear()
+        # The parts of a figure reference one another; without a collection those of a report take 50 MB.
+        gc.collect()
     gc.unfreeze()
     return texts
 
 
 def write_figure(name: str, figure: Figure, folder: Path) -> str:
-    """Write a figure as SVG and PNG, and return the SVG's text."""
+    """Write a figure as SVG and PNG; return the SVG text."""
     svg, png = io.BytesIO(), io.BytesIO()
     with mpl.rc_context(STYLE):
         figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
@@ -83,8 +89,8 @@ def write_figure(name: str, figure: Figure, folder: Path) -> str:
     return svg.getvalue().decode("utf-8")
 
 
-def made(draw: Drawing, height: float) -> Figure:
-    """Return a figure of a height in inches, two columns wide, with what `draw` draws on it."""
+def make_figure(draw: Drawing, height: float) -> Figure:
+    """Make a figure of a height in inches, two columns wide, with the content drawn by `draw`."""
     figure = Figure(figsize=(WIDTH_IN, height))
     FigureCanvasAgg(figure)
     figure.subplots_adjust(
@@ -100,13 +106,13 @@ def over_time(axes: Any, points: FloatArray, colour: str, width: float, label: s
 
 
 def legend_above(figure: Any, axes: Any, columns: int, **style: Any) -> None:
-    """Write the legend above the axes, at the right; `style` is Matplotlib's of a legend."""
+    """Draw the legend above the axes, at the right; `style` are legend options of Matplotlib."""
     place = {"loc": "upper right", "bbox_to_anchor": (1.0 - RIGHT_IN / WIDTH_IN, 1.0), "borderaxespad": 0.3}
     figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place, **style)
 
 
 def in_powers(axis: Any) -> None:
-    """Label a logarithmic axis with powers of ten, as plain text: a formula's layout takes a hundred times longer."""
+    """Label a logarithmic axis with powers of ten as plain text, which is a hundred times faster than mathtext."""
     axis.set_major_formatter(FuncFormatter(power_of_ten))
     axis.set_minor_locator(NullLocator())
 

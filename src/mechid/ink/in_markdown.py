@@ -1,4 +1,4 @@
-"""A document as Markdown, to be pasted into another one; its figures lie in a folder beside it."""
+"""Markdown printer of a document, with its figures in a folder next to it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from mechid.ink.text_table import MARKDOWN
 
 
 def document_markdown(document: Document) -> str:
-    """Return a document as Markdown."""
+    """Convert a document to Markdown."""
     blocks = [f"# {cell(document.title)}"]
     blocks += [f"**Synthetic**: {cell(document.simulated)}"] if document.is_synthetic else []
     blocks += [cell(document.under)] if document.under else []
@@ -35,7 +35,7 @@ def document_markdown(document: Document) -> str:
 
 
 def _blocks(part: Part, level: int) -> list[str]:
-    """Return the blocks of a part, an empty line to stand between any two."""
+    """Return the blocks of a part, to be separated by empty lines."""
     return _PRINTERS[type(part)](part, level)
 
 
@@ -97,7 +97,7 @@ def _with_emphasis(text: str) -> str:
 
 
 def _spaced(piece: str) -> str:
-    """Return a piece of a sentence with the spaces at its ends, which `cell` would take away."""
+    """Return a piece of a sentence with the spaces at its ends, which `cell` would remove."""
     before, after = piece[: len(piece) - len(piece.lstrip())], piece[len(piece.rstrip()) :]
     return f"{before}{cell(piece)}{after}" if piece.strip() else piece
 

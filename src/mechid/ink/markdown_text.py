@@ -1,4 +1,4 @@
-"""Parts of a Markdown text: cells that stay what they are, tables, lists."""
+"""Elements of Markdown: escaped cells, tables and lists."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ Row = Sequence[str]
 
 
 class Strong(str):
-    """A text that stands out in its cell."""
+    """Emphasised text of a cell."""
 
     __slots__ = ()
 
 
 def cell(text: str) -> str:
-    r"""Return a text that stays within its cell or line and is not read as markup.
+    r"""Escape a text so that it stays within its cell or line and is not interpreted as markup.
 
     Examples
     --------
@@ -27,11 +27,11 @@ def cell(text: str) -> str:
 
 
 def table(header: Sequence[str], rows: Iterable[Row]) -> str:
-    """Return a table; its cells are escaped."""
+    """Return a table with escaped cells."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(t if t == "---" else cell(t) for t in line) + " |" for line in lines)
 
 
 def bullets(lines: Iterable[str]) -> str:
-    """Return a list of lines."""
+    """Return a bullet list."""
     return "\n".join(f"- {cell(line)}" for line in lines)

@@ -1,4 +1,4 @@
-"""A document as one HTML file that needs nothing beside it; its figures take the page's colours."""
+"""HTML printer of a document: one self-contained file, with figures in the colours of the page."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from markupsafe import Markup, escape
 from mechid.ink.document import Document, Part, Section, shown_on
 from mechid.ink.template import asset, environment, page_style
 from mechid.ink.text_table import PAGE
-from mechid.ink.themed import themed
+from mechid.ink.themed import adapt_svg
 
+# Pictures of 500 records take 160 MB.
 MOST_PICTURES = 200
-"""Of interactive figures that a page holds: those of 500 records are 160 MB. A page of more names their files."""
+"""Most pictures embedded in an interactive page; with more, the page names their files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Script:
-    """What a page's script draws `Interactive` parts with.
+    """Library and data with which the script of a page draws `Interactive` parts.
 
     Attributes
     ----------
@@ -40,28 +41,28 @@ class Script:
 
 
 def document_page(document: Document, figures: Mapping[str, str], style: str = "") -> str:
-    """Return the page of a document.
+    """Convert a document to a page.
 
     Parameters
     ----------
     document : Document
     figures : mapping of str to str
-        As SVG, by name; a picture that is not among them is left out.
+        SVG figures by name; pictures without a figure are omitted.
     style : str
-        Rules that no other page has.
+        Additional style rules of this page.
     """
-    drawn = {name: Markup(themed(text)) for name, text in figures.items()}
+    drawn = {name: Markup(adapt_svg(text)) for name, text in figures.items()}
     return "".join(_pieces("document.html", document, style, figures=drawn))
 
 
 def interactive_page(document: Document, pictures: Mapping[str, Path], script: Script) -> Iterator[str]:
-    """Return the page of a document that has `Interactive` parts, in pieces made as they are asked for.
+    """Yield the page of a document with `Interactive` parts in pieces.
 
     Parameters
     ----------
     document : Document
     pictures : mapping of str to Path
-        SVG files of the parts' pictures, by name; those of too many for one page it names.
+        SVG files of the pictures by name; if there are too many for one page, the page only names them.
     script : Script
     """
     more = {
@@ -90,7 +91,7 @@ def _pieces(template: str, document: Document, style: str, **more: Any) -> Itera
 
 
 def _without_groups(parts: Sequence[Part]) -> list[Part]:
-    """Return the parts shown, those of sections without a heading by themselves, so that each makes a piece."""
+    """Return the shown parts, with sections without a heading replaced by their parts, so that pieces stay small."""
     return list(chain.from_iterable(map(_one_or_its_parts, shown_on(parts, PAGE))))
 
 
@@ -103,7 +104,7 @@ def _in_base64(file: Path) -> str:
 
 
 def emphasised(text: str) -> Markup:
-    """Return a text with what stands between two ``**`` in bold.
+    """Return a text with passages between two ``**`` in bold.
 
     Examples
     --------

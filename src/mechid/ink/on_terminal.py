@@ -1,4 +1,4 @@
-"""A document on a terminal: tables and lines, each line one that a script can look for."""
+"""Terminal printer of a document: tables and lines that scripts can search for."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ STRONG = "bold"
 
 
 def print_document(document: Document, console: Console, files: Sequence[Path] = ()) -> None:
-    """Print a document, and where its files are."""
+    """Print a document and the paths of its files."""
     if document.is_synthetic:
         say(console, f"SYNTHETIC: {document.simulated}", STRONG)
     parts = shown_on(document.parts, TERMINAL)
@@ -99,7 +99,7 @@ def _section(part: Section, console: Console) -> None:
 
 
 def _ends_with_table(part: Part) -> bool:
-    """Return whether the last that is printed of a part is a table, which has an empty line behind it."""
+    """Return whether a part ends with a table, which is followed by an empty line."""
     if isinstance(part, Section):
         return _ends_with_table(shown_on(part.parts, TERMINAL)[-1])
     return isinstance(part, Rows)

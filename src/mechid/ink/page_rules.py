@@ -1,4 +1,4 @@
-"""Rules of style that several pages have beside those of all."""
+"""Style rules shared by some pages."""
 
 COMPACT = """
 .answers { grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); }

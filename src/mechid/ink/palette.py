@@ -1,7 +1,7 @@
-"""Colours by what they stand for: one table for figures on paper and for light and dark pages.
+"""Colours by meaning, for figures on paper and for light and dark pages.
 
-A colour of `MEANINGS` stands for one thing in every figure and on every page. What has no meaning of its own (lines of
-sight, requirements, units of a fleet, parameters) takes the colours of `SERIES` in turn.
+Each colour of `MEANINGS` has the same meaning in every figure and on every page. Other curves (lines of sight,
+requirements, units of a fleet, parameters) take the colours of `SERIES` in turn.
 """
 
 from __future__ import annotations
@@ -32,18 +32,20 @@ MEANINGS = {
     "order-over": Colour("#FFFFFF", "#ffffff", "#ffffff"),
     "resonance-over": Colour("#FF8FC7", "#ff8fc7", "#ff8fc7"),
 }
-"""``-over``: over an image. The first four are in no figure anything else."""
+"""Colours by meaning; ``-over`` marks colours for lines over an image. The first four have no other use."""
 MEASURED, MODELLED, RESIDUAL, NOISE, MARK, ORDER, ESTIMATE, EFFECT = (
     MEANINGS[name].paper
     for name in ("measured", "modelled", "residual", "noise", "resonance", "order", "estimate", "effect")
 )
 ORDER_OVER, MARK_OVER = MEANINGS["order-over"].paper, MEANINGS["resonance-over"].paper
 INK, GRID, PAPER = "#000000", "#B0B0B0", "#FFFFFF"
+# Cells of an image keep their colours on dark pages, so these are no colours of the page.
 ON_DARK, ON_LIGHT = "#FEFEFE", "#010101"
-"""Of text in a cell of an image: no colours of the page, since a cell keeps its own on a dark one."""
+"""Text colours in cells of an image."""
 LIMIT = INK
-"""Of a requirement, a criterion: no curve has it."""
-_SERIES = (  # the first and third are a digit off `effect` and `estimate`: each colour on paper has one name on a page
+"""Colour of a requirement or criterion, not used for curves."""
+# The first and third differ by one digit from `effect` and `estimate`, since a colour on paper maps to one name.
+_SERIES = (
     Colour("#0072B3", "#0072b3", "#5aa9e8"),
     Colour("#E69F00", "#c98a00", "#e6b84a"),
     Colour("#7A4EAC", "#7a4eac", "#c3a2f1"),
@@ -54,7 +56,7 @@ _SERIES = (  # the first and third are a digit off `effect` and `estimate`: each
     Colour("#1F7A8C", "#1f7a8c", "#6fc0d0"),
 )
 SERIES = tuple(colour.paper for colour in _SERIES)
-"""Told apart by eye from one another and from measured, modelled, residual and noise."""
+"""Colours distinguishable from one another and from measured, modelled, residual and noise."""
 _NAMED = {**MEANINGS, **{f"series-{k}": colour for k, colour in enumerate(_SERIES)}}
 PAGE_NAMES = {
     **{colour.paper.lower(): name for name, colour in _NAMED.items() if not name.endswith("-over")},
@@ -62,18 +64,18 @@ PAGE_NAMES = {
     GRID.lower(): "line",
     PAPER.lower(): "paper",
 }
-"""Custom properties of a page by the colour on paper of the same meaning."""
+"""Custom properties of a page, by the colour on paper with the same meaning."""
 _LIGHT, _DARK = ':root, :root[data-theme="light"]', ':root[data-theme="dark"]'
 _DARK_SCREEN, _PRINT = ":root:not([data-theme])", ":root, :root[data-theme], :root:not([data-theme])"
 
 
 def series(number: int) -> str:
-    """Return the colour of the so-manieth of curves that have no meaning of their own."""
+    """Return the colour of a curve by its number, for curves without a fixed meaning."""
     return SERIES[number % len(SERIES)]
 
 
 def colour_style() -> str:
-    """Return the colours as custom properties of a page, light and dark."""
+    """Return the colours as custom properties of light and dark pages."""
     light, dark = _properties(lambda colour: colour.light), _properties(lambda colour: colour.dark)
     return (
         f"{_LIGHT} {{ {light} }}\n{_DARK} {{ {dark} }}\n"

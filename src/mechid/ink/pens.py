@@ -1,8 +1,8 @@
-"""Processes that draw figures beside this one.
+"""Processes that draw figures in parallel.
 
-A figure is a fifth of a second of Python under the interpreter's lock, so threads do not share the work. A pen is an
-interpreter of its own that has loaded Matplotlib and the drawings alone; it is sent sheets and writes their files.
-It is no fork, as this process has threads, and it does not import the script that runs mechid.
+A figure takes a fifth of a second of Python under the interpreter lock, so threads would not help. A pen is a separate
+interpreter that has loaded only Matplotlib and the drawings. It receives sheets and writes their files. It is not
+forked, since this process has threads, and it does not import the script that runs mechid.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from mechid.reading.child import TERMINATION_SIGNALS
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
 MOST = 4
-"""Pens: of more, the last would begin to draw when the others are done."""
+"""Most pens."""
 OBJECTS_UNSEEN = 50_000
-"""How many a figure may make before Python looks for those that nobody needs."""
+"""Threshold of the garbage collector while a figure is drawn."""
 SCRIPT = (
     f"import signal; own = [getattr(signal, name) for name in {TERMINATION_SIGNALS} if hasattr(signal, name)];"
     "[signal.signal(number, signal.SIG_IGN) for number in own];"
     "import sys; sys.path[:] = PATH; from mechid.ink.pens import serve; serve()"
 )
-"""A pen ignores the signals that end a command, first of all: the process that waits decides, its pipe ends the pen.
+"""Program of a pen. It first ignores the signals that end a command: the parent decides, and a closed pipe ends it.
 
-The path is part of the text: a pen that is begun while the command ends would find its pipe empty.
+The path is part of the text, since a pen started while the command ends would find its pipe empty.
 """
 
 
 class Pens:
-    """Some processes that draw: there within a ``with`` statement, gone behind it.
+    """Context manager of drawing processes.
 
-    Where none can be started, the figures are drawn by this process.
+    If none can be started, this process draws the figures.
     """
 
     def __init__(self) -> None:
@@ -55,36 +55,36 @@ class Pens:
         self._idle: list[Process] = []
 
     def __enter__(self) -> Pens:
-        """Start the processes, which load what they need while something else goes on."""
+        """Start the processes, which load their modules in the background."""
         with suppress(OSError):
             for _ in range(self._count):
-                self._processes.append(_started())
+                self._processes.append(_start_process())
         self._idle = list(self._processes)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """End the processes; where an error passes, what they draw is given up."""
+        """End the processes; after an error, unfinished figures are dropped."""
         self._threads.shutdown(wait=kind is None, cancel_futures=True)
         for process in self._processes:
             if kind is not None:
                 process.kill()
-            with suppress(OSError):  # what was not sent has no reader any more
+            with suppress(OSError):
                 _of(process.stdin).close()
             process.wait()
             _of(process.stdout).close()
 
     def draw(self, sheets: Iterable[Sheet], folder: Path) -> dict[str, Future[None]]:
-        """Begin to draw sheets into a folder, each as SVG and PNG; return by name what ends when they are there."""
-        return {sheet.name: self._threads.submit(self._drawn, sheet, folder) for sheet in sheets}
+        """Start drawing sheets into a folder, as SVG and PNG; return futures of their completion by name."""
+        return {sheet.name: self._threads.submit(self._draw_remotely, sheet, folder) for sheet in sheets}
 
-    def _drawn(self, sheet: Sheet, folder: Path) -> None:
-        """Have this thread's process draw a sheet."""
+    def _draw_remotely(self, sheet: Sheet, folder: Path) -> None:
+        """Let the process of this thread draw a sheet."""
         if not hasattr(self._own, "process"):
             self._own.process = self._idle.pop() if self._idle else None
         pen: Process | None = self._own.process
         if pen is None:
             with self._here:
-                _written(sheet, folder)
+                _write_sheet(sheet, folder)
             return
         try:
             _send(_of(pen.stdin), (sheet, folder))
@@ -95,7 +95,7 @@ class Pens:
             raise failed
 
 
-def _started() -> Process:
+def _start_process() -> Process:
     surroundings = {**os.environ, "MPLBACKEND": "agg"}  # a notebook's is not there for others
     return subprocess.Popen(
         [sys.executable, "-c", SCRIPT.replace("PATH", repr([str(place) for place in sys.path]))],
@@ -107,7 +107,7 @@ def _started() -> Process:
 
 
 def _of(stream: IO[bytes] | None) -> IO[bytes]:
-    assert stream is not None  # both are pipes
+    assert stream is not None
     return stream
 
 
@@ -116,7 +116,7 @@ def _send(stream: IO[bytes], message: Any) -> None:
     stream.flush()
 
 
-def _written(sheet: Sheet, folder: Path) -> None:
+def _write_sheet(sheet: Sheet, folder: Path) -> None:
     from mechid.ink.drawings import draw
     from mechid.ink.figures import write_figure
 
@@ -124,11 +124,12 @@ def _written(sheet: Sheet, folder: Path) -> None:
 
 
 def serve() -> None:
-    """Draw the sheets that come on stdin until it ends, and answer each on stdout: with None, or the error."""
+    """Draw the sheets received on stdin until it ends, and answer each on stdout with None or an error."""
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
     import_module("mechid.ink.drawings")
     gc.set_threshold(OBJECTS_UNSEEN)
-    gc.freeze()  # what has been loaded stays; only what a figure makes is looked through
+    # Loaded modules are excluded from collections, which then cover only the objects of a figure.
+    gc.freeze()
     while True:
         try:
             sheet, folder = pickle.load(sys.stdin.buffer)
@@ -136,11 +137,13 @@ def serve() -> None:
             return
         failed: Exception | None = None
         try:
-            _written(sheet, folder)
+            _write_sheet(sheet, folder)
         except Exception as error:  # the process that waits raises it
             failed = error
         try:
             _send(answers, failed)
         except BrokenPipeError:  # who waited was killed
-            os._exit(0)  # without what Python says of a stream that nobody reads
-        gc.collect()  # parts of a figure refer to one another: what it took is given back while nobody waits
+            # A normal exit would print an error about the broken stream.
+            os._exit(0)
+        # The parts of a figure reference one another; the memory is freed while nobody waits.
+        gc.collect()

@@ -1,6 +1,6 @@
-"""The presenter of one kind of result: its numbers, its document, its figures and further files.
+"""Presenter of a kind of result: numbers, document, figures and further files.
 
-Each capability's `document.py` has one `PRESENTER`; `mechid.shown` finds it by the kind of a result.
+The `document.py` of each capability defines one `PRESENTER`; `mechid.shown` selects it by the type of a result.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HTML_WIDTH, TEXT_WIDTH = 110, 120
-"""Columns of a result in a notebook, and as text."""
+"""Width in columns of a result in a notebook, and as text."""
 PRE = (
     "<pre style=\"font-family: 'DejaVu Sans Mono', Menlo, Consolas, monospace; line-height: normal; "
     'white-space: pre; overflow-x: auto">{code}</pre>'
 )
 Text = str | Iterable[str]
-"""Of a file: whole, or in pieces."""
+"""Content of a file, whole or in pieces."""
 Drawn = Iterator[tuple[str, "Figure"]]
 
 
@@ -48,29 +48,29 @@ def _no_files(_result: Any, _numbers: Mapping[str, Any], _folder: Path) -> list[
 
 @dataclass(frozen=True, kw_only=True)
 class Presenter:
-    """How one kind of result is shown.
+    """Presentation of one kind of result.
 
     Attributes
     ----------
     name : str
-        Of its page and its Markdown, without a suffix; empty: it has neither.
+        File name of page and Markdown without a suffix; empty if there are none.
     numbers : callable
-        From the result to the dict of every number that is shown.
+        Converts the result to a dict of all shown numbers.
     document : callable
-        From that dict to the document.
+        Converts that dict to the document.
     line : callable
-        From the result to a line of words.
+        Summarises the result in one line.
     texts : callable
-        From the result and its numbers to the further text files, their contents by name.
+        Returns further text files by name, from the result and its numbers.
     files : callable
-        From the same and the folder to the files that it writes there itself: those that are no text, and those that
-        depend on where they lie. It comes first, so that it can refuse a folder.
+        Writes further files to the folder and returns them: binary files, and those that depend on their location. It
+        is called first, so that it can refuse a folder.
     figures : callable
-        From the same to its figures by name, drawn one after the other.
+        Yields figures by name.
     figure_folder : str
-        Where they lie, from the result's folder; empty: in that itself.
+        Folder of the figures, relative to the folder of the result; empty for the same folder.
     style : str
-        Rules of its page that no other has.
+        Additional style rules of its page.
     """
 
     name: str
@@ -84,17 +84,17 @@ class Presenter:
     style: str = ""
 
     def write(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> list[Path]:
-        """Write page, Markdown, figures and further files into a folder, held meanwhile, and return them.
+        """Write page, Markdown, figures and further files into a folder, which is locked meanwhile.
 
         Returns
         -------
         list of Path
-            The files, and the folder of the figures where they have one of their own.
+            The files, and the folder of the figures if it is separate.
 
         Raises
         ------
         UsageError
-            The folder cannot be written to.
+            The folder is not writable.
         """
         from mechid.ink.on_page import document_page
 
@@ -113,23 +113,24 @@ class Presenter:
     def _write_figures(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> Any:
         if self.figures is _no_figures:
             return {}
-        from mechid.ink.figures import write_figures  # Matplotlib takes half a second to load
+        # Imported here, since Matplotlib takes half a second to load.
+        from mechid.ink.figures import write_figures
 
         return write_figures(self.figures(result, numbers), folder)
 
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-        """Print what `numbers` made, and where its files are."""
+        """Print the document of `numbers` and the paths of its files."""
         print_document(self.document(numbers), console, files)
 
     def text(self, result: Any) -> str:
-        """Return the text that its command prints of a result."""
+        """Return the text that the command prints for a result."""
         console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
         self.print(self.numbers(result), console)
         assert isinstance(console.file, io.StringIO)
         return console.file.getvalue().rstrip("\n")
 
     def html(self, result: Any) -> str:
-        """Return the same as HTML for a notebook."""
+        """Return the same text as HTML for a notebook."""
         console = Console(
             file=io.StringIO(),
             record=True,

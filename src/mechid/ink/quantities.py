@@ -1,4 +1,4 @@
-"""Quantities in words: axis labels, and how a channel of a record is called."""
+"""Names of quantities: words, axis labels and keys of channels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TIME, FREQUENCY, LAG, CORRELATION = "time, s", "frequency, Hz", "lag, samples", 
 
 
 def quantity_words(quantity: str) -> str:
-    """Return a quantity as it is written in a sentence.
+    """Return a quantity in words.
 
     Examples
     --------
@@ -24,7 +24,7 @@ def quantity_words(quantity: str) -> str:
 
 
 def axis_labels(quantity: str) -> dict[str, str]:
-    """Return the label of each axis for a quantity, by its label for the torque.
+    """Return the axis labels of a quantity, by the corresponding labels of the torque.
 
     Examples
     --------
@@ -40,13 +40,13 @@ def axis_labels(quantity: str) -> dict[str, str]:
     }
 
 
-def torque_alone(rows: Iterable[Mapping[str, Any]]) -> bool:
-    """Tell whether rows of channels are all of torques, so that their units stand in the header."""
+def has_only_torque(rows: Iterable[Mapping[str, Any]]) -> bool:
+    """Return whether all rows belong to torque channels, so that the unit can be in the header."""
     return all(row["quantity"] == "torque" for row in rows)
 
 
 def channel_key(record: str, quantity: str, leading: str) -> str:
-    """Return what a channel's figures are called: the record's name alone for its leading channel.
+    """Return the name of a channel's figures, which is that of the record for its leading channel.
 
     Examples
     --------

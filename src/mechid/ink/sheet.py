@@ -1,4 +1,4 @@
-"""A sheet: what one figure on paper is to show, as plain data for the process that draws it."""
+"""Sheet: content of one figure on paper, as plain data for the drawing process."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ FOLDER_NAME = "figures"
 
 @dataclass(frozen=True)
 class Sheet:
-    """A figure that is not drawn yet.
+    """Figure before it is drawn.
 
     Attributes
     ----------
     name : str
-        Of its files.
+        Name of its files.
     height_in : float
-        Inches; it is two columns wide.
+        Height in inches; the width is two columns.
     drawing : str
-        Which function of `mechid.ink.drawings` draws it.
+        Name of the function in `mechid.ink.drawings` that draws it.
     data : mapping
-        What that function is given: texts, numbers, arrays.
+        Arguments of that function: texts, numbers, arrays.
     """
 
     name: str

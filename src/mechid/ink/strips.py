@@ -1,4 +1,4 @@
-"""A figure of quantities over time, one strip below the other."""
+"""Figure of quantities over time in strips, one below the other."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mechid.ink.quantities import TIME
 
 LEFT_SHARE = 0.14
 STRIP_IN, AROUND_IN = 1.3, 0.7
-"""Height of a strip, and of what is above and below all of them, inches."""
+"""Height of a strip, and total height of the margins above and below, in inches."""
 RATE = "rate,\nfull steps/s"
 
 
@@ -29,9 +29,9 @@ class Strip:
         Times in s, and values.
     colour : str
     marked : sequence of (float, float)
-        From when to when it is marked, s.
+        Marked time ranges in s.
     width : float
-        Of the line, points.
+        Line width in points.
     """
 
     label: str
@@ -42,18 +42,18 @@ class Strip:
 
 
 def rate_strip(rate: FloatArray, ends: tuple[float, float]) -> Strip:
-    """Return the strip of a commanded rate, (R, 2) of s and full steps/s, constant where R is 1."""
+    """Return the strip of a commanded rate, (R, 2) of s and full steps/s, constant for R = 1."""
     points = rate.T if len(rate) > 1 else np.array([ends, [rate[0, 1]] * 2])
     return Strip(RATE, points, series(1), width=1.0)
 
 
 def strips_height(count: int) -> float:
-    """Return the height of a figure of so many strips, inches."""
+    """Return the height in inches of a figure with some strips."""
     return STRIP_IN * count + AROUND_IN
 
 
 def draw_strips(title: str, strips: Sequence[Strip], ends: tuple[float, float], figure: Any) -> None:
-    """Draw strips that share an axis of time."""
+    """Draw strips with a common time axis."""
     figure.subplots_adjust(left=LEFT_SHARE)
     axes = figure.subplots(len(strips), 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.12})[:, 0]
     for ax, strip in zip(axes, strips, strict=True):

@@ -1,4 +1,4 @@
-"""A table of a report as a value: its columns once, and three printers, for a terminal, Markdown and a page."""
+"""Table of a report: one definition of columns, printed on a terminal, in Markdown and on a page."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from mechid.ink.markdown_text import table as markdown_table
 from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, Row, cell_of, print_tables
 
 GROUP = "table"
-"""Key of the name under which a row stands."""
+"""Key of the group to which a row belongs."""
+# A higher opacity would make the number illegible.
 DARKEST = 0.75
-"""Opacity of a cell's colour at most, so that its number stays legible."""
+"""Largest opacity of a cell's colour."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns, and rows with a text for each.
+    """Columns, and rows with a text for each column.
 
     Parameters
     ----------
     columns : sequence of Column
     rows : sequence of mapping
-        A cell is ``row["text"][key]``, else ``row[key]``. Rows with a ``table`` stand under that name, in documents
-        where `group` says so.
+        A cell is ``row["text"][key]``, else ``row[key]``. Rows with a ``table`` are grouped under that name, in
+        documents according to `group`.
     group : str or None
-        What that name is called where it has a column of its own, as in Markdown; empty: there it has none.
+        Header of the group names if these have their own column, as in Markdown; empty for no such column.
     narrower : sequence of layouts
-        For a terminal too narrow for all columns, the first that fits: each one or more tables of the same rows.
+        Alternatives for narrow terminals, of which the first that fits is used: each one or more tables of the rows.
     tip : str
-        Key of what is told of a row under the pointer.
+        Key of the tooltip of a row.
     style : str
-        Its class on a page: rows of ``cards`` stand below one another where a page is small.
+        CSS class on a page; rows of ``cards`` are stacked on small pages.
 
     Examples
     --------
@@ -63,19 +64,19 @@ class Table:
     style: str = "cards"
 
     def print(self, console: Console) -> None:
-        """Print it on a terminal; columns without any text are left out."""
+        """Print the table on a terminal, without empty columns."""
         layouts = ([self.columns], *self.narrower)
         print_tables(console, [[_shown(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows)
 
     def markdown(self) -> str:
-        """Return it as Markdown."""
+        """Return the table as Markdown."""
         shown = _shown(self.columns, MARKDOWN)
         named = [self.group] if self.group and self._grouped else []
         lines = ([*([row[GROUP]] if named else []), *(_in_markdown(row, c) for c in shown)] for row in self.rows)
         return markdown_table([*named, *(c.label for c in shown)], lines)
 
     def html(self) -> Markup:
-        """Return it for a page."""
+        """Return the table as HTML."""
         shown = _shown(self.columns, PAGE)
         heads = Markup("").join(map(_head, shown)) if any(column.label for column in shown) else ""
         head = Markup('<div class="scroll"><table class="{}">\n<thead><tr>{}</tr></thead><tbody>')
@@ -112,7 +113,7 @@ def _in_markdown(row: Row, column: Column) -> str:
 
 
 def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
-    """Return a row's cell on a page; the first of a row that holds words is its head."""
+    """Return a cell on a page; the first cell of a row is its header if it holds words."""
     own = column.on_page
     text = own.ink(row) if own.ink else cell_of(row, column.key)
     if first and column.words:
@@ -126,13 +127,13 @@ def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
 
 
 def _heat(value: float) -> Markup:
-    """Return the background of a cell, the stronger the larger its value."""
+    """Return the background of a cell, which is stronger for larger values."""
     colour = "heat" if value >= 0.0 else "cold"
     return _attribute("style", f"background: rgba(var(--{colour}), {opacity(value)})" if value else "")
 
 
 def opacity(value: float) -> str:
-    """Return the opacity of a cell's colour for a value from -1 to 1.
+    """Return the opacity of a cell's colour, for values from -1 to 1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The templates of pages: where they are, and what they may do with a value."""
+"""Templates of pages: loading, escaping and filters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ INK = "mechid.ink"
 
 
 def environment(*packages: str) -> Environment:
-    """Return the environment of some packages' templates and those that all pages share; texts are escaped."""
+    """Return the template environment of packages, with shared templates and escaped texts."""
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(package) for package in (*packages, INK)]),
         autoescape=True,
@@ -28,7 +28,7 @@ def environment(*packages: str) -> Environment:
 
 
 def script_json(value: Any) -> Markup:
-    r"""Return JSON that may stand within a script element: no text of it can end the element.
+    r"""Return JSON for use in a script element, without text that could end the element.
 
     Examples
     --------
@@ -40,10 +40,10 @@ def script_json(value: Any) -> Markup:
 
 
 def page_style() -> str:
-    """Return the style sheet of a page, with its colours."""
+    """Return the style sheet of pages, with the colours."""
     return colour_style() + asset("report.css")
 
 
 def asset(name: str) -> str:
-    """Return the text of a file beside the templates."""
+    """Return the text of a file in the template folder."""
     return files(INK).joinpath("templates", name).read_text(encoding="utf-8")

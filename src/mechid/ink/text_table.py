@@ -1,4 +1,4 @@
-"""Tables of text that keep every name and number whole."""
+"""Text tables that never cut names or numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GAP = "  "
 INDENT = "  "
 CELL_STYLE = {"at bound": "yellow", "frozen": "yellow", "tied": "dim", "known": "dim"}
 TERMINAL, MARKDOWN, PAGE = "terminal", "markdown", "page"
-"""Where a column is shown."""
+"""Printers that can show a column."""
 EVERYWHERE = (TERMINAL, MARKDOWN, PAGE)
 
 Row: TypeAlias = Data
@@ -23,26 +23,26 @@ Row: TypeAlias = Data
 
 @dataclass(frozen=True, kw_only=True)
 class OnPage:
-    """What a column's cells have on a page beside their text.
+    """Presentation of a column on a page, besides its text.
 
     Parameters
     ----------
     ink : callable or None
-        What a row's cell shows there, where that is not its text; escaped unless it is markup.
+        Returns the content of a cell if it differs from the text; escaped unless it is markup.
     style : str or callable
-        The class of its cells, or of a row's cell, where that is not ``word`` or ``number``.
+        CSS class of the cells, or a function of the row, instead of ``word`` or ``number``.
     tip : callable or None
-        What is told of a row's cell under the pointer.
+        Returns the tooltip of a cell.
     wide : bool
-        Whether it takes a page's whole width where that is small.
+        Whether the column takes the full width of small pages.
     drops : bool
-        Whether a small page leaves it out.
+        Whether the column is omitted on small pages.
     header : str
-        Its header above the cells, where the documents' is too wide.
+        Shorter header above the cells, if that of documents is too wide.
     spoken : str
-        Its header for who listens to the page, where the one that is seen says nothing.
+        Header for screen readers, if the visible one is not meaningful.
     heat : callable or None
-        From a row to how strong its cell's colour is, at most 1; another colour where it is negative.
+        Returns the strength of a cell's colour, at most 1; negative values take another colour.
     """
 
     ink: Callable[[Row], str] | None = None
@@ -63,17 +63,17 @@ class Column:
     ----------
     header : str
     key : str
-        Of a row's text, else of the row itself.
+        Key in the text of a row, else in the row itself.
     words : bool
-        Whether it holds words, or numbers.
+        Whether the column holds words instead of numbers.
     style : str
-        Of its cells on a terminal.
+        Style of the cells on a terminal.
     said : str or None
-        Header in documents, where there is more room; None takes `header`.
+        Longer header for documents; None takes `header`.
     where : tuple of str
-        Where it is shown, of `EVERYWHERE`.
+        Printers that show the column, from `EVERYWHERE`.
     strong : bool
-        Whether its cells stand out in Markdown.
+        Whether its cells are emphasised in Markdown.
     on_page : OnPage
     """
 
@@ -88,7 +88,7 @@ class Column:
 
     @property
     def label(self) -> str:
-        """Its header in documents."""
+        """Header in documents."""
         return self.header if self.said is None else self.said
 
 
@@ -103,7 +103,7 @@ def print_tables(console: Console, layouts: Sequence[Sequence[Sequence[Column]]]
 
 
 def print_table(console: Console, columns: Sequence[Column], rows: Sequence[Row]) -> None:
-    """Print a table and an empty line; on a console too narrow it runs over, nothing is cut."""
+    """Print a table and an empty line; on a narrow console, lines run over instead of being cut."""
     for line in table_lines(columns, rows):
         console.print(line, soft_wrap=True)
     console.print()
@@ -115,9 +115,9 @@ def table_width(columns: Sequence[Column], rows: Sequence[Row]) -> int:
 
 
 def table_lines(columns: Sequence[Column], rows: Sequence[Row]) -> list[Text]:
-    """Return header, rule and rows; rows with a ``table`` stand under its name, empty columns are dropped."""
+    """Return header, rule and rows, grouped by ``table`` and without empty columns."""
     used = [c for c in columns if any(cell_of(row, c.key) for row in rows)] or list(columns)
-    cells = [[_indented(row, c, used[0]) for c in used] for row in rows]
+    cells = [[_indent_cell(row, c, used[0]) for c in used] for row in rows]
     widths = [max([len(c.header), *(len(row[j]) for row in cells)]) for j, c in enumerate(used)]
     lines = [
         _line(used, widths, [c.header for c in used], "bold"),
@@ -139,11 +139,11 @@ def _line(columns: Sequence[Column], widths: Sequence[int], cells: Sequence[str]
     return line
 
 
-def _indented(row: Row, column: Column, first: Column) -> str:
+def _indent_cell(row: Row, column: Column, first: Column) -> str:
     return (INDENT if column is first and row.get("table") else "") + cell_of(row, column.key)
 
 
 def cell_of(row: Row, key: str) -> str:
-    """Return a row's text of a column."""
+    """Return the text of a cell."""
     texts = row.get("text", {})
     return str(texts[key] if key in texts else row[key])

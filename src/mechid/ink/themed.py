@@ -1,4 +1,4 @@
-"""Figures on paper that stand within a page: as wide as there is room, their colours the page's."""
+"""Conversion of figures on paper for a page: responsive width, and colours of the page."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _STYLE = re.compile(r"<style[^>]*>.*?</style>", re.DOTALL)
 _METADATA = re.compile(r"<metadata>.*?</metadata>", re.DOTALL)
 
 
-def themed(svg: str) -> str:
-    """Return a figure's SVG to stand within the page: as wide as there is room, its colours the page's.
+def adapt_svg(svg: str) -> str:
+    """Adapt the SVG of a figure to a page: responsive width, and colours of the page.
 
     Examples
     --------
-    >>> themed('<?xml?><svg width="9pt" height="4pt"><g id="axes_1"><path style="fill: #56b4e9"/></g></svg>')
+    >>> adapt_svg('<?xml?><svg width="9pt" height="4pt"><g id="axes_1"><path style="fill: #56b4e9"/></g></svg>')
     '<svg><g><path style="fill: var(--measured)"/></g></svg>'
     """
 

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
 from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, make_figure, over_time
 from mechid.ink.palette import INK, MARK, MARK_OVER, MEASURED, NOISE, ORDER, series
 from mechid.ink.quantities import FREQUENCY, TIME, quantity_words
 from mechid.looks.words import order_name, unit_text
@@ -44,7 +44,7 @@ def look_figures(looks: Sequence[RecordLook], kinds: Sequence[str] = KINDS) -> I
             drawings = (one for one in _drawings(look, channel) if one[0] in kinds)
             for name, height, draw in drawings:
                 with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-                    figure = made(draw, height)
+                    figure = make_figure(draw, height)
                 yield f"{key}_{name}", figure
 
 
@@ -74,7 +74,7 @@ def _time(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         for first, stop in runs[:MOST_MARKED]:
             span = [base.start_s + (k - 0.5) / base.sample_rate_hz for k in (first, stop)]
             axes.axvspan(*span, color=colour, alpha=alpha, linewidth=0.0)
-    over_time(axes, drawn(channel.channel.data, base), MEASURED, 0.7, "measured")
+    over_time(axes, reduce_to_extremes(channel.channel.data, base), MEASURED, 0.7, "measured")
     axes.set(xlabel=TIME, ylabel=axis_label(channel), xlim=(base.start_s, base.start_s + look.record.duration_s))
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from mechid.analysis.attributed_lines import AttributedLine
 from mechid.analysis.look import ChannelLook, Drive, RecordLook
 from mechid.analysis.measured_resonances import MeasuredResonance
 from mechid.analysis.order_tracking import OrderLine
-from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import StepLine
@@ -165,7 +165,7 @@ def _runs(runs: Runs, start_s: float, sample_rate_hz: float) -> dict[str, Any]:
     }
 
 
-def _line(seen: SeenLine) -> dict[str, Any]:
+def _line(seen: AttributedLine) -> dict[str, Any]:
     line, mains = seen.line, seen.mains
     amplitude, sigma = with_sigma(line.amplitude, line.sigma)
     data: dict[str, Any] = {

@@ -1,1 +1,1 @@
-"""Profiles of the likelihood: the public function, their numbers, their document and figures."""
+"""Likelihood profiles: public function, numbers, document and figures."""

@@ -1,4 +1,4 @@
-"""Profiles as a document: intervals by the standard error and by the likelihood, and the likelihood's curve."""
+"""Document of profiles: intervals by standard error and by likelihood, and likelihood curves."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CURVE = (
 
 
 def profile_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `profile_numbers` made."""
+    """Make the document from the result of `profile_numbers`."""
     rows = [{"name": name, **one} for name, one in data["profiles"].items()]
     table = Table((*NAME, *LIMITS), rows, narrower=((NAME, (NAME[0], *LIMITS)),))
     curves = [

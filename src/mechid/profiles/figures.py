@@ -1,4 +1,4 @@
-"""The likelihood's curve over a parameter, beside the parabola of its standard error."""
+"""Figures of profiles: likelihood curve and parabola of the standard error."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from mechid.ink.figures import STYLE, legend_above, made
+from mechid.ink.figures import STYLE, legend_above, make_figure
 from mechid.ink.palette import LIMIT, MEASURED, MODELLED
 
 HEIGHT_IN = 2.6
 COLUMNS = 3
 PARABOLA_POINTS = 200
 ABOVE_LEVEL = 2.0
-"""Times the level up to which the picture shows the rise."""
+"""Height of the figure, in multiples of the confidence level."""
 
 
 def figure_name(parameter: str) -> str:
-    """Return what the figure of a parameter is called."""
+    """Return the name of a parameter's figure."""
     return f"profile_{parameter}"
 
 
@@ -29,7 +29,7 @@ def profile_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
     """Yield a figure for each profile of `profile_numbers`."""
     for name, one in data["profiles"].items():
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-            yield figure_name(name), made(partial(_curve, name, one), HEIGHT_IN)
+            yield figure_name(name), make_figure(partial(_curve, name, one), HEIGHT_IN)
 
 
 def _curve(name: str, one: Mapping[str, Any], figure: Any) -> None:

@@ -1,4 +1,4 @@
-"""Profiles: every number in one dict, and the files that hold it."""
+"""Numbers of profiles in one dict, and their files."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mechid.ink.digits import like, with_sigma
 FORMAT = "mechid-profile/1"
 FILE_NAME, POINTS_NAME = "profile.json", "profile.csv"
 LOCAL = 1.959964
-WORTH_SAYING = 0.1
-"""Sigmas squared by which a refit below the estimate's cost is worth a line."""
+REPORTED_DROP = 0.1
+"""Decrease of the cost by a refit, in squared sigmas, above which a warning is given."""
 
 
 def profile_numbers(profiles: Sequence[Profile], *, synthetic: bool = False, fit_digest: str = "") -> dict[str, Any]:
-    """Return all that profiles show: numbers, and beside those that need rounding their text."""
+    """Return the numbers shown for profiles, with formatted texts."""
     return {
         "format": FORMAT,
         "synthetic": synthetic,
@@ -29,7 +29,7 @@ def profile_numbers(profiles: Sequence[Profile], *, synthetic: bool = False, fit
 
 
 def profile_texts(data: Mapping[str, Any]) -> dict[str, str]:
-    """Return profile.json, and profile.csv with one line a point."""
+    """Return profile.json, and profile.csv with one line per point."""
     rows = ["parameter,unit,value,cost_rise_sigma2,note"]
     for name, p in data["profiles"].items():
         rows += [f"{name},{p['unit']},{q['value']!r},{q['rise']!r},{q['note']}" for q in p["points"]]
@@ -76,7 +76,7 @@ def _text(p: Profile, value: float | None) -> str:
 
 
 def _warnings(p: Profile) -> list[str]:
-    """Say what of a profile is no smooth rise."""
+    """Describe deviations of a profile from a smooth rise."""
     lines = [
         f"{p.name}: at {0.5 * (c.below + c.above):.9g} {p.unit} the cost jumps by {abs(c.jump):.3g}: a stick/slip "
         "falls the other way there"
@@ -86,7 +86,7 @@ def _warnings(p: Profile) -> list[str]:
     lines += [
         f"{p.name}: no end of the interval {side} the estimate: {end.value}" for side, x, end in sides if x is None
     ]
-    if p.gain > WORTH_SAYING:
+    if p.gain > REPORTED_DROP:
         best = min(p.points, key=lambda point: point.rise)
         lines.append(
             f"{p.name}: a refit at {best.value:.9g} {p.unit} costs less by {p.gain:.3g}; identify again from there"

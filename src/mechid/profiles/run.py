@@ -19,7 +19,7 @@ from mechid.shown import Shown
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Profiles(Shown, Mapping[str, Profile]):
-    """Profiles by the dotted name of their parameter, as `profile` makes them."""
+    """Profiles by the dotted name of their parameter, made by `profile`."""
 
     profiles: tuple[Profile, ...]
     synthetic: bool = False
@@ -47,38 +47,38 @@ def profile(
     journal: Path | str | None = None,
     resume: bool = False,
 ) -> Profiles:
-    """Profile the likelihood over one parameter after another, all others refitted.
+    """Compute likelihood profiles of parameters, one after the other, with all others refitted.
 
     Parameters
     ----------
     fit : Fit or Path
-        In memory, or the result folder of one. ``profile(campaign, fit, parameters)`` is accepted too.
+        A fit in memory, or its result folder. ``profile(campaign, fit, parameters)`` is accepted too.
     parameters : str or sequence of str
-        Dotted names of parameters that the fit moved.
+        Dotted names of fitted parameters.
     campaign : Campaign, Path or None
-        Of the fit, its records read; None takes the one that the fit holds or that its folder names.
+        Campaign of the fit with its records read; None takes the one held by the fit or named in its folder.
     workers : int or None
         Threads; None takes one per core.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor for the work, as `distributed.Client.get_executor()`; None uses threads.
     listener : callable or None
-        Called with each report of progress; None shows a line in a notebook and nothing elsewhere.
+        Called with each progress report; None shows a line in notebooks and nothing elsewhere.
     journal : Path or None
-        File in which what is worked out is noted, so that a stopped run can go on.
+        File in which intermediate results are stored, so that an interrupted run can be resumed.
     resume : bool
-        Go on where the last run in `journal` was stopped.
+        Whether to resume the last run in `journal`.
 
     Returns
     -------
     Profiles
-        By name, in the file's units: values held, how the cost rises, 95 % intervals.
+        Profiles by name, in the units of the file: fixed values, rise of the cost, and 95 % intervals.
 
     Raises
     ------
     UsageError
-        The fit did not move a parameter, or the journal is of other inputs.
+        A parameter was not fitted, or the journal belongs to other inputs.
     InputFileError
-        The campaign is not the one of the fit.
+        The campaign is not that of the fit.
     FitError
         The fit has no optimum.
 

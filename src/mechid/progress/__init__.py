@@ -1,1 +1,1 @@
-"""Progress shown to a user: a line in a notebook, a live line on a terminal."""
+"""Display of progress: a line in a notebook, or a live line on a terminal."""

@@ -1,4 +1,4 @@
-"""Listeners of progress: the one given, else a line that is overwritten in a notebook, else none."""
+"""Progress listeners: the given one, else an updated line in a notebook, else none."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from mechid.identification.computation.progress import Listener, Progress, silen
 
 
 @contextmanager
-def listening(listener: Listener | None) -> Iterator[Listener]:
-    """Return who is told of progress: the listener, else a line in a notebook, else nobody."""
+def progress_listener(listener: Listener | None) -> Iterator[Listener]:
+    """Yield the listener of progress: the given one, else a line in a notebook, else a silent one."""
     if listener is not None:
         yield listener
     elif not _in_notebook():
@@ -28,12 +28,12 @@ def listening(listener: Listener | None) -> Iterator[Listener]:
 
 
 @contextmanager
-def telling(say: Callable[[str], None] | None) -> Iterator[Callable[[str], None]]:
-    """Return who is told of single lines, likewise."""
+def line_receiver(say: Callable[[str], None] | None) -> Iterator[Callable[[str], None]]:
+    """Yield the receiver of single lines, chosen in the same way."""
     if say is not None:
         yield say
     elif not _in_notebook():
-        yield _unheard
+        yield _ignore
     else:
         line = NotebookLine()
         try:
@@ -42,12 +42,12 @@ def telling(say: Callable[[str], None] | None) -> Iterator[Callable[[str], None]
             line.end()
 
 
-def _unheard(line: str) -> None:
+def _ignore(line: str) -> None:
     del line
 
 
 def progress_words(progress: Progress, since: float = 0.0) -> str:
-    """Return a report in words: stage k of n, where it stands, cost, elapsed."""
+    """Describe a report: stage k of n, position, cost, elapsed time."""
     cost = [] if progress.cost is None else [f"cost {progress.cost:.6g}"]
     where = [progress.line] if progress.line else []
     parts = [progress.stage, *where, *cost, f"{progress.elapsed_s + since:.1f} s"]
@@ -55,17 +55,17 @@ def progress_words(progress: Progress, since: float = 0.0) -> str:
 
 
 class NotebookLine:
-    """A line of progress in a notebook's output; call it with each `Progress`."""
+    """Progress line in the output of a notebook; call it with each `Progress`."""
 
     def __init__(self) -> None:
         self._handle: Any = None
 
     def __call__(self, progress: Progress) -> None:
-        """Show a report in place of the last one."""
+        """Replace the line by a report."""
         self.show(progress_words(progress))
 
     def show(self, words: str) -> None:
-        """Show a line in place of the last one."""
+        """Replace the line by another one."""
         shown = import_module("IPython.display")
         ink = shown.HTML(f'<code style="color: gray">{escape(words)}</code>')
         if self._handle is None:
@@ -74,13 +74,14 @@ class NotebookLine:
             self._handle.update(ink)
 
     def end(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._handle is not None:
             self._handle.update(import_module("IPython.display").HTML(""))
 
 
 def _in_notebook() -> bool:
-    """Tell whether this runs in a notebook's kernel."""
+    """Return whether this process is the kernel of a notebook."""
+    # IPython is not imported: in a notebook it is loaded already.
     shell = sys.modules.get("IPython")
     running = shell.get_ipython() if shell is not None else None
     return running is not None and hasattr(running, "kernel")

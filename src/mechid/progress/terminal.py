@@ -1,4 +1,4 @@
-"""Progress of an identification on stderr: one live line on a terminal, plain lines elsewhere."""
+"""Progress of an identification on stderr: a live line on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from mechid.identification.computation.progress import Progress
 from mechid.progress.listening import progress_words
 
 EVERY_S = 5.0
-"""At most so often a line is written where it cannot be overwritten, stage changes apart."""
+"""Least interval in s between lines that cannot be overwritten, except at a change of stage."""
 
 
 class ProgressLine:
-    """Shows each report of a running identification; use it as a context and call `tell`."""
+    """Display of the reports of an identification; used as a context, with `tell` as the listener."""
 
     def __init__(self, console: Console) -> None:
         self.console = console
@@ -41,7 +41,7 @@ class ProgressLine:
         self._keep()
 
     def tell(self, progress: Progress) -> None:
-        """Show a report; the last one of each stage stays."""
+        """Show a report; the last one of each stage remains visible."""
         changed = self.latest is None or progress.stage != self.latest.stage
         if changed:
             self._keep()
@@ -50,13 +50,13 @@ class ProgressLine:
             self._keep()
 
     def _keep(self) -> None:
-        """Print the latest report for good, once."""
+        """Print the latest report permanently, once."""
         if self.latest is not None and not self.is_shown:
             self.console.print(Text(progress_words(self.latest)), soft_wrap=True)
             self.shown, self.is_shown = time.perf_counter(), True
 
     def _ink(self) -> Text:
-        """Return the live line, its clock running on between reports."""
+        """Return the live line, whose clock advances between reports."""
         if self.latest is None:
             return Text("starting ...")
         line = progress_words(self.latest, since=time.perf_counter() - self.heard)

@@ -10,7 +10,7 @@ from mechid.analysis.information import record_information
 from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.ink.digits import plain
-from mechid.ink.quantities import torque_alone
+from mechid.ink.quantities import has_only_torque
 from mechid.reports.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
 from mechid.reports.noise import against_noise, level_words, raised_words
 from mechid.reports.use import use_word
@@ -58,7 +58,7 @@ PLACES = {"place": "estimate", "nominal_place": "nominal"}
 
 def _record_table(data: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return a row for each channel of each record: its numbers as label and text."""
-    plainly = torque_alone(data["validation"])
+    plainly = has_only_torque(data["validation"])
     fits = {(row["name"], row["quantity"]): row for row in data["channels"]}
     fits = fits or {(row["name"], "torque"): row for row in data["records"]}
     return [_record_row(data, row, fits[row["name"], row["quantity"]], plainly) for row in data["validation"]]

@@ -16,7 +16,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.as_fitted import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import ChannelFit
-from mechid.ink.extremes import drawn
+from mechid.ink.extremes import reduce_to_extremes
 from mechid.ink.quantities import channel_key
 from mechid.reports.outline import Outline, outline_of
 from mechid.reports.trace import Trace, trace_of
@@ -177,7 +177,7 @@ def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
 def _lines(p: Prediction, samples: int) -> Lines:
     """Return what draws the first samples."""
     series = (p.level, p.modelled, p.residual)
-    measured, modelled, residual = (drawn(stretch_of(y, 0, samples), p.base) for y in series)
+    measured, modelled, residual = (reduce_to_extremes(stretch_of(y, 0, samples), p.base) for y in series)
     return Lines(measured=measured, modelled=modelled, residual=residual)
 
 

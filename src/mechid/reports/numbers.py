@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation
-from mechid.campaign.campaign import names_start
+from mechid.campaign.campaign import is_start_name
 from mechid.diagnoses.effects_shown import missing_data
 from mechid.diagnoses.path import completed_data
 from mechid.identification.result.fit import Fit, StageReport
@@ -62,7 +62,7 @@ def report_data(
         "reasons": [_reason(reason) for reason in fit.reasons],
         "outcome": {"code": fit.outcome.code, "message": fit.outcome.value, "path": list(fit.path)},
         "has_truth": bool(truth),
-        "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items() if not names_start(name)],
+        "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items() if not is_start_name(name)],
         "records": with_use([_record(r) for r in fit.records.values()], left_out),
         "channels": with_use(channels, left_out),
         "validation": with_left_out(validation_rows(validation or {}), left_out),

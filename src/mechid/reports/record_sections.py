@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Facts, Interactive, Part, Picture, Rows, Section, Words
-from mechid.ink.quantities import quantity_words, torque_alone
+from mechid.ink.quantities import has_only_torque, quantity_words
 from mechid.ink.text_table import PAGE
 from mechid.reports.outline import DETAIL_S, Outline
 from mechid.reports.payload import zooms
@@ -48,7 +48,7 @@ def record_parts(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[
     curves : sequence of Curves
         Of the records, in their order, each record's leading channel first.
     """
-    said = FOLLOWED if torque_alone(data["channels"]) else FOLLOWED_BY_CHANNEL
+    said = FOLLOWED if has_only_torque(data["channels"]) else FOLLOWED_BY_CHANNEL
     parts: list[Part] = [Words(RECORDS, where=IN_DOCUMENTS), Rows(followed_table(data), said, where=ON_TERMINAL)]
     if "record_table" in data:
         parts.append(Rows(record_table(data), where=IN_DOCUMENTS))
@@ -68,7 +68,7 @@ def _predictions(data: Mapping[str, Any]) -> Iterator[Section]:
 
 
 def _unit(rows: Sequence[Mapping[str, Any]]) -> str:
-    return "N m" if torque_alone(rows) else "the unit"
+    return "N m" if has_only_torque(rows) else "the unit"
 
 
 def _record(data: Mapping[str, Any], curves: Sequence[Curves]) -> Section:

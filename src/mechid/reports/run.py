@@ -18,7 +18,7 @@ from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
 from mechid.ink.pens import Pens
-from mechid.progress.listening import listening, telling
+from mechid.progress.listening import line_receiver, progress_listener
 from mechid.reports.files import write_report
 from mechid.reports.illustration import Illustration
 from mechid.reports.into_folder import Audience, Identified, identify_into_folder, mechanism_name
@@ -77,7 +77,7 @@ def identify(
     913.5
     """
     run = IdentifyRun(seed=seed, workers=workers, near=near, complete=complete)
-    with listening(listener) as tell, working_on(executor):
+    with progress_listener(listener) as tell, working_on(executor):
         return identified(campaign, run, tell)
 
 
@@ -132,10 +132,10 @@ def identify_into(
 
     @contextmanager
     def followed() -> Iterator[Listener]:
-        with listening(listener) as tell:
+        with progress_listener(listener) as tell:
             yield tell
 
-    with hold_folder(out), telling(say) as tell_line, working_on(executor):
+    with hold_folder(out), line_receiver(say) as tell_line, working_on(executor):
         audience = Audience(followed=followed, say=tell_line)
         run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume, truth=truth)
         return identify_into_folder(campaign, Path(out), audience, run)

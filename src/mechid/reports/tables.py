@@ -8,7 +8,7 @@ from functools import partial
 from markupsafe import Markup
 
 from mechid.ink.data import Data
-from mechid.ink.quantities import torque_alone
+from mechid.ink.quantities import has_only_torque
 from mechid.ink.table import Table
 from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 from mechid.reports.side import SIDE_COLUMNS
@@ -113,7 +113,7 @@ def prior_table(data: Data) -> Table:
 
 def followed_table(data: Data) -> Table:
     """Return how each record, or each channel where there are several, is followed."""
-    alone = torque_alone(data["channels"])
+    alone = has_only_torque(data["channels"])
     first = (RECORD,) if alone else (RECORD, *CHANNEL)
     narrower = (((*first, *FOLLOWED), (*first, *LINEAR)),)
     return Table((*first, *FOLLOWED, *LINEAR), data["records" if alone else "channels"], narrower=narrower)

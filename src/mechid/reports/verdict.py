@@ -10,7 +10,7 @@ from mechid.identification.uncertainty.settings import NOISE
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain
 from mechid.ink.document import BAD, CAUTION, GOOD
-from mechid.ink.quantities import quantity_words, torque_alone
+from mechid.ink.quantities import has_only_torque, quantity_words
 from mechid.reports.details import worst_pair
 from mechid.reports.lacking import LACKING
 from mechid.reports.noise import above_words, against_noise
@@ -95,7 +95,7 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
     lines = said if any(text.startswith(message) for text in said) else [message, *said]
     if ratios:
         within = sum(r.is_noise for _, r in residuals)
-        what = "records" if torque_alone(rows) else "channels"
+        what = "records" if has_only_torque(rows) else "channels"
         size = f"the residual is {min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
         explained = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
         lines.append(explained if data["grade"] == "A" else _capital(size))

@@ -1,1 +1,1 @@
-"""What the mechanism as written would do in each record: simulated, and shown."""
+"""Simulation of records with the mechanism as written, and its presentation."""

@@ -1,4 +1,4 @@
-"""Simulated records as a document: each by its samples and size, its accuracy, and its picture."""
+"""Document of simulated records: samples, size, accuracy and figure of each."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mechid.simulations.numbers import FILE_NAME, figure_name, simulation_number
 from mechid.simulations.run import Simulated
 
 ALONE = "trajectory"
-"""Name of a trajectory that is of no record."""
+"""Name of a trajectory without a record."""
 COLUMNS = (
     Column("record", "name", words=True),
     Column("samples", "samples"),
@@ -34,7 +34,7 @@ MEANING = (
 
 
 def simulation_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `simulation_numbers` made."""
+    """Make the document from the result of `simulation_numbers`."""
     records = [_record(row) for row in data["records"]]
     return Document(
         title="Simulated records",
@@ -55,28 +55,29 @@ def _record(row: Mapping[str, Any]) -> Section:
     return Section(name, (Words(row["command"]), picture), f"record-{name}", name, where=IN_DOCUMENTS)
 
 
-def _of(found: Simulated | Trajectory) -> Simulated:
+def _as_simulated(found: Simulated | Trajectory) -> Simulated:
     return Simulated(trajectories={ALONE: found}) if isinstance(found, Trajectory) else found
 
 
 def _figures(found: Simulated | Trajectory, _numbers: Mapping[str, Any]) -> Iterator[Any]:
-    from mechid.simulations.figures import simulation_figures  # Matplotlib takes half a second to load
+    # Imported here, since Matplotlib takes half a second to load.
+    from mechid.simulations.figures import simulation_figures
 
-    yield from simulation_figures(_of(found))
+    yield from simulation_figures(_as_simulated(found))
 
 
 def _line(found: Simulated | Trajectory) -> str:
-    runs = _of(found).trajectories.values()
+    runs = _as_simulated(found).trajectories.values()
     return "; ".join(f"{', '.join(r.values)}: {r.time.size} samples, {r.outcome.name.lower()}" for r in runs)
 
 
 def _files(found: Simulated | Trajectory, _numbers: Mapping[str, Any], folder: Path) -> list[Path]:
-    return [*write_trajectories(_of(found).trajectories, folder).values()]
+    return [*write_trajectories(_as_simulated(found).trajectories, folder).values()]
 
 
 PRESENTER = Presenter(
     name="simulate",
-    numbers=lambda found: simulation_numbers(_of(found)),
+    numbers=lambda found: simulation_numbers(_as_simulated(found)),
     document=simulation_document,
     line=_line,
     texts=lambda _found, data: {FILE_NAME: json_text(data)},

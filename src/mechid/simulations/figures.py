@@ -1,4 +1,4 @@
-"""A picture of each simulated record: its quantities over time, and its command."""
+"""Figures of simulated records: quantities over time, and the command."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.campaign import CampaignRecord
 from mechid.command import MeasuredCommand
-from mechid.ink.extremes import drawn
-from mechid.ink.figures import STYLE, made
+from mechid.ink.extremes import reduce_to_extremes
+from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import MODELLED
 from mechid.ink.quantities import quantity_words
 from mechid.ink.strips import Strip, draw_strips, rate_strip, strips_height
@@ -24,7 +24,7 @@ from mechid.units import unit_words
 
 
 def simulation_figures(found: Simulated) -> Iterator[tuple[str, Figure]]:
-    """Yield the picture of each record, with its name."""
+    """Yield a named figure of each record."""
     records = {record.name: record for record in found.campaign.records} if found.campaign else {}
     for name, run in found.trajectories.items():
         yield figure_name(name), _over_time(name, run, records.get(name))
@@ -34,16 +34,17 @@ def _over_time(name: str, run: Trajectory, record: CampaignRecord | None) -> Fig
     base = _base(run)
     ends = (base.start_s, base.start_s + base.duration_s)
     strips = [
-        Strip(f"{quantity_words(quantity)},\n{unit_words(quantity)}", drawn(values, base), MODELLED)
+        Strip(f"{quantity_words(quantity)},\n{unit_words(quantity)}", reduce_to_extremes(values, base), MODELLED)
         for quantity, values in run.values.items()
     ]
     if record is not None and not isinstance(record.command, MeasuredCommand):
         strips.append(rate_strip(commanded_rate(record.command.rate, record.time_offset.value, base), ends))
     with mpl.rc_context(STYLE):
-        return made(partial(draw_strips, name, strips, ends), strips_height(len(strips)))
+        return make_figure(partial(draw_strips, name, strips, ends), strips_height(len(strips)))
 
 
 def _base(run: Trajectory) -> TimeBase:
     first, last = float(run.time[:1][0]), float(run.time[-1:][0])
     samples = run.time.size
+    # A single sample defines no interval; any rate draws it.
     return TimeBase((samples - 1) / (last - first) if samples > 1 else 1.0, samples, first)

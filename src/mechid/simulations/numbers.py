@@ -1,4 +1,4 @@
-"""All that is shown of simulated records, in one dict."""
+"""Numbers of simulated records, in one dict."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FILE_NAME = "simulate.json"
 
 
 def simulation_numbers(found: Simulated) -> dict[str, Any]:
-    """Return all that is shown of simulated records."""
+    """Return the numbers shown for simulated records."""
     campaign = found.campaign
     commands = {record.name: command_words(record.command) for record in campaign.records} if campaign else {}
     provenance = {"campaign": str(campaign.path.resolve()), "inputs_sha256": file_digests(campaign)} if campaign else {}
@@ -37,7 +37,7 @@ def simulation_numbers(found: Simulated) -> dict[str, Any]:
 
 
 def figure_name(record: str) -> str:
-    """Return what the figure of a record is called."""
+    """Return the name of a record's figure."""
     return f"simulated_{record}"
 
 

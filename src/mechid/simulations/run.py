@@ -1,4 +1,4 @@
-"""Simulation of all records of a campaign, at the mechanism's values."""
+"""Simulation of all records of a campaign at the values of the mechanism."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Simulated(Shown):
     Attributes
     ----------
     trajectories : mapping of str to Trajectory
-        By record name.
+        Trajectories by record name.
     campaign : Campaign or None
-        Of which they are; None of a trajectory by itself.
+        Campaign of the records; None for a single trajectory.
     """
 
     trajectories: Mapping[str, Trajectory]
@@ -36,12 +36,12 @@ def simulate_campaign(
     ----------
     campaign : Campaign
     sample_rate_hz, duration_s : float or None
-        As of `mechid.simulate_all`, whose errors it raises.
+        As for `mechid.simulate_all`, whose errors are raised.
 
     Returns
     -------
     Simulated
-        Its `write` leaves the samples as CSV, numbers, page and figures.
+        Its `write` saves samples as CSV, numbers, page and figures.
     """
     runs = simulate_all(campaign, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
     return Simulated(trajectories=runs, campaign=campaign)

@@ -1,1 +1,1 @@
-"""Records predicted by a fit: numbers, tables, document."""
+"""Presentation of a validation: numbers, tables and document."""

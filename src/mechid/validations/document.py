@@ -1,4 +1,4 @@
-"""A validation as a document: how each record is predicted, and its lines at orders of the step rate."""
+"""Document of a validation: prediction of each record, and its lines at orders of the step rate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mechid.validations.tables import order_table, validation_table
 
 
 def validation_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of a validation's rows."""
+    """Make the document from the rows of a validation."""
     parts = (Rows(validation_table(data["validation"])), Rows(order_table(data["orders"])))
     return Document(title="Prediction of the records", command="mechid validate", parts=parts)
 

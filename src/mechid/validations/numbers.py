@@ -1,4 +1,4 @@
-"""The rows of a validation: each record's prediction in a line, and its orders."""
+"""Rows of a validation: the prediction of each channel, and its orders."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from typing import Any
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.ink.digits import digits, plain, rounded
-from mechid.ink.quantities import quantity_words, torque_alone
+from mechid.ink.quantities import has_only_torque, quantity_words
 from mechid.units import unit_words
 
 
 def validation_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
-    """Return a row for each channel of each record: its numbers, and their texts."""
-    return _named([_row(record, channel) for record in validation.values() for channel in record.channels.values()])
+    """Return a row of numbers and texts for each channel of each record."""
+    return _add_quantity(
+        [_row(record, channel) for record in validation.values() for channel in record.channels.values()]
+    )
 
 
 def order_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
-    """Return a row for each order of each channel: its numbers, and their texts."""
-    return _named(
+    """Return a row of numbers and texts for each order of each channel."""
+    return _add_quantity(
         [
             _order_row(record, channel.quantity, order)
             for record in validation.values()
@@ -30,13 +32,13 @@ def order_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any
     )
 
 
-def _named(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Add the texts of quantity and unit, empty where the torque is all there is."""
-    plainly = torque_alone(rows)
+def _add_quantity(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Add texts of quantity and unit, empty if there is only the torque."""
+    only_torque = has_only_torque(rows)
     for row in rows:
         row["text"] |= {
-            "quantity": "" if plainly else quantity_words(row["quantity"]),
-            "unit": "" if plainly else unit_words(row["quantity"]),
+            "quantity": "" if only_torque else quantity_words(row["quantity"]),
+            "unit": "" if only_torque else unit_words(row["quantity"]),
         }
     return rows
 
@@ -64,7 +66,7 @@ def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]
 
 
 def _share(part: float) -> str:
-    """Return a part of one to three decimals, `-` where there is none.
+    """Format a share with three decimals, `-` for NaN.
 
     Examples
     --------

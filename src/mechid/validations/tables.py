@@ -1,10 +1,10 @@
-"""Tables of records that were predicted."""
+"""Tables of predicted records."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mechid.ink.quantities import torque_alone
+from mechid.ink.quantities import has_only_torque
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, Row
 
@@ -28,19 +28,19 @@ ORDER_ERRORS = (
 
 
 def validation_table(rows: Sequence[Row]) -> Table:
-    """Return how records are predicted, with what their residuals are made of."""
+    """Return the table of predictions, with the composition of the residuals."""
     return Table((RECORD, *CHANNEL, *AGREEMENT, *THEIL, *WHITENESS), rows, narrower=NARROWER)
 
 
 def order_table(rows: Sequence[Row]) -> Table:
-    """Return how lines at orders of the step rate are predicted, by record and channel."""
-    unit = ", N m" if torque_alone(rows) else ""
-    channel = () if torque_alone(rows) else CHANNEL
+    """Return the table of lines at orders of the step rate, by record and channel."""
+    unit = ", N m" if has_only_torque(rows) else ""
+    channel = () if has_only_torque(rows) else CHANNEL
     return Table((RECORD, *channel, ORDER, *_sizes(unit), *ORDER_ERRORS), rows)
 
 
 def order_table_of_one(rows: Sequence[Row]) -> Table:
-    """Return the same of one channel of one record, whose unit stands beside it."""
+    """Return the table of lines of one channel, whose unit is shown next to it."""
     return Table((ORDER, *_sizes(""), *ORDER_ERRORS), rows)
 
 

@@ -1,4 +1,4 @@
-"""The explorer: a local page on which parameters are turned and fits watched.
+"""Explorer: a local page for changing parameters by hand and following fits.
 
 Internal to mechid but for the names that docs/python.md lists.
 """

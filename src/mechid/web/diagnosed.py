@@ -21,26 +21,26 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.subset import nulls_of, subset_of
 from mechid.plant.superset import rivals_of, words_of
 from mechid.web.estimate import Estimate
-from mechid.web.knobs import opened
+from mechid.web.knobs import with_range
 from mechid.web.named_effect import IN_PLACE, NO_VALUE, NamedEffect
 
 SAME = 1e-9
-"""Relative difference of values that are the same, written down and read again."""
+"""Relative tolerance for values that were written to a file and read back."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosed:
-    """What a diagnosis says of a campaign.
+    """Diagnosis of a campaign.
 
     Attributes
     ----------
     words : str
-        Of the whole.
+        Overall result.
     effects : tuple of NamedEffect
     tried : sequence of mapping
-        What is not named: ``name``, ``words``, ``why``.
+        Effects that were tried but not named: ``name``, ``words``, ``why``.
     base : Mechanism
-        As written.
+        Mechanism as written in the file.
     """
 
     words: str
@@ -49,48 +49,48 @@ class Diagnosed:
     base: Mechanism
 
     def effect(self, name: str) -> NamedEffect | None:
-        """Return the effect of a name."""
+        """Return the effect with this name, None if there is none."""
         return next((one for one in self.effects if one.name == name), None)
 
-    def without_off(self, mechanism: Mechanism, values: Mapping[str, float]) -> Mechanism:
-        """Return a mechanism without the tables of the effects that are off at some values."""
+    def remove_disabled(self, mechanism: Mechanism, values: Mapping[str, float]) -> Mechanism:
+        """Remove the tables of effects that are disabled at the given values."""
         on = {t for one in self.effects if one.is_on(values) for t in one.tables}
         off = {t for one in self.effects for t in one.tables} - on
         return subset_of(mechanism, self.base, off) if off else mechanism
 
 
 def read_diagnosed(folder: Path, campaign: Campaign, estimate: Estimate | None) -> tuple[Campaign, Diagnosed]:
-    """Return what a result folder of ``mechid diagnose`` says, and the campaign with the mechanism it proposes.
+    """Read a result folder of ``mechid diagnose``; return the campaign with the proposed mechanism, and the diagnosis.
 
     Parameters
     ----------
     folder : Path
     campaign : Campaign
-        With the mechanism that was diagnosed.
+        Campaign with the diagnosed mechanism.
     estimate : Estimate or None
-        The fit that was diagnosed; its records are taken as it took them.
+        The diagnosed fit, whose interpretation of the records is adopted.
 
     Raises
     ------
     InputFileError
-        A file is missing or damaged, or the diagnosis is of another campaign.
+        A file is missing or damaged, or the diagnosis belongs to another campaign.
     """
     content = read_diagnosis(folder / FILE_NAME)
     missing: list[Missing] = content["missing"]
-    base, records = campaign.mechanism, _as_estimated(campaign, estimate)
+    base, records = campaign.mechanism, _interpret_records(campaign, estimate)
     _refuse_other_records(missing, campaign, folder / FILE_NAME)
     possibly = _disturbances(records, missing)
     if missing:
-        campaign = replace(records, mechanism=_proposed(folder, campaign, missing))
+        campaign = replace(records, mechanism=_read_proposed(folder, campaign, missing))
     words = words_of(base) | {one.name: one.words for one in possibly.values()}
     effects = tuple(_effect(one, base, campaign.mechanism, possibly, words) for one in missing)
-    campaign = _with_nulls_in_reach(_disturbed(campaign, missing, possibly), effects)
-    said = Diagnosed(words=content["unexplained"]["words"], effects=effects, tried=content["tried"], base=base)
-    return (replace(campaign, mechanism_path=folder / PROPOSED_NAME) if missing else campaign), said
+    campaign = _include_nulls(_apply_disturbances(campaign, missing, possibly), effects)
+    diagnosed = Diagnosed(words=content["unexplained"]["words"], effects=effects, tried=content["tried"], base=base)
+    return (replace(campaign, mechanism_path=folder / PROPOSED_NAME) if missing else campaign), diagnosed
 
 
-def _as_estimated(campaign: Campaign, estimate: Estimate | None) -> Campaign:
-    """Return a campaign whose records are as a fit took them, at its values."""
+def _interpret_records(campaign: Campaign, estimate: Estimate | None) -> Campaign:
+    """Interpret the records of a campaign as a fit did, and set their parameters to its values."""
     if estimate is None:
         return campaign
     own = {r.name: r for r in estimate.records}
@@ -109,11 +109,11 @@ def _refuse_other_records(missing: Iterable[Missing], campaign: Campaign, path: 
     known = {record.name for record in campaign.records}
     other = next((name for one in missing for name in one.records if name not in known), None)
     if other is not None:
-        raise InputFileError(f'{path}: names the record "{other}", which {campaign.path} has not; {REMEDY}')
+        raise InputFileError(f'{path}: names the record "{other}", which is not in {campaign.path}; {REMEDY}')
 
 
-def _proposed(folder: Path, campaign: Campaign, missing: Sequence[Missing]) -> Mechanism:
-    """Return the proposed mechanism, which without its effects has to be that of the campaign."""
+def _read_proposed(folder: Path, campaign: Campaign, missing: Sequence[Missing]) -> Mechanism:
+    """Read the proposed mechanism; without its effects it has to equal that of the campaign."""
     path, base = folder / PROPOSED_NAME, campaign.mechanism
     if not path.is_file():
         raise InputFileError(f"{path}: there is no such file; {REMEDY}")
@@ -128,10 +128,7 @@ def _proposed(folder: Path, campaign: Campaign, missing: Sequence[Missing]) -> M
 
 
 def _difference(proposed: Mechanism, base: Mechanism, own: set[str]) -> str:
-    """Say what of a proposed mechanism that is none of its effects differs from that as written; empty where nothing.
-
-    What is free there has moved.
-    """
+    """Describe a difference between the proposed and the written mechanism apart from the effects; empty if none."""
     absent = [name for name in (*base.parameters, *own) if name not in proposed.parameters]
     if absent:
         return f"it lacks {absent[0]}"
@@ -142,13 +139,14 @@ def _difference(proposed: Mechanism, base: Mechanism, own: set[str]) -> str:
     if other:
         return f"{other[0]} is in one of them only"
     for name, q in base.parameters.items():
+        # Free parameters are skipped: the fit has changed them.
         if not q.is_free and not math.isclose(less.value(name), base.value(name), rel_tol=SAME) and not q.tied_to:
             return f"{name} is {less.value(name):.9g} there and {base.value(name):.9g} here"
     return ""
 
 
 def _disturbances(campaign: Campaign, missing: Iterable[Missing]) -> dict[str, Disturbance]:
-    """Return the disturbances among what is missing that have values, by name, at those where each is none."""
+    """Return the missing disturbances that have parameters, by name, at their null values."""
     names = {one.name for one in missing if not one.block}
     if not names:
         return {}
@@ -170,7 +168,7 @@ def _effect(
 
 
 def _of_records(effect: NamedEffect, disturbance: Disturbance | None) -> NamedEffect:
-    """Return an effect of the records; without a switch where it is none of those that the page can put into them."""
+    """Complete an effect of the records; it has no switch if the page cannot apply it."""
     own = {p.name: p for p in disturbance.parameters} if disturbance else {}
     if not effect.found.keys() <= own.keys():
         return replace(effect, is_of_records=True, why_fixed=NO_VALUE)
@@ -184,31 +182,33 @@ def _of_records(effect: NamedEffect, disturbance: Disturbance | None) -> NamedEf
 
 
 def _nulls(one: Missing, base: Mechanism, mechanism: Mechanism) -> dict[str, float]:
-    """Return where there is nothing of an effect: of a law its amplitude, of a term all that is no phase."""
+    """Return the null values of an effect: the amplitude of a law, or all parameters of a term except phases."""
     law = next((law for law in rivals_of(base) if law.name.partition(":")[0] == one.name), None)
     if law is None:
         return nulls_of(mechanism, one.parameters)
     return {law.null: 0.0} if law.null else {}
 
 
-def _disturbed(campaign: Campaign, missing: Iterable[Missing], possibly: Mapping[str, Disturbance]) -> Campaign:
-    """Return a campaign whose records have the values found of the disturbances, which reach as far as those shared."""
+def _apply_disturbances(
+    campaign: Campaign, missing: Iterable[Missing], possibly: Mapping[str, Disturbance]
+) -> Campaign:
+    """Apply the found disturbances to the records, with the bounds of the overridden parameters."""
     found = {name: p.value for one in missing for name, p in one.parameters.items()}
     known = campaign.mechanism.parameters
 
-    def reaching(p: Parameter) -> Parameter:
-        ends = opened(known[p.replaces]) if p.replaces else p
+    def widen(p: Parameter) -> Parameter:
+        ends = with_range(known[p.replaces]) if p.replaces else p
         return replace(p, value=found[p.name], min=min(p.min, ends.min), max=max(p.max, ends.max))
 
     here = [
-        replace(one, own={r: tuple(reaching(p) for p in own if p.name in found) for r, own in one.own.items()})
+        replace(one, own={r: tuple(widen(p) for p in own if p.name in found) for r, own in one.own.items()})
         for one in possibly.values()
     ]
     return disturbed_campaign(campaign, here)
 
 
-def _with_nulls_in_reach(campaign: Campaign, effects: Iterable[NamedEffect]) -> Campaign:
-    """Return a campaign in whose mechanism the bounds of each effect's parameters hold its null."""
+def _include_nulls(campaign: Campaign, effects: Iterable[NamedEffect]) -> Campaign:
+    """Extend the bounds of the effects' parameters to include their null values."""
     own = campaign.mechanism.parameters
     nulls = {name: null for one in effects for name, null in one.nulls.items() if name in own and own[name].is_free}
     wide = {n: replace(own[n], min=min(own[n].min, null), max=max(own[n].max, null)) for n, null in nulls.items()}

@@ -1,4 +1,4 @@
-"""What the page says of a diagnosis: each effect named with what it explains, and what was tried and is not named."""
+"""Page content for a diagnosis: named effects with the explained misfit, and other effects that were tried."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Data = dict[str, Any]
 
 
 def diagnosed_data(said: Diagnosed) -> Data:
-    """Return the lists of the page; whether an effect is on is said with the rest that changes."""
+    """Return the lists of the page; the state of the switches is sent with the other changing data."""
     return {
         "words": said.words,
         "effects": [_entry(one) for one in said.effects],
@@ -37,14 +37,14 @@ def _entry(one: NamedEffect) -> Data:
 
 
 def _sliders(one: NamedEffect) -> list[tuple[str, str]]:
-    """Return each table that an effect's parameters stand in, and the first of them there."""
+    """Return each table of an effect's parameters, with its first parameter."""
     tables = [name.rpartition(".")[0] for name in one.found]
     firsts = dict(reversed([*zip(tables, one.found, strict=True)]))
     return [(table, firsts[table]) for table in dict.fromkeys(tables)]
 
 
 def sentence(words: str) -> str:
-    """Return words that begin with a capital letter.
+    """Capitalise the first letter.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Finished fit as the page needs it: values, errors, and the verdict of the report."""
+"""Finished fit for the page: values, standard errors, and the verdict of the report."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ class Estimate:
     values : mapping of str to float
         Of all parameters, by dotted name, and of what held-out records have of their own.
     sigmas : mapping of str to float
-        Standard errors of those that have one.
+        Standard errors, by dotted name.
     summary : mapping
-        The report's verdict: grade, tone, headline, questions with answers.
+        Verdict of the report: grade, tone, headline, questions with answers.
     angles : frozenset of str
         Names of the parameters that are angles in degrees.
     records : tuple of CampaignRecord
-        As the fit took them.
+        Records as interpreted by the fit.
     left_out : frozenset of str
-        Records that the fit left out although the campaign file gives them to estimate from.
+        Records that the fit excluded although the campaign file includes them.
     over_noise : mapping of str to float
-        Residual over noise floor of each record that was estimated from.
+        Residual-to-noise ratio of each fitted record.
     mechanism : Mechanism or None
-        With the terms that the fit added, at the values it started from; None where it added none.
+        Mechanism with the terms that the fit added, at its initial values; None if it added none.
     """
 
     source: str
@@ -57,13 +57,13 @@ class Estimate:
     mechanism: Mechanism | None = None
 
     def mechanism_among(self, own: Mechanism, written: Mechanism) -> Mechanism:
-        """Return the mechanism of the estimate: with added terms, or of the two given the first that it has all of."""
+        """Return the mechanism of the estimate: that with added terms, else the first given one that it covers."""
         if self.mechanism is not None:
             return self.mechanism
         return own if own.parameters.keys() <= self.values.keys() else written
 
-    def away(self, name: str, value: float) -> float | None:
-        """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
+    def sigmas_from(self, name: str, value: float) -> float | None:
+        """Return the signed distance to the estimate in standard errors, the short way for angles; None without one."""
         if name not in self.sigmas:
             return None
         here = self.values[name]
@@ -72,7 +72,7 @@ class Estimate:
 
 
 def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
-    """Return what a fit of the campaign says; its records are simulated again to judge it."""
+    """Convert a fit of the campaign, simulating its records again for the verdict."""
     data = report_data(fit, validation=validate(campaign, fit))
     nuisance = {n: own for r in fit.records.values() if r.nuisance for n, own in r.nuisance.parameters.items()}
     return Estimate(
@@ -83,14 +83,14 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         summary=report_contents(data, campaign, fit)["summary"],
         angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
         records=tuple(record_as_fitted(record, fit) for record in campaign.records),
-        over_noise=_over_noise(data),
+        over_noise=_noise_ratios(data),
         left_out=frozenset(name for name, r in fit.records.items() if r.reading.left_out),
         mechanism=fit.start_mechanism if fit.added_terms else None,
     )
 
 
-def _over_noise(data: Mapping[str, Any]) -> dict[str, float]:
-    """Return residual over noise floor of each record that was estimated from, of all its channels together."""
+def _noise_ratios(data: Mapping[str, Any]) -> dict[str, float]:
+    """Return the residual-to-noise ratio of each fitted record, averaged over its channels."""
     squares: dict[str, list[float]] = {}
     for row in data["validation"]:
         if row["use"] == "estimate":
@@ -99,11 +99,11 @@ def _over_noise(data: Mapping[str, Any]) -> dict[str, float]:
 
 
 def read_estimated(path: Path, campaign: Campaign) -> Estimate:
-    """Return what an estimate.json says.
+    """Read an estimate.json.
 
     Raises
     ------
     InputFileError
-        The file is damaged, or is not of this campaign as it is now.
+        The file is damaged or does not belong to the current campaign.
     """
     return estimate_of(read_fit(path, campaign), campaign, str(path))

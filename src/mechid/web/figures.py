@@ -1,4 +1,4 @@
-"""The figures of the page: one slot a record, and the run of a fit. Their parts are found by name."""
+"""Figures of the page: one slot per record, and the progress of a fit; their parts are found by name."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene
 
 COLUMNS = 300
-"""Of a picture; each holds the least and the largest sample of a curve."""
+"""Columns of a picture; each shows the minimum and the maximum of a curve."""
 OVER_TIME = ("measured", "modelled", "residual", "estimate")
 SPECTRA = ("frequency", "residual spectrum", "measured spectrum", "modelled spectrum", "estimate spectrum")
-"""Columns of a slot's source: the curves over time, each beside its own times, and those over frequency, the first."""
+"""Columns of a slot's source: curves over time, each with its own times, and curves over the frequency."""
 LEFT = 68
-"""Pixels left of all axes, so that they stand in line."""
+"""Left border of all plots in pixels, which aligns their axes."""
 MARGIN = 0.02
 TORQUE_HEIGHT, RESIDUAL_HEIGHT, EFFECT_HEIGHT, SPECTRUM_HEIGHT, RUN_HEIGHT, PLACES_HEIGHT = 230, 130, 130, 230, 170, 270
 LEAST_RESIDUAL, LEAST_EFFECT = 5.0, 0.1
-"""Of a record's noise: the least height of the axes of residual and effect."""
+"""Least height of the axes of residual and effect, in multiples of the noise of the record."""
 TINY = 1e-15
 ROUND = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 EFFECT = "effect, N m"
@@ -35,14 +35,14 @@ REPORTS, OVER_NOISE, PLACE = "reports of the fit", "residual over noise floor", 
 FEWEST_REPORTS = 10.0
 LABEL_GAP = 0.05
 Course = Sequence[tuple[int, float]]
-"""Number of a report, and a value."""
+"""Pairs of report number and value."""
 
 
 class Slot:
-    """The figures of one record that is shown: torque, residual and effect on one time axis, and the spectrum.
+    """Figures of one shown record: torque, residual and effect on one time axis, and the spectrum.
 
-    All curves but the effect's are columns of one source, the shorter ones padded, so that a picture is one message
-    and is drawn at once. What the colours mean the page says: legends of Bokeh's own took half of the drawing.
+    All curves except the effect are columns of one source, padded to one length, so that a picture is sent as one
+    message and drawn at once. The page explains the colours, since Bokeh's legends took half of the drawing time.
     """
 
     def __init__(self, number: int) -> None:
@@ -109,7 +109,7 @@ class Slot:
         return line
 
     def frame(self, picture: Picture, scene: Scene) -> None:
-        """Set the axes to a whole picture of a channel, and mark the orders of its step rate, Hz."""
+        """Set the axes to the whole picture of a channel, and mark the orders of its step rate."""
         end = picture.start_s + (picture.measured.size - 1) * picture.interval_s
         self.time.update(start=picture.start_s, end=end, reset_start=picture.start_s, reset_end=end)
         top = scene.shown_hz
@@ -121,38 +121,36 @@ class Slot:
 
     @property
     def view(self) -> tuple[float, float]:
-        """Record time in s from and to which the axis runs, also zoomed."""
+        """Visible range of the time axis in s of record time."""
         ends: Any = self.time.start, self.time.end
         return float(ends[0]), float(ends[1])
 
     def show(self, picture: Picture, estimate: Picture | None) -> None:
-        """Draw a record beside the model, and the estimate's curves where they are wanted."""
+        """Draw a record with the model, and optionally the curves of the estimate."""
         nothing: FloatArray = np.empty(0)
         own = [picture.measured, picture.modelled, picture.residual, estimate.modelled if estimate else nothing]
         spectra = [picture.residual_spectrum, picture.measured_spectrum, picture.modelled_spectrum]
         spectra.append(estimate.modelled_spectrum if estimate else nothing)
         columns: dict[str, FloatArray] = dict(zip(SPECTRA, [picture.frequency_hz, *spectra], strict=True))
         for name, y in zip(OVER_TIME, own, strict=True):
-            kept = self._kept(picture, y)
+            kept = self._visible_samples(picture, y)
             columns[times_of(name)] = np.asarray(picture.start_s + kept * picture.interval_s, dtype=np.float64)
             columns[name] = y[kept]
         for line in self.estimate_lines:
             line.visible = estimate is not None
-        self.curves.data = padded(columns)
+        self.curves.data = pad_columns(columns)
         self._set_heights(picture)
 
     def show_effect(self, picture: Picture, effect: Effect) -> None:
-        """Draw what a small step of the knob in hand does."""
-        kept = self._kept(picture, effect.torque)
+        """Draw the effect of a small step of the active knob."""
+        kept = self._visible_samples(picture, effect.torque)
         self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
         height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.residual.noise_sigma))
         hold(self.heights["effect"], -height, height)
 
-    def _kept(self, picture: Picture, y: FloatArray) -> IntArray:
-        """Return the samples to draw of what is in view: the extremes of each column, or all if they are few.
-
-        Each curve has its own: one that is drawn through the others' too takes up to three times as many strokes.
-        """
+    def _visible_samples(self, picture: Picture, y: FloatArray) -> IntArray:
+        """Return the visible samples to draw: the extremes of each column, or all if they are few."""
+        # Separate samples for each curve: with common ones a curve would need up to three times as many points.
         start, end = self.view
         margin = MARGIN * (end - start)
         first = max(int((start - margin - picture.start_s) / picture.interval_s), 0)
@@ -171,7 +169,7 @@ class Slot:
 
 
 class RunFigures:
-    """The course of a fit: how far off the worst and the median record are, and each parameter between its ends."""
+    """Progress of a fit: noise ratios of the worst and the median record, and each parameter in its range."""
 
     def __init__(self) -> None:
         self.reports = Range1d(start=0.0, end=FEWEST_REPORTS)
@@ -219,7 +217,7 @@ class RunFigures:
         return stacked([noise, places])
 
     def show(self, ratios: Mapping[str, Course], places: Mapping[str, Course], symbols: Mapping[str, str]) -> None:
-        """Draw residual over noise floor of the worst and the median record, and each parameter, over the reports."""
+        """Draw the noise ratios of the worst and the median record, and each parameter, over the reports."""
         names = [name for name, course in places.items() if course]
         ends = [own[-1][0] for own in (*ratios.values(), *places.values()) if own]
         self.reports.end = max(1.1 * max(ends, default=1), FEWEST_REPORTS)
@@ -237,24 +235,24 @@ class RunFigures:
         }
         self.ends.data = {
             "x": [places[name][-1][0] for name in names],
-            "y": apart([places[name][-1][1] for name in names], LABEL_GAP),
+            "y": spread_labels([places[name][-1][1] for name in names], LABEL_GAP),
             "symbol": [symbols[name] for name in names],
             "colour": colours,
         }
 
 
 def hold(axis: Range1d, low: float, high: float) -> None:
-    """Set an axis' ends where they are others than last set, so that it stands still and a zoom is kept."""
+    """Set the ends of an axis only if they changed, which keeps a zoom of the user."""
     if (axis.reset_start, axis.reset_end) != (low, high):
         axis.update(start=low, end=high, reset_start=low, reset_end=high)
 
 
-def apart(places: Sequence[float], gap: float) -> list[float]:
-    """Return heights for labels near `places`, in the same order, each at least `gap` above the next lower.
+def spread_labels(places: Sequence[float], gap: float) -> list[float]:
+    """Return label heights near `places`, in the same order and at least `gap` apart.
 
     Examples
     --------
-    >>> apart([0.5, 0.1, 0.52], 0.1)
+    >>> spread_labels([0.5, 0.1, 0.52], 0.1)
     [0.5, 0.1, 0.6]
     """
     heights = list(places)
@@ -265,24 +263,24 @@ def apart(places: Sequence[float], gap: float) -> list[float]:
 
 
 def times_of(name: str) -> str:
-    """Return the column of the instants of a curve."""
+    """Return the name of the column with the times of a curve."""
     return f"{name} at"
 
 
-def padded(columns: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Return columns of one length, the shorter ones ending in NaN."""
+def pad_columns(columns: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Pad columns with NaN to a common length."""
     size = max(y.size for y in columns.values())
     return {name: np.pad(y, (0, size - y.size), constant_values=np.nan) for name, y in columns.items()}
 
 
 def largest(*curves: FloatArray) -> float:
-    """Return the largest finite magnitude of some curves, or a tiny one where there is none."""
+    """Return the largest finite magnitude of the curves, at least a tiny value."""
     found = [float(np.abs(y[np.isfinite(y)]).max(initial=0.0)) for y in curves]
     return max(*found, TINY)
 
 
 def round_up(value: float) -> float:
-    """Return the next of a few round numbers, so that an axis changes seldom.
+    """Round up to one of a few round numbers, so that an axis changes rarely.
 
     Examples
     --------

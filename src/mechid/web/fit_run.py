@@ -1,4 +1,4 @@
-"""An identification at work in a thread: its reports so far, how it ended, and how it is stopped."""
+"""Identification in a thread: its reports, its state, and its cancellation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Work = Callable[[Listener], Estimate]
 
 
 class RunState(Enum):
-    """How a run stands, in words."""
+    """State of a run, in words."""
 
     RUNNING = "running"
     FINISHED = "finished"
@@ -25,16 +25,16 @@ class RunState(Enum):
 
 
 class _CancelledError(BaseException):
-    """Ends the work at the next block of samples; nothing on its way is to take it for a fault."""
+    """Ends the work at the next block of samples; a BaseException, so that no handler of errors catches it."""
 
 
 class FitRun:
-    """Runs a fit in a thread of its own; `reports` only grows, `state` leaves RUNNING once.
+    """Run of a fit in its own thread; `reports` only grows, and `state` leaves RUNNING once.
 
     Parameters
     ----------
     work : callable
-        Given a listener, it returns what the fit says.
+        Takes a listener and returns the estimate.
     """
 
     is_elsewhere = False
@@ -51,21 +51,21 @@ class FitRun:
 
     @property
     def elapsed_s(self) -> float:
-        """Seconds since it began, or that it took."""
+        """Seconds since the start, or total duration."""
         return (time.perf_counter() if self.state is RunState.RUNNING else self.ended) - self.began
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def cancel(self) -> None:
-        """Ask it to stop; what it has found so far is dropped."""
+        """Request a stop and discard the results so far."""
         self._stop.set()
         if self.state is RunState.RUNNING:
             self.ended, self.state = time.perf_counter(), RunState.CANCELLED
 
     def wait(self, seconds: float) -> bool:
-        """Wait for the thread to end; tell whether it has."""
+        """Wait for the thread; return whether it has ended."""
         self._thread.join(seconds)
         return not self._thread.is_alive()
 
@@ -79,6 +79,7 @@ class FitRun:
 
     def _run(self) -> None:
         try:
+            # The kernel calls the check between blocks, which limits the time until a cancellation.
             with interrupt_by(self._check):
                 result = self.work(self._listen)
         except _CancelledError:

@@ -1,4 +1,4 @@
-"""What the page says and draws of a fit at work, or ended: words, numbers, and its course."""
+"""Page content for a running or finished fit: words, numbers, and progress curves."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from mechid.web.followed_run import FollowedRun
 from mechid.web.knobs import Knob
 
 MOST_REPORTS = 300
-"""Of a fit: of more, some are left out of the figure."""
+"""Most reports in the figure; of more, some are omitted."""
 Course = list[tuple[int, float]]
-"""Number of a report, and a value."""
+"""Pairs of report number and value."""
 Data = dict[str, Any]
 ELSEWHERE = {
     RunState.RUNNING: "an identification is at work elsewhere",
@@ -26,7 +26,7 @@ ELSEWHERE = {
 
 
 def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
-    """Return where a fit stands."""
+    """Return the state of a fit."""
     latest = run.reports[-1] if run.reports else None
     words = {
         RunState.RUNNING: "at work; standard errors and verdict come last",
@@ -45,7 +45,7 @@ def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
         "places": places,
         "elapsed": f"{run.elapsed_s:.0f} s",
         **_progress(latest),
-        "noise": _off(run.reports),
+        "noise": _worst_record(run.reports),
     }
 
 
@@ -60,8 +60,8 @@ def _progress(latest: Progress | None) -> Data:
     }
 
 
-def _off(reports: Sequence[Progress]) -> str:
-    """Return how far off the worst record was when that was looked at last."""
+def _worst_record(reports: Sequence[Progress]) -> str:
+    """Describe the worst record in the latest report with noise ratios."""
     ratios = next((r.over_noise for r in reversed(reports) if r.over_noise), None)
     if not ratios:
         return ""
@@ -70,11 +70,13 @@ def _off(reports: Sequence[Progress]) -> str:
     return f"worst record {name} {off}"
 
 
-def course(reports: Sequence[Progress], knobs: Mapping[str, Knob]) -> tuple[dict[str, Course], dict[str, Course]]:
-    """Return residual over noise floor, of the worst and of the median record, and each parameter between its ends.
+def progress_curves(
+    reports: Sequence[Progress], knobs: Mapping[str, Knob]
+) -> tuple[dict[str, Course], dict[str, Course]]:
+    """Return curves of the worst and the median residual-to-noise ratio, and of each parameter in its range.
 
-    Each is a list of the number of the report and the value. A record that is not simulated to its end has no ratio:
-    the worst has a gap there.
+    Each curve is a list of report numbers and values. A record whose simulation fails has no ratio, which leaves a gap
+    in the curve of the worst.
     """
     ratios_of = [(k, list(r.over_noise.values())) for k, r in enumerate(reports, 1) if r.over_noise]
     ratios = {
@@ -82,6 +84,7 @@ def course(reports: Sequence[Progress], knobs: Mapping[str, Knob]) -> tuple[dict
         "median": [(k, middle) for k, own in ratios_of if math.isfinite(middle := statistics.median(own))],
     }
     apart = max(len(reports) // MOST_REPORTS, 1)
+    # The latest report is always shown.
     drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]
     places: dict[str, Course] = {}
     for k, report in drawn:

@@ -1,4 +1,4 @@
-"""An identification at work elsewhere, followed by the journal that it writes."""
+"""Identification in another process, followed through its journal."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from mechid.identification.computation.progress import Progress
 from mechid.web.fit_run import RunState
 
 SILENT_S = 120.0
-"""A run that has noted nothing for so long is taken for dead."""
+"""Silence in s after which a run is considered dead."""
 KEPT = ("number", "total", "stage", "line", "cost", "elapsed_s", "values")
 
 
 class FollowedRun:
-    """The last run of a journal: its reports so far, and whether it goes on, or has at any poll.
+    """Last run of a journal: its reports, and whether it was running at any poll.
 
     Parameters
     ----------
     path : Path
-        journal.jsonl of a result folder; it need not exist yet.
+        journal.jsonl of a result folder; it may not exist yet.
     """
 
     is_elsewhere = True
@@ -39,13 +39,14 @@ class FollowedRun:
 
     @property
     def elapsed_s(self) -> float:
-        """Seconds that the run had taken at its last report."""
+        """Elapsed seconds at the last report of the run."""
         return self.reports[-1].elapsed_s if self.reports else 0.0
 
     def poll(self) -> None:
-        """Read what has been added to the journal."""
+        """Read new entries of the journal."""
         try:
             written = self.path.stat()
+            # A shorter journal was started again.
             if written.st_size < self._read:
                 self._read = 0
             with self.path.open("rb") as file:
@@ -53,6 +54,7 @@ class FollowedRun:
                 new = file.read()
         except OSError:
             return
+        # The writer may be in the middle of a line, which is then read at the next poll.
         whole = new[: new.rfind(b"\n") + 1]
         self._read += len(whole)
         for line in whole.splitlines():
@@ -61,8 +63,8 @@ class FollowedRun:
             self.state = RunState.CANCELLED
         self.is_alive |= self.state is RunState.RUNNING
 
-    def has_left(self, name: str) -> bool:
-        """Tell whether the run, followed to its end, has written a file beside its journal."""
+    def has_written(self, name: str) -> bool:
+        """Return whether the followed run has ended and written a file next to its journal."""
         path = self.path.with_name(name)
         ended = self.is_alive and self.state is RunState.FINISHED
         return ended and path.is_file() and path.stat().st_mtime >= self.began_at
@@ -72,7 +74,8 @@ class FollowedRun:
             entry: dict[str, Any] = json.loads(line)
             event = entry["event"]
         except (ValueError, KeyError, TypeError):
-            return  # no line of a journal
+            # The file may contain a damaged line, which is skipped.
+            return
         if event in ("started", "resumed"):
             self.reports, self.state = [], RunState.RUNNING
             self.began_at = datetime.fromisoformat(entry["time"]).timestamp()

@@ -1,4 +1,4 @@
-"""What can be turned on the page: a parameter with its range, its scale, and the words that explain it."""
+"""Knobs of the page: parameters with their range, scale and steps."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from mechid.plant.mechanism import Mechanism
 HALF_TURN_DEG = 180.0
 PERCENT = 0.01
 NOTCHES = 2000
-"""Of a slider between its ends; an arrow key moves it by one."""
+"""Notches of a slider between its ends; an arrow key moves it by one."""
 FINE_SIGMAS, FINE_NOTCHES = 0.1, 0.01
-"""A fine step, in standard errors of the last estimate, and in notches where there is none."""
+"""Fine step in standard errors of the last estimate, or in notches without an estimate."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Knob:
-    """A parameter that can be turned.
+    """A parameter that can be changed on the page.
 
     Attributes
     ----------
     parameter : Parameter
-        At the file's value, with the knob's ends as its bounds.
+        Parameter at the value of the file, with the ends of the knob as bounds.
     is_log : bool
-        Whether the search takes its logarithm, and the knob does too.
+        Whether search and knob use a logarithmic scale.
     is_bounded : bool
-        Whether the file gives the bounds; else they are mechid's own choice around the value.
+        Whether the file gives the bounds; otherwise mechid chooses a range around the value.
     """
 
     parameter: Parameter
@@ -40,23 +40,23 @@ class Knob:
 
     @property
     def name(self) -> str:
-        """Dotted name."""
+        """Dotted name of the parameter."""
         return self.parameter.name
 
     def place(self, value: float) -> float:
-        """Return where a value lies between the ends, 0 to 1, on the knob's scale."""
+        """Return the position of a value between the ends, 0 to 1, on the scale of the knob."""
         low, high = self.parameter.min, self.parameter.max
         inside = min(max(value, low), high)
         if self.is_log:
             return math.log(inside / low) / math.log(high / low)
         return (inside - low) / (high - low)
 
-    def within(self, value: float) -> float:
+    def clip(self, value: float) -> float:
         """Return the nearest value between the ends."""
         return min(max(value, self.parameter.min), self.parameter.max)
 
     def step(self, value: float) -> tuple[float, str]:
-        """Return a small step at a value, and its words: a percent, a degree, or a percent of the range."""
+        """Return a small step at a value and its description: 1 %, 1 deg, or 1 % of the range."""
         if self.parameter.declaration.unit == "deg":
             return 1.0, "1 deg"
         if value != 0.0:
@@ -64,10 +64,8 @@ class Knob:
         return PERCENT * (self.parameter.max - self.parameter.min), "1 % of its range"
 
     def fine_step(self, value: float, sigma: float | None) -> float:
-        """Return the step at a value that an arrow key makes with Shift: a tenth of a standard error.
-
-        A notch is a share of the range between the bounds, hundreds of standard errors where the records tell much.
-        """
+        """Return the step of an arrow key with Shift at a value: a tenth of a standard error."""
+        # A notch can be hundreds of standard errors if the records determine the parameter well.
         if sigma:
             return FINE_SIGMAS * sigma
         low, high = self.parameter.min, self.parameter.max
@@ -76,11 +74,13 @@ class Knob:
 
 
 def knobs(campaign: Campaign) -> dict[str, Knob]:
-    """Return the knobs of a campaign by dotted name: all of the mechanism that is no count, and what records have free.
+    """Return the knobs of a campaign by dotted name: non-structural mechanism parameters, and free ones of records.
 
-    The states of a record's start have none: they are estimated, and nobody knows one by hand.
+    Initial states of records have no knobs: nobody sets them by hand.
     """
-    own = [opened(q) for q in campaign.mechanism.parameters.values() if not q.declaration.structural and not q.tied_to]
+    own = [
+        with_range(q) for q in campaign.mechanism.parameters.values() if not q.declaration.structural and not q.tied_to
+    ]
     logarithms = _logarithms(campaign.mechanism.with_parameters({q.name: q for q in own}))
     offsets = [q for r in campaign.records for q in r.parameters if q.is_free and not is_of_start(q)]
     bounded = {q.name for q in campaign.free}
@@ -93,8 +93,8 @@ def _logarithms(mechanism: Mechanism) -> set[str]:
     return {c.name for c in SearchSpace(mechanism).coordinates if c.kind == "log"}
 
 
-def opened(q: Parameter) -> Parameter:
-    """Return a parameter free, in its bounds or, where the file has none, in a range around its value."""
+def with_range(q: Parameter) -> Parameter:
+    """Return the parameter as free, with its bounds or else a range around its value."""
     if q.is_free:
         return q
     low, high = _range(q)
@@ -114,15 +114,15 @@ def _range(q: Parameter) -> tuple[float, float]:
 def mechanism_at(
     mechanism: Mechanism, values: Mapping[str, float], free: frozenset[str], turned: Mapping[str, Knob]
 ) -> Mechanism:
-    """Return a mechanism at the values of the knobs, in which exactly `free` may be moved by a fit."""
+    """Return the mechanism at the values of the knobs, with exactly the parameters `free` to be fitted."""
     own = {name: q for name, q in mechanism.parameters.items() if name in turned}
     return mechanism.with_parameters(
-        {name: turned_to(q, values[name], turned[name], is_free=name in free) for name, q in own.items()}
+        {name: set_parameter(q, values[name], turned[name], is_free=name in free) for name, q in own.items()}
     )
 
 
-def turned_to(q: Parameter, value: float, knob: Knob, *, is_free: bool) -> Parameter:
-    """Return a parameter at a value, free within the knob's ends or known."""
+def set_parameter(q: Parameter, value: float, knob: Knob, *, is_free: bool) -> Parameter:
+    """Return a parameter at a value, free within the ends of the knob or known."""
     moved = q.at_value(value)
     if not is_free:
         return replace(moved, status=Status.KNOWN)

@@ -1,4 +1,4 @@
-"""An effect that a diagnosis names, as the page has it: what it is, where there is nothing of it, its switch."""
+"""Effect named by a diagnosis, with its null values and its switch on the page."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ OF_RECORDS = "it is of the records: its values stand in the campaign file, and S
 
 @dataclass(frozen=True, kw_only=True)
 class NamedEffect:
-    """An effect that a diagnosis names.
+    """Effect named by a diagnosis.
 
     Attributes
     ----------
     name, words : str
     share : float
-        Of the misfit, that it explains.
+        Share of the misfit that the effect explains.
     aliases : mapping of str to str
-        What these records cannot tell it from: names, and words where they are known.
+        Effects that the records cannot distinguish from it: names with descriptions, if known.
     found : mapping of str to float
-        Its parameters by dotted name, at the values found.
+        Its parameters by dotted name, at the found values.
     nulls : mapping of str to float
-        Where there is nothing of it; empty where no value is that.
+        Null values of its parameters; empty if no value removes the effect.
     follows : mapping of str to str
-        Values that records have of their own, and whose they have where it is off.
+        Per-record parameters, with the parameters whose values they take while the effect is off.
     free : frozenset of str
-        Of its parameters, those that a fit may move where it is on.
+        Parameters that a fit may change while the effect is on.
     is_of_records : bool
-        Whether it is none of the mechanism.
+        Whether the effect belongs to the records instead of the mechanism.
     why_fixed : str
-        Why it has no switch; empty where it has one.
+        Reason why it has no switch; empty if it has one.
     """
 
     name: str
@@ -51,13 +51,14 @@ class NamedEffect:
 
     @property
     def tables(self) -> set[str]:
-        """Dotted names of the tables, and entries of lists, that its parameters stand in; none of records."""
+        """Dotted names of the tables and list entries of its parameters; empty for effects of records."""
         return set() if self.is_of_records else {name.rpartition(".")[0] for name in self.found}
 
     def nulls_at(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Return where there is nothing of it beside the values of all else."""
+        """Return the null values, given the values of all parameters."""
         return {name: values.get(self.follows.get(name, ""), null) for name, null in self.nulls.items()}
 
     def is_on(self, values: Mapping[str, float]) -> bool:
-        """Tell whether there is anything of it."""
+        """Return whether the effect is present at the given values."""
+        # An effect without null values cannot be switched off.
         return not self.nulls or any(values.get(name, null) != null for name, null in self.nulls_at(values).items())

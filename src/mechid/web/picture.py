@@ -1,4 +1,4 @@
-"""A record beside the model at some values: the curves and the numbers that one panel of the page shows."""
+"""Record and model at given parameter values: curves and numbers of one panel of the page."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ from mechid.web.knobs import Knob
 
 MOST_BINS = 1500
 SHOWN_HZ, ORDERS_SHOWN = 500.0, 6.0
-"""A spectrum is shown up to the paper's 500 Hz, or so many times the step rate."""
+"""Highest frequency of spectra: the 500 Hz of the paper, or a multiple of the step rate if that is larger."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers:
-    """How well the model matches a stretch of a record, offset and drift removed.
+    """Agreement of the model with a stretch of a record, without offset and drift.
 
     Attributes
     ----------
     residual : AgainstNoise
-        The residual beside the record's noise floor, in the channel's unit.
+        Residual and noise floor of the record, in the unit of the channel.
     fit_percent : float
     offset, drift : float
-        What was removed, N m and N m/s.
+        Removed offset and drift in N m and N m/s.
     """
 
     residual: AgainstNoise
@@ -59,13 +59,13 @@ class Numbers:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """The curves of a stretch of a record, from its first sample on; offset and drift removed.
+    """Curves of a stretch of a record from its first sample, without offset and drift.
 
     Attributes
     ----------
     start_s, interval_s : float
     measured, modelled, residual : (n,)
-        N m; the last two are NaN where the simulation failed.
+        Curves in N m; the last two are NaN where the simulation failed.
     frequency_hz, measured_spectrum, modelled_spectrum, residual_spectrum : (m,)
         Amplitudes in N m.
     numbers : Numbers
@@ -85,19 +85,19 @@ class Picture:
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """What a small step of a parameter does to a record.
+    """Effect of a small step of a parameter on a record.
 
     Attributes
     ----------
     words : str
-        The step, as "1 %".
+        Description of the step, as "1 %".
     torque : (n,)
-        Change of the torque, N m, offset and drift projected out.
+        Change of the torque in N m, with offset and drift projected out.
     rms : float
-        Of it, N m.
+        RMS of the change in N m.
     alone : float
-        The step's size over this record's information: the standard error, in the parameter's unit, that the stretch
-        would leave it if all other parameters were known and the residual were the record's noise.
+        Standard error of the parameter in its unit, if only this stretch determined it, all other parameters were known
+        and the residual were the noise of the record.
     """
 
     words: str
@@ -108,9 +108,9 @@ class Effect:
 
 @dataclass(frozen=True)
 class Stretch:
-    """What of a record is simulated, and how: its first `seconds`, at its own values, in so many steps a sample.
+    """Simulated part of a record: its first `seconds`, with `substeps` integration steps per sample.
 
-    `own` are the values of the record's parameters, by name.
+    `own` are the values of the per-record parameters, by name.
     """
 
     seconds: float
@@ -120,9 +120,9 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A channel of a record that is looked at: what is prepared once, so that a picture takes one simulation.
+    """A shown channel of a record, with data prepared once so that a picture takes one simulation.
 
-    `lanes` is the number of sensitivities whose kernel is there already.
+    `lanes` is the number of sensitivities of the kernel that is already compiled.
     """
 
     record: CampaignRecord
@@ -132,7 +132,7 @@ class Scene:
 
     @property
     def label(self) -> str:
-        """The record's name, with the quantity where it is not the leading one."""
+        """Name of the record, with the quantity unless it is the leading one."""
         own, name = self.match.quantity, self.record.name
         return name if own == self.record.leading else f"{name}: {own}"
 
@@ -143,19 +143,19 @@ class Scene:
 
     @cached_property
     def channel(self) -> TargetChannel:
-        """The channel as it is matched."""
+        """The channel with its fit settings."""
         return channel_of(self.record, self.match)
 
     @cached_property
     def base(self) -> TimeBase:
-        """The record's sample instants."""
+        """Time base of the record."""
         data = self.record.data
         assert data is not None
         return TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
 
     @cached_property
     def simulator(self) -> Simulator:
-        """What simulates the record's command."""
+        """Simulator of the record's command."""
         latest_s = latest_of(self.record.parameters, self.base)
         start = Start({key_in_record(q.name): q.value for q in self.record.start})
         return Simulator(
@@ -169,7 +169,7 @@ class Scene:
 
     @cached_property
     def rate(self) -> FloatArray:
-        """The commanded rate over the record, (R, 2) of s and full steps/s, linear between; one row is a constant."""
+        """Breakpoints of the commanded rate, (R, 2) of s and full steps/s; one row for a constant rate."""
         return rate_over(self.record, self.base)
 
     @property
@@ -179,13 +179,13 @@ class Scene:
 
     @property
     def orders_hz(self) -> list[float]:
-        """Frequencies of the orders of a constant step rate; none of a varying rate, or of none."""
+        """Frequencies of the orders of a constant step rate; empty for a varying or zero rate."""
         steady = len(set(self.record.command.rate.rates)) == 1 and self.largest_rate > 0.0
         return [order * self.largest_rate for order in ORDERS] if steady else []
 
     @cached_property
     def shown_hz(self) -> float:
-        """Up to which frequency spectra are shown."""
+        """Highest shown frequency of spectra."""
         return min(max(SHOWN_HZ, ORDERS_SHOWN * self.largest_rate), 0.5 * self.base.sample_rate_hz)
 
     def samples(self, seconds: float) -> int:
@@ -194,7 +194,7 @@ class Scene:
         return min(max(wanted, 2), self.base.samples)
 
     def steps_needed(self, mechanism: Mechanism) -> int:
-        """Return the steps a sample that the promised accuracy takes, judged on the record's first second."""
+        """Return the integration steps per sample for the specified accuracy, determined on the first second."""
         first = replace(
             self.simulator, base=self.base.truncate(self.samples(1.0)), known_edges=self.simulator.excitation
         )
@@ -202,11 +202,12 @@ class Scene:
         return max(simulate_accurately(first, mechanism.kernel_values(own)).substeps // 2, 1)
 
     def picture(self, mechanism: Mechanism, stretch: Stretch) -> Picture:
-        """Return a stretch of the record beside the model."""
+        """Simulate a stretch of the record, and compare it with the measurement."""
         n = self.samples(stretch.seconds)
         modelled = np.empty(n)
         for block in self._run(mechanism, stretch, None).blocks():
-            modelled[block.start : block.stop] = block.y[:, self._output]
+            modelled[block.start : block.stop] = block.y[:, self._output_index]
+        # Offset and drift are fitted to the residual, since the campaign projects them out.
         residual = Remainder(self.channel.measured[:n], model=modelled)[:]
         line = self.channel.line(residual, no_samples()) if np.all(np.isfinite(residual)) else Line()
         removed = line.at(0, n)
@@ -227,7 +228,7 @@ class Scene:
         )
 
     def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
-        """Return what a small step of a knob does to a stretch of the record, by its exact sensitivity."""
+        """Compute the effect of a small step of a knob on a stretch of the record, from its exact sensitivity."""
         values = {name: q.value for name, q in mechanism.parameters.items()}
         step, words = knob.step({**values, **stretch.own}.get(knob.name, 0.0))
         slope = self._slope(mechanism, knob.name, stretch)
@@ -237,7 +238,7 @@ class Scene:
         return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(slope.size), alone=alone)
 
     def _slope(self, mechanism: Mechanism, name: str, stretch: Stretch) -> FloatArray:
-        """Return dy/d(value) of a knob, (n,); zeros of what is another record's own, or has another value in this."""
+        """Return dy/d(value) of a knob, (n,); zero for parameters of other records, or overridden in this one."""
         slope, own = np.zeros(self.samples(stretch.seconds)), {q.name: q for q in self.record.parameters}.get(name)
         replaced = {q.replaces: stretch.own[q.name] for q in self.record.replaced}
         if own is None and (name not in mechanism.parameters or name in replaced):
@@ -250,13 +251,15 @@ class Scene:
             p = mechanism.with_values(replaced).kernel_values()
             direction = clock_direction(self.plant, p, self._timing(stretch))
         for block in self._run(mechanism, stretch, direction).blocks():
-            n, lane = block.stop - block.start, block.jacobian[:, self._output, 0]
-            instants = INSTANTS[own.declaration.key](self.base, block, self._output, n) if own and not moves else 0.0
+            n, lane = block.stop - block.start, block.jacobian[:, self._output_index, 0]
+            instants = (
+                INSTANTS[own.declaration.key](self.base, block, self._output_index, n) if own and not moves else 0.0
+            )
             slope[block.start : block.stop] = instants + lane
         return slope
 
     @cached_property
-    def _output(self) -> int:
+    def _output_index(self) -> int:
         return list(self.plant.outputs).index(self.match.quantity)
 
     def _timing(self, stretch: Stretch) -> Timing:
@@ -265,7 +268,7 @@ class Scene:
         return Timing(own[record.time_offset.name], clock_ppm, record.clock_reference)
 
     def _run(self, mechanism: Mechanism, stretch: Stretch, direction: FloatArray | None) -> Run:
-        """Begin a simulation, with the sensitivity to one direction of the kernel's parameters where it is wanted."""
+        """Start a simulation, optionally with the sensitivity to one direction of the kernel parameters."""
         record, own = self.record, stretch.own
         return self.simulator.run(
             mechanism.kernel_values({q.replaces: own[q.name] for q in record.replaced}),
@@ -276,12 +279,8 @@ class Scene:
         )
 
     def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray], float]:
-        """Return the peak of each group of bins up to the shown frequency, of each curve.
-
-        And what share of the last curve's samples is effective, which its whole spectrum says.
-
-        The last few samples are left out, since lengths with a large prime factor take many times as long.
-        """
+        """Return frequencies and grouped peaks of all spectra, and the share of effective samples of the last curve."""
+        # A few samples are dropped at the end: transforms of lengths with a large prime factor take far longer.
         rate, n = self.base.sample_rate_hz, prev_fast_len(curves[0].size, real=True)
         both = [amplitude_spectrum(y[:n], rate) for y in curves]
         frequency = both[0][0]

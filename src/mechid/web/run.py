@@ -1,4 +1,4 @@
-"""Public function that serves the explorer of a campaign and what has been found of it."""
+"""Public function that serves the explorer of a campaign and its results."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mechid.campaign import Campaign, load_campaign, load_mechanism
 from mechid.fits.load import campaign_of_fit, completed_file
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
-from mechid.progress.listening import telling
+from mechid.progress.listening import line_receiver
 from mechid.web import Estimate, Explorer, Source, estimate_of, read_diagnosed, read_estimated
 
 GIVEN = "the fit given"
-OFTEN_S = 1.0
-"""Between two looks for Ctrl-C, which Windows does not let break a wait."""
+INTERRUPT_CHECK_S = 1.0
+"""Interval in s of checks for Ctrl-C, which does not interrupt a wait on Windows."""
 
 
 def explore(
@@ -32,48 +32,48 @@ def explore(
     browser: bool = True,
     say: Callable[[str], None] | None = None,
 ) -> None:
-    """Serve a page on which parameters are turned and fits watched; it ends with Ctrl-C, or "interrupt" in a notebook.
+    """Serve a page for changing parameters and following fits, until Ctrl-C or "interrupt" in a notebook.
 
-    The page is for this machine alone.
+    The page is accessible from this machine only.
 
     Parameters
     ----------
     campaign : Campaign or Path
-        A campaign file or its folder is read.
+        Campaign, or its file or folder.
     fit : Fit, Path or None
-        A fit of the campaign, or the result folder of one, which may still be at work. None takes what lies beside the
+        A fit of the campaign, or its result folder, whose fit may still be running. None takes the results next to the
         campaign file.
     diagnosis : Path or None
-        Result folder of a diagnosis: the page has a switch for each effect that it names.
+        Result folder of a diagnosis; the page gets a switch for each named effect.
     port : int
-        Of the page; 0 takes any that is free.
+        Port of the page; 0 takes any free one.
     workers : int or None
         Threads of a fit; None takes one per core.
     browser : bool
-        Open the page in a browser.
+        Whether to open the page in a browser.
     say : callable or None
-        Called with the page's address once it answers; None shows it in a notebook and nowhere else.
+        Called with the address of the page once it answers; None shows it in notebooks only.
 
     Raises
     ------
     InputFileError
-        A campaign, mechanism or result file is missing or wrong, or is of another campaign.
+        A campaign, mechanism or result file is missing or invalid, or belongs to another campaign.
     RecordError
-        A record's file is missing or cannot be used.
+        A record's file is missing or unusable.
     UsageError
-        The port is taken.
+        The port is in use.
 
     Examples
     --------
     >>> import mechid
     >>> mechid.explore("bench", fit="fit")  # doctest: +SKIP
     """
-    source = explored(campaign, fit=fit, diagnosis=diagnosis, workers=workers)
-    with telling(say) as tell:
+    source = load_source(campaign, fit=fit, diagnosis=diagnosis, workers=workers)
+    with line_receiver(say) as tell:
         serve(source, port, browser=browser, ready=tell)
 
 
-def explored(
+def load_source(
     campaign: Campaign | Path | str,
     *,
     fit: Fit | Path | str | None = None,
@@ -81,11 +81,11 @@ def explored(
     workers: int | None = None,
     needed: Callable[[Campaign], None] = lambda campaign: None,
 ) -> Source:
-    """Return what the page begins from; `needed` is called with each campaign before it is simulated."""
-    folder = _results(campaign, fit)
-    loaded = _loaded(campaign, fit, folder)
+    """Load the data of the page; `needed` is called with each campaign before it is simulated."""
+    folder = _result_folder(campaign, fit)
+    loaded = _load_campaign(campaign, fit, folder)
     needed(loaded)
-    estimate = _estimated(loaded, fit, folder)
+    estimate = _load_estimate(loaded, fit, folder)
     diagnosed = None
     if diagnosis is not None:
         loaded, diagnosed = read_diagnosed(Path(diagnosis), loaded, estimate)
@@ -93,12 +93,14 @@ def explored(
     elif estimate is not None and estimate.mechanism is not None:
         loaded = replace(loaded, mechanism=estimate.mechanism)
         needed(loaded)
-    followed = folder / JOURNAL_NAME if folder and not diagnosis else None  # the fit that was diagnosed has ended
+    # A diagnosed fit has ended, so there is nothing to follow.
+    followed = folder / JOURNAL_NAME if folder and not diagnosis else None
     return Source(loaded, estimate, workers, followed, diagnosed)
 
 
-def _results(campaign: Campaign | Path | str, fit: Fit | Path | str | None) -> Path | None:
-    """Return the folder of results, which may be empty; None where the fit is a value, or nothing is in files."""
+def _result_folder(campaign: Campaign | Path | str, fit: Fit | Path | str | None) -> Path | None:
+    """Return the result folder, which may be empty; None if fit or campaign are in memory."""
+    # A given folder may belong to a running fit, which is then followed.
     if isinstance(fit, Path | str):
         return Path(fit)
     if fit is not None or isinstance(campaign, Campaign):
@@ -107,8 +109,8 @@ def _results(campaign: Campaign | Path | str, fit: Fit | Path | str | None) -> P
     return place if place.is_dir() else place.parent
 
 
-def _loaded(campaign: Campaign | Path | str, fit: Fit | Path | str | None, folder: Path | None) -> Campaign:
-    """Return the campaign with its records read, and with the mechanism that its fit was completed to."""
+def _load_campaign(campaign: Campaign | Path | str, fit: Fit | Path | str | None, folder: Path | None) -> Campaign:
+    """Load the campaign with its records, and with the mechanism completed by its fit."""
     there = folder is not None and (folder / ESTIMATE_NAME).is_file()
     completed = completed_file(folder) if folder is not None and there else None
     if not isinstance(campaign, Campaign):
@@ -118,19 +120,19 @@ def _loaded(campaign: Campaign | Path | str, fit: Fit | Path | str | None, folde
     return campaign_of_fit(campaign, fit) if isinstance(fit, Fit) else campaign
 
 
-def _estimated(campaign: Campaign, fit: Fit | Path | str | None, folder: Path | None) -> Estimate | None:
-    """Return what the fit says; None where there is none, or none yet."""
+def _load_estimate(campaign: Campaign, fit: Fit | Path | str | None, folder: Path | None) -> Estimate | None:
+    """Load the estimate; None if there is none yet."""
     if isinstance(fit, Fit):
         return estimate_of(fit, campaign, GIVEN)
     if folder is None:
         return None
     path, at_work = folder / ESTIMATE_NAME, (folder / JOURNAL_NAME).is_file()
-    is_asked_for = fit is not None and not at_work
-    return read_estimated(path, campaign) if path.is_file() or is_asked_for else None
+    is_required = fit is not None and not at_work
+    return read_estimated(path, campaign) if path.is_file() or is_required else None
 
 
 def serve(source: Source, port: int, *, browser: bool, ready: Callable[[str], None]) -> None:
-    """Serve the page until Ctrl-C; where an event loop is running already, as in a notebook, in a thread of its own."""
+    """Serve the page until Ctrl-C; in a separate thread if an event loop is running, as in a notebook."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -142,7 +144,7 @@ def serve(source: Source, port: int, *, browser: bool, ready: Callable[[str], No
 
 @contextmanager
 def _own_loop() -> Iterator[None]:
-    """Give this thread an event loop: from Python 3.12 on a thread has none before somebody makes one."""
+    """Create an event loop for this thread, which has none by default from Python 3.12."""
     loop = asyncio.new_event_loop()
     asyncio.set_event_loop(loop)
     try:
@@ -170,7 +172,7 @@ def _serve_beside(source: Source, port: int, *, browser: bool, ready: Callable[[
     explorer = made.result()
     try:
         while thread.is_alive():
-            thread.join(OFTEN_S)
+            thread.join(INTERRUPT_CHECK_S)
     except KeyboardInterrupt:
         explorer.stop()
         thread.join()

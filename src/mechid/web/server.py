@@ -1,4 +1,4 @@
-"""The page's server: Bokeh's, on the loopback interface, for requests from its own pages alone."""
+"""Server of the page: Bokeh on the loopback interface, for requests from its own pages only."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ SECRET_BYTES = 32
 MOST_MESSAGE_BYTES = 1_000_000
 UNUSED_MS = 15_000
 SAY_MESSAGES = ("bokeh.server.views.ws", "bokeh.server.protocol_handler")
-"""Bokeh's loggers that print a message which they cannot read, as large as it is, and a traceback."""
+"""Bokeh's loggers that print unreadable messages in full, with a traceback."""
 SAYS_REFUSED = "tornado.application"
-"""Tornado's logger that prints a traceback where a page's token is not this run's; also of every other fault."""
+"""Tornado's logger that prints a traceback for tokens of another run, and for all other faults."""
 MOST_SAID = 200
 
 
 class _Headers(OutputTransform):
-    """Adds to every answer that no other page may frame, read or keep it."""
+    """Adds headers to every response that forbid other pages to frame, read or store it."""
 
     def transform_first_chunk(self, status_code: int, headers: Any, chunk: bytes, finishing: bool) -> Any:
         for name, value in HEADERS.items():
@@ -58,11 +58,11 @@ class _Headers(OutputTransform):
         return status_code, headers, chunk
 
 
-class _InALine(logging.Filter):
-    """Shortens what is said of a page's message or token to a line: no fault of mechid that its user could mend."""
+class _OneLine(logging.Filter):
+    """Shortens log records about a page's message or token to one line; they are not faults of mechid."""
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Let the record through, shortened; those of other faults as they are."""
+        """Pass every record, shortened unless it reports another fault."""
         if record.name == SAYS_REFUSED:
             if record.exc_info is None or not isinstance(record.exc_info[1], ProtocolError):
                 return True
@@ -73,20 +73,20 @@ class _InALine(logging.Filter):
         return True
 
 
-IN_A_LINE = _InALine()
+ONE_LINE = _OneLine()
 
 
 class LoopbackOnly(BokehTornado):
-    """Bokeh's application, which answers its own pages only.
+    """Bokeh application that answers its own pages only.
 
-    A request whose ``Host`` is another name has come through a foreign name that resolves to this machine (DNS
-    rebinding); one whose ``Origin`` is another, or that the browser calls cross-site, was made by another page.
+    A request with another ``Host`` came through a foreign name that resolves to this machine (DNS rebinding). A request
+    with another ``Origin``, or marked as cross-site by the browser, was made by another page.
     """
 
     port: int
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
-        """Return what answers a request: Bokeh's handlers, or a refusal."""
+        """Return the handler of a request: one of Bokeh's, or a refusal."""
         path = request.path or "/"
         if not self.is_own(request):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
@@ -95,12 +95,12 @@ class LoopbackOnly(BokehTornado):
         return super().find_handler(request, **kwargs)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Return BokehJS's core alone, from this server whatever the environment says."""
+        """Return the core of BokehJS from this server, regardless of environment variables."""
         del absolute_url
         return Resources(mode="server", root_url="/", components=["bokeh"], path_versioner=StaticHandler.append_version)
 
     def is_own(self, request: HTTPServerRequest) -> bool:
-        """Whether a request names this server, and was made by no page of another origin."""
+        """Return whether a request names this server and was not made by a page of another origin."""
         own = {f"{name}:{self.port}" for name in NAMES}
         origin = request.headers.get("Origin")
         cross = request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
@@ -113,20 +113,20 @@ def _is_http(origin: str, own: set[str]) -> bool:
 
 
 class Explorer:
-    """The server, bound to a port of the loopback interface.
+    """Server bound to a port of the loopback interface.
 
-    Its web socket answers those alone that bring a token which this server gave out with a page, and has signed.
+    Its web socket accepts only clients with a token that this server signed and sent with a page.
 
     Parameters
     ----------
     source : Source
     port : int
-        0 takes any that is free.
+        Port; 0 takes any free one.
 
     Raises
     ------
     UsageError
-        The port is taken.
+        The port is in use.
     """
 
     def __init__(self, source: Source, port: int = 0) -> None:
@@ -134,17 +134,18 @@ class Explorer:
         try:
             listening = socket.create_server((LOOPBACK, port))
         except OSError as error:
-            raise UsageError(f"port {port}: {error.strerror}; give another, or none for any that is free") from error
+            raise UsageError(f"port {port}: {error.strerror}; give another, or none for any free one") from error
+        # Bound here, so that a port in use is reported before anything is served.
         listening.setblocking(False)
         self.port = int(listening.getsockname()[1])
 
         tabs: dict[str, Tab] = {}
 
-        def opened(document: Any) -> None:
+        def open_tab(document: Any) -> None:
             Tab(source, equations, document, tabs)
 
         application = LoopbackOnly(
-            {"/": opened},
+            {"/": open_tab},
             extra_websocket_origins=[f"{name}:{self.port}" for name in NAMES],
             unused_session_lifetime_milliseconds=UNUSED_MS,
             websocket_max_message_size_bytes=MOST_MESSAGE_BYTES,
@@ -160,15 +161,15 @@ class Explorer:
         self.server = BaseServer(IOLoop.current(), application, http)
         if os.environ.get(DEBUG) != "1":
             for name in (*SAY_MESSAGES, SAYS_REFUSED):
-                logging.getLogger(name).addFilter(IN_A_LINE)
+                logging.getLogger(name).addFilter(ONE_LINE)
 
     @property
     def address(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         return f"http://{LOOPBACK}:{self.port}/"
 
     def serve(self, *, opens_browser: bool, ready: Callable[[str], None]) -> None:
-        """Serve until Ctrl-C or the loop's end; `ready` is told the address once it answers."""
+        """Serve until Ctrl-C or the end of the loop; `ready` receives the address once it answers."""
         self.server.start()
         loop = self.server.io_loop
         loop.add_callback(ready, self.address)
@@ -182,16 +183,14 @@ class Explorer:
             self.server.stop()
 
     def stop(self) -> None:
-        """End `serve`, which runs in another thread."""
+        """Stop `serve`, which runs in another thread."""
         self.server.io_loop.add_callback(self.server.io_loop.stop)
 
 
 @contextmanager
 def _quick_collections() -> Iterator[None]:
-    """Leave what exists already out of garbage collections.
-
-    Bokeh collects twice for each tab that it forgets, and answers no other tab meanwhile.
-    """
+    """Exclude existing objects from garbage collections."""
+    # Bokeh collects twice for each closed tab, and answers no other tab meanwhile.
     gc.collect()
     gc.freeze()
     try:

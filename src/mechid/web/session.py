@@ -1,4 +1,4 @@
-"""One tab: what it has set, what it looks at, and the fit it has running. Knows no browser."""
+"""Session of one tab: settings, shown records and running fit, independent of the browser."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from mechid.web.state import State, campaign_at, first_state
 from mechid.web.sweep import SweepPicture, sweep_picture
 
 MOST_SHOWN = 4
-"""Records side by side."""
+"""Most records shown together."""
 FIRST_LOOK_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one.
+    """Common initial data of all tabs: a loaded campaign, and its finished fit if there is one.
 
-    `journal` is that of an identification into the result folder, which may be at work; `workers` are threads of a
-    fit. `diagnosed` is what is said of a campaign whose mechanism is the
-    one that a diagnosis proposes: the page begins at its values, and each effect has a switch.
+    `journal` belongs to an identification in the result folder that may be running; `workers` is the number of threads
+    of a fit. `diagnosed` is the diagnosis of a campaign with the proposed mechanism: the page starts at its values, and
+    each effect has a switch.
     """
 
     campaign: Campaign
@@ -47,22 +47,22 @@ class Source:
 
     @property
     def effects(self) -> tuple[NamedEffect, ...]:
-        """Those that a diagnosis names."""
+        """Effects named by the diagnosis."""
         return self.diagnosed.effects if self.diagnosed else ()
 
     @cached_property
     def scenes(self) -> dict[str, Scene]:
-        """What can be looked at, by label; tabs share it until a fit takes a record otherwise."""
+        """Channels that can be shown, by label; shared by tabs until a fit reinterprets a record."""
         return scenes_of(self.campaign)
 
 
 def _end_of(estimate: Estimate) -> Progress:
-    """Return the last report of a fit that has ended: how far off the records are at its estimate."""
+    """Return the final report of a fit, with the noise ratios of its records."""
     return Progress(1, 1, "verdict", "all records compared with their noise", None, 0.0, over_noise=estimate.over_noise)
 
 
 class Session:
-    """One tab.
+    """Session of one tab.
 
     Parameters
     ----------
@@ -72,17 +72,17 @@ class Session:
     ----------
     state : State
     estimate : Estimate or None
-        The last one: of the files, then of this tab's own fits.
+        The latest estimate, from files or from fits of this tab.
     shown : tuple of str
-        Records that are looked at.
+        Labels of the shown channels.
     seconds : float
-        Of each, from its start.
+        Shown duration from the start of each record.
     hand : str
-        The knob last touched.
+        The active knob.
     compares : bool
-        Whether the estimate's curves are drawn too.
+        Whether the curves of the estimate are drawn too.
     run : FitRun or None
-        The fit at work, or the last one.
+        The running or the latest fit.
     """
 
     def __init__(self, source: Source) -> None:
@@ -102,17 +102,15 @@ class Session:
         self._steps: dict[str, int] = {}
         self._compared: dict[tuple[str, float], Picture] = {}
 
-    # What the page asks for.
-
     def turn(self, name: str, value: float, grip: str = "") -> None:
-        """Turn a knob; it is in hand then."""
+        """Set a knob, which becomes the active one."""
         off = (one for one in self.source.effects if not one.is_on(self.state.now.values))
         along = [own for one in off for own, followed in one.follows.items() if followed == name]
-        self.state = self.state.turned(name, value, grip, along=along)
+        self.state = self.state.set_value(name, value, grip, along=along)
         self.hand = name
 
     def switch(self, name: str, *, is_on: bool) -> None:
-        """Set an effect to the values found, or to where there is nothing of it and no fit moves it."""
+        """Switch an effect on at its found values, or off at its null values, where no fit changes it."""
         effect = self.source.diagnosed.effect(name) if self.source.diagnosed else None
         if effect is None or effect.why_fixed:
             raise UsageError(f"no effect {name} to switch")
@@ -120,46 +118,46 @@ class Session:
         self.hand = next(iter(effect.nulls))
 
     def take(self, name: str) -> None:
-        """Take a knob in hand without turning it."""
+        """Make a knob the active one without changing it."""
         if name not in self.state.knobs:
             raise UsageError(f"no parameter {name} to take in hand")
         self.hand = name
 
     def set_free(self, name: str, *, is_free: bool) -> None:
-        """Give a knob to the fit, or hold it."""
+        """Set whether a fit may change a knob."""
         self.state = self.state.with_free(name, is_free=is_free)
 
     def undo(self) -> None:
-        """Take the last change back."""
-        self.state = self.state.undone()
+        """Undo the last change."""
+        self.state = self.state.undo()
 
     def to_estimate(self) -> None:
-        """Set all knobs to the last estimate; effects that it has not are off."""
+        """Set all knobs to the latest estimate, with effects that it lacks switched off."""
         if self.estimate and self.reaches_estimate:
             self.state = self._at(self.values_of(self.estimate))
 
     def to_file(self) -> None:
-        """Set all knobs to the values of the mechanism file; added terms to where the fit that added them began."""
+        """Set all knobs to the values of the mechanism file, and added terms to their initial values in the fit."""
         files = (self.campaign, self.source.campaign)
         self.state = self._at({q.name: q.value for campaign in files for q in campaign.parameters.values()})
 
     @property
     def reaches_estimate(self) -> bool:
-        """Whether the mechanism can be that of the last estimate: a law that no null leads to has to be in that too."""
+        """Whether the latest estimate can be set: it has to contain all laws that cannot be switched off."""
         if self.estimate is None:
             return False
         fixed = (one for one in self.source.effects if not one.nulls and not one.is_of_records)
         return all(one.found.keys() <= self.estimate.values.keys() for one in fixed)
 
     def values_of(self, estimate: Estimate) -> dict[str, float]:
-        """Return the values of an estimate, and where there is nothing of the effects that it has not."""
+        """Return the values of an estimate, and null values of effects that it lacks."""
         there = {**self.state.now.values, **estimate.values}
         return {name: v for one in self.source.effects for name, v in one.nulls_at(there).items()} | dict(
             estimate.values
         )
 
     def _at(self, values: Mapping[str, float]) -> State:
-        """Return the state at some values: a fit does not move an effect that is off, and one switched on it may."""
+        """Return the state at given values, with the parameters of effects free only if the effects are on."""
         was, moved = self.state.now.values, self.state.at(values)
         free = self.state.now.free
         for effect in self.source.effects:
@@ -169,31 +167,30 @@ class Session:
         return self.state.at(values, free=free)
 
     def look(self, names: tuple[str, ...], seconds: float) -> None:
-        """Show some records, the first `seconds` of each."""
+        """Show the first `seconds` of the given channels."""
         unknown = [name for name in names if name not in self.scenes]
         if unknown:
             raise UsageError(f"no record {unknown[0]} to show")
         if not seconds > 0.0:
             raise UsageError(f"{seconds} s is no stretch of a record")
+        # The latest choices are kept if more are selected than fit on the page.
         self.shown, self.seconds = names[-MOST_SHOWN:], seconds
 
     def compare(self, *, is_on: bool) -> None:
-        """Draw the estimate's curves too, or no longer."""
+        """Set whether the curves of the estimate are drawn too."""
         self.compares = is_on
-
-    # What the page shows.
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism as it is set."""
+        """The mechanism at the current settings."""
         return campaign_at(self.campaign, self.state).mechanism
 
     def pictures(self) -> dict[str, Picture]:
-        """Return the shown records beside the model as it is set."""
+        """Return the pictures of the shown channels at the current settings."""
         return {name: self._picture(name, self.state) for name in self.shown}
 
-    def compared(self) -> dict[str, Picture]:
-        """Return the shown records beside the model at the estimate."""
+    def estimate_pictures(self) -> dict[str, Picture]:
+        """Return the pictures of the shown channels at the estimate."""
         if not self.estimate or not self.reaches_estimate:
             return {}
         at = self.state.at(self.values_of(self.estimate))
@@ -203,12 +200,12 @@ class Session:
         return {name: self._compared[name, self.seconds] for name in self.shown}
 
     def effects(self) -> dict[str, Effect]:
-        """Return what a small step of the knob in hand does to the shown records."""
+        """Return the effect of a small step of the active knob on the shown channels."""
         mechanism, knob = self.mechanism, self.state.knobs[self.hand]
         return {name: self.scenes[name].effect(mechanism, knob, self._stretch(name, self.state)) for name in self.shown}
 
     def sweeps(self, pictures: Mapping[str, Picture]) -> dict[str, SweepPicture]:
-        """Return the pictures of records whose step rate varies over time and frequency."""
+        """Return time-frequency pictures of records with a varying step rate."""
         mechanism, scenes = self.mechanism, self.scenes
         return {
             name: sweep_picture(scenes[name], p, mechanism) for name, p in pictures.items() if scenes[name].is_sweep
@@ -219,40 +216,39 @@ class Session:
         return self.scenes[name].picture(mechanism, self._stretch(name, state))
 
     def _stretch(self, name: str, state: State) -> Stretch:
-        """Return what of a record is simulated."""
+        """Return the simulated part of a record."""
         own = {q.name: state.now.values.get(q.name, q.value) for q in self.scenes[name].record.parameters}
         if name not in self._steps:
             self._steps[name] = self.scenes[name].steps_needed(self.mechanism)
         return Stretch(self.seconds, own, self._steps[name])
 
     def mechanism_file(self) -> str:
-        """Return the text of a mechanism.toml with the values, and the free parameters, as they are set.
+        """Return the text of mechanism.toml at the current settings.
 
-        An effect that is off does not stand in it.
+        Effects that are off are omitted.
         """
-        said, mechanism = self.source.diagnosed, self.mechanism
+        diagnosed, mechanism = self.source.diagnosed, self.mechanism
         return mechanism_text(
-            said.without_off(mechanism, self.state.now.values) if said else mechanism,
+            diagnosed.remove_disabled(mechanism, self.state.now.values) if diagnosed else mechanism,
             f"set by hand with mechid explore, from {self.campaign.mechanism_path.name}",
         )
 
-    # The fit.
-
     @property
     def is_fitting(self) -> bool:
-        """Whether a fit is at work."""
+        """Whether a fit is running."""
         return self.run is not None and self.run.state is RunState.RUNNING
 
     @property
-    def watched(self) -> FitRun | FollowedRun | None:
-        """The run that is shown: this tab's own, or one elsewhere that was at work while the tab was open."""
+    def shown_run(self) -> FitRun | FollowedRun | None:
+        """The shown run: that of this tab, or one in another process that was running while the tab was open."""
         return self.run or (self.followed if self.followed and self.followed.is_alive else None)
 
     @property
     def is_at_catalogue(self) -> bool:
-        """Whether what is free stands where the file has it, and no estimate: a fit from there seldom succeeds."""
+        """Whether all free parameters are at the values of the file and not at an estimate."""
         if self.source.effects:
-            return False  # the file proposed holds values that were found
+            # The proposed mechanism file contains found values.
+            return False
         now = self.state.now
         begun = {q.name: q.value for q in self.source.campaign.parameters.values()}
         estimated = self.estimate.values if self.estimate else {}
@@ -261,18 +257,18 @@ class Session:
         )
 
     def fit_from_here(self) -> None:
-        """Begin a fit of what is free from the knobs' values."""
+        """Start a fit of the free parameters from the values of the knobs."""
         values, n = dict(self.state.now.values), self.source.workers
         self._begin(lambda campaign, listener: identify_from(campaign, values, workers=n, listener=listener))
 
     def search(self) -> None:
-        """Begin an identification with its own search for a start, as ``mechid identify`` does."""
+        """Start an identification with its own search for initial values, as ``mechid identify`` does."""
         self._begin(lambda campaign, listener: identify(campaign, workers=self.source.workers, listener=listener))
 
     def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
         if self.is_fitting:
             raise UsageError("a fit is at work; cancel it first")
-        campaign = self._without_off(campaign_at(self.campaign, self.state))
+        campaign = self._remove_disabled(campaign_at(self.campaign, self.state))
 
         def fit_and_judge(listener: Listener) -> Estimate:
             fit = work(campaign, listener)
@@ -282,45 +278,46 @@ class Session:
         self.run = FitRun(fit_and_judge)
         self.run.start()
 
-    def _without_off(self, campaign: Campaign) -> Campaign:
-        """Return a campaign whose records have the mechanism's values in place of those of effects that are off."""
+    def _remove_disabled(self, campaign: Campaign) -> Campaign:
+        """Remove per-record parameters of effects that are off, so that values of the mechanism apply."""
         off = {n for one in self.source.effects if not one.is_on(self.state.now.values) for n in one.follows}
         records = campaign.records
         kept = (replace(r, parameters=tuple(q for q in r.parameters if q.name not in off)) for r in records)
         return replace(campaign, records=tuple(kept)) if off else campaign
 
     def cancel(self) -> None:
-        """Stop the fit at work; everything else stays as it is."""
+        """Cancel the running fit."""
         if self.run is not None:
             self.run.cancel()
 
     def follow(self) -> None:
-        """See how an identification elsewhere goes on; when it has left its estimate, read that."""
+        """Poll an identification in another process; read its estimate once written."""
         if self.followed is None or self.is_fitting or self.reading is not None:
             return
         self.followed.poll()
-        if self.followed.has_left(ESTIMATE_NAME):
+        if self.followed.has_written(ESTIMATE_NAME):
             path, campaign = self.followed.path.with_name(ESTIMATE_NAME), self.source.campaign
             self.reading = FitRun(lambda listener: read_estimated(path, campaign))
             self.reading.start()
 
-    def take_up(self) -> bool:
-        """Take up the estimate of a fit that has ended since the last call, and set the knobs to it."""
+    def adopt_result(self) -> bool:
+        """Adopt the estimate of a fit that has ended since the last call, and set the knobs to it."""
         for run in (self.run, self.reading):
             if run is not None and run.state is RunState.FINISHED and run.result is not None:
-                self._take_estimate(run.result)
-                if self.watched is not None:
-                    self.watched.reports.append(_end_of(run.result))
+                self._adopt_estimate(run.result)
+                if self.shown_run is not None:
+                    self.shown_run.reports.append(_end_of(run.result))
                 run.result = None
                 return True
         return False
 
-    def _take_estimate(self, estimate: Estimate) -> None:
+    def _adopt_estimate(self, estimate: Estimate) -> None:
         self.estimate = estimate
         mechanism = estimate.mechanism_among(self.campaign.mechanism, self.source.campaign.mechanism)
         is_other = mechanism is not self.campaign.mechanism
-        self.campaign = replace(self.campaign, mechanism=mechanism, records=self._as_taken(estimate))
+        self.campaign = replace(self.campaign, mechanism=mechanism, records=self._interpret_records(estimate))
         self.scenes = scenes_of(self.campaign)
+        # Cached pictures belong to the earlier estimate.
         self._compared.clear()
         if is_other:
             self._steps.clear()
@@ -328,17 +325,17 @@ class Session:
             self.hand = self.hand if self.hand in self.state.knobs else next(iter(self.state.knobs))
         self.to_estimate()
 
-    def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
-        """Return the records with the sign and command that a fit took them to have, and their own knobs.
+    def _interpret_records(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
+        """Interpret the records as a fit did, keeping their parameters.
 
-        Their use stays the file's: a record that one fit left out is one to estimate from for the next.
+        Their use is that of the file, so that the next fit includes records that this one left out.
         """
         own = {r.name: r for r in estimate.records}
 
-        def begun(q: Parameter) -> Parameter:
+        def at_start(q: Parameter) -> Parameter:
             return replace(q, value=estimate.values.get(q.name, q.value)) if is_of_start(q) else q
 
         return tuple(
-            replace(own.get(r.name, r), parameters=tuple(map(begun, r.parameters)), use=r.use)
+            replace(own.get(r.name, r), parameters=tuple(map(at_start, r.parameters)), use=r.use)
             for r in self.campaign.records
         )

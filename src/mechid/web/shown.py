@@ -1,4 +1,4 @@
-"""Content of the page as one plain dict: the numbers are fixed here, the page only prints them."""
+"""Content of the page as a plain dict, with all numbers formatted for display."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from mechid.web.sweep import SweepPicture
 
 VALUE_DIGITS, MOST_DIGITS = 5, 9
 ROUNDING = 1e-12
-"""Relative difference up to which two values are the same."""
+"""Relative tolerance for equal values."""
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
-"""Standard errors: less is said to be none, more is written with a power of ten."""
+"""Limits of displayed distances in standard errors: smaller ones are not shown, larger ones use powers of ten."""
 GREEK = {
     "alpha": "α",
     "omega": "ω",
@@ -44,7 +44,7 @@ Data = dict[str, Any]
 
 
 def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str, Scene]) -> Data:
-    """Return what does not change while the page is open: title, knobs by table, records, values without a knob."""
+    """Return the constant content of the page: title, knobs by table, records, values without a knob."""
     return {
         "title": campaign.path.resolve().parent.name or campaign.path.name,
         "path": str(campaign.path),
@@ -102,7 +102,7 @@ def _knob_entry(knob: Knob, key: str) -> Data:
 
 
 def symbol_parts(symbol: str) -> tuple[str, str]:
-    """Return a symbol and its index, Greek letters as such.
+    """Split a symbol into its letter and index, with Greek letters converted.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def shown_data(
     effects: Mapping[str, Effect],
     sweeps: Mapping[str, SweepPicture],
 ) -> Data:
-    """Return what the page says of the session as it stands."""
+    """Return the content of the page for the current state of the session."""
     return {
         "knobs": {name: _knob_now(session, knob) for name, knob in session.state.knobs.items()},
         "records": [_panel(name, picture, effects.get(name), session) for name, picture in pictures.items()],
@@ -145,7 +145,7 @@ def shown_data(
         "uses": {name: _use_words(scene, session.estimate) for name, scene in session.scenes.items()},
         "effects": {one.name: one.is_on(session.state.now.values) for one in session.source.effects},
         "reaches_estimate": session.reaches_estimate,
-        "apart": apart_words(session),
+        "apart": distance_words(session),
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),
@@ -154,12 +154,12 @@ def shown_data(
         "primary": "search" if session.is_at_catalogue else "fit",
         "estimate": session.estimate.source if session.estimate else "",
         "verdict": session.estimate.summary if session.estimate else None,
-        "run": run_data(session.watched, session.state.knobs) if session.watched else None,
+        "run": run_data(session.shown_run, session.state.knobs) if session.shown_run else None,
     }
 
 
-def limited_words(knob: Knob, asked: float, used: float) -> str:
-    """Return why another value than the one written is used; empty where it is used as written."""
+def limit_message(knob: Knob, asked: float, used: float) -> str:
+    """Explain why another value than the requested one is used; empty if it is used unchanged."""
     if math.isclose(asked, used, rel_tol=ROUNDING):
         return ""
     low, high = knob.parameter.min, knob.parameter.max
@@ -170,8 +170,8 @@ def limited_words(knob: Knob, asked: float, used: float) -> str:
     return f"{plain(asked)} is {side} the {whose}; {plain(end)} is used"
 
 
-def apart_words(session: Session) -> str:
-    """Return how far the values set are from the estimate that the grade is of; empty where they are the estimate."""
+def distance_words(session: Session) -> str:
+    """Describe the distance of the current values from the graded estimate; empty if they are equal."""
     estimate, values = session.estimate, session.state.now.values
     if estimate is None:
         return ""
@@ -179,7 +179,7 @@ def apart_words(session: Session) -> str:
     off = [name for name, value in values.items() if not math.isclose(value, graded[name], rel_tol=ROUNDING)]
     if not off:
         return ""
-    sigmas = {name: abs(estimate.away(name, values[name]) or 0.0) for name in off}
+    sigmas = {name: abs(estimate.sigmas_from(name, values[name]) or 0.0) for name in off}
     most = max(off, key=lambda name: sigmas[name])
     farthest = f", {most} by {_sigmas_text(sigmas[most])}" if sigmas[most] else f", {most} among them"
     return (
@@ -193,7 +193,7 @@ def _sigmas_text(sigmas: float) -> str:
 
 
 def _use_words(scene: Scene, estimate: Estimate | None) -> str:
-    """Return what a record is not used for, or was not; nothing of one that is estimated from."""
+    """Describe a record that is held out or was left out; empty for a fitted record."""
     if estimate and scene.record.name in estimate.left_out:
         return f"{LEFT_OUT} of the last fit"
     return "held out" if "validate" in (scene.record.use, scene.match.use) else ""
@@ -218,7 +218,7 @@ def _knob_now(session: Session, knob: Knob) -> Data:
     }
     if estimate and knob.name in estimate.values:
         text, error = with_sigma(estimate.values[knob.name], sigma)
-        away = estimate.away(knob.name, value)
+        away = estimate.sigmas_from(knob.name, value)
         now["estimate_place"] = knob.place(estimate.values[knob.name])
         now["estimate"] = f"{text} ± {error}" if error else text
         now["away"] = _away_text(away)
@@ -226,13 +226,14 @@ def _knob_now(session: Session, knob: Knob) -> Data:
 
 
 def _digits_to(step: float, value: float) -> int:
-    """Return the digits of a value in which a step of it is seen, as a rule five.
+    """Return the number of digits that resolve a step of a value, usually five.
 
     Examples
     --------
     >>> _digits_to(0.09, 913.47), _digits_to(1e-5, 913.47)
     (5, 8)
     """
+    # A step has to change the displayed number.
     needed = math.ceil(math.log10(abs(value) / step)) if step > 0.0 and abs(value) > step else 0
     return min(max(needed, VALUE_DIGITS), MOST_DIGITS)
 
@@ -265,7 +266,7 @@ def _panel(name: str, picture: Picture, effect: Effect | None, session: Session)
 
 
 def amount(value: float, unit: str) -> str:
-    """Return a small amount with its unit, a torque in thousandths.
+    """Format a small amount with its unit, a torque in mN m.
 
     Examples
     --------
@@ -292,7 +293,7 @@ def _effect_words(effect: Effect | None, session: Session, channel_unit: str) ->
 
 
 def _sweep_words(sweep: SweepPicture) -> str:
-    """Say which orders and resonances are marked."""
+    """List the marked orders and resonances."""
     orders = ", ".join(order_word(order) for order in sweep.orders)
     swinging = ", ".join(f"{r.name} {digits(r.frequency_hz, 3)} Hz" for r in sweep.resonances)
     marked = f"Marked are the orders {orders} of the step rate"

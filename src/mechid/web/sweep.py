@@ -1,4 +1,4 @@
-"""A record whose step rate varies, over time and frequency: spectrograms, orders of the rate, resonances."""
+"""Time-frequency picture of a record with a varying step rate: spectrograms, orders and resonances."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from mechid.simulation.resonances import Resonance, resonances
 from mechid.web.picture import Picture, Scene
 
 MOST_ROWS = 600
-"""Of an image; where there are more bins a row is the largest of several."""
+"""Most rows of an image; with more bins, a row shows the maximum of several."""
 ABOVE_RATE, ABOVE_RESONANCE = 2.5, 1.2
-"""It is shown up to so many times the largest step rate, or the highest resonance."""
+"""Highest shown frequency, relative to the largest step rate and to the highest resonance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweepPicture:
-    """A stretch of a record beside the model over time and frequency, offset and drift removed.
+    """Spectrograms of a stretch of a record and the model, without offset and drift.
 
     Attributes
     ----------
     time_s : (C,)
-        Middles of the columns, record time.
+        Centres of the columns in record time.
     lowest_hz, row_hz : float
         Lower edge of the first row, half a bin below 0 Hz, and height of each.
     measured, modelled, residual : (F, C)
         Amplitudes in the channel's unit; NaN where the simulation failed.
     rate : (R, 2)
-        Record time in s and step rate in full steps/s, linear between.
+        Breakpoints of record time in s and step rate in full steps/s.
     orders : tuple of float
-        Of the step rate, that are marked.
+        Marked orders of the step rate.
     resonances : tuple of Resonance
-        Of the mechanism as it is set.
+        Resonances of the mechanism at the current settings.
     tops_hz : tuple of float
-        Up to which frequencies a look is worth while, ascending: the orders, and the resonances above them.
+        Suggested upper frequencies, ascending: for the orders, and for resonances above them.
     """
 
     time_s: FloatArray
@@ -55,7 +55,7 @@ class SweepPicture:
 
 
 def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> SweepPicture:
-    """Return the spectrograms of a stretch that is shown, up to the orders and resonances that are marked."""
+    """Compute the spectrograms of a shown stretch, up to the marked orders and resonances."""
     sample_rate = scene.base.sample_rate_hz
     window_s = usual_window_s(picture.measured.size / sample_rate)
     swinging = resonances(mechanism)
@@ -63,6 +63,7 @@ def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> Sweep
     time, frequency, first = spectrogram(picture.measured, sample_rate, window_s, WINDOWS)
     others = [spectrogram(y, sample_rate, window_s, WINDOWS)[2] for y in (picture.modelled, picture.residual)]
     shown = max(int(np.searchsorted(frequency, tops[-1], side="right")), 2)
+    # The maximum of several bins keeps narrow lines visible.
     each = math.ceil(shown / MOST_ROWS)
     measured, modelled, residual = (largest_rows(amplitude[:shown], each) for amplitude in (first, *others))
     return SweepPicture(
@@ -80,14 +81,14 @@ def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> Sweep
 
 
 def _tops(scene: Scene, highest_hz: float) -> tuple[float, ...]:
-    """Return up to which frequencies it is shown, of two digits, so that they stand still while a resonance moves."""
+    """Return the upper frequencies, rounded to two digits so that they stay fixed while a resonance moves."""
     wanted = (ABOVE_RATE * scene.largest_rate, ABOVE_RESONANCE * highest_hz)
     orders, all_of_it = (min(two_digits(hz), 0.5 * scene.base.sample_rate_hz) for hz in wanted)
     return (orders, all_of_it) if all_of_it > orders else (orders,)
 
 
 def two_digits(value: float) -> float:
-    """Return the next number above that has two digits, and 0 for 0.
+    """Round up to two significant digits; 0 stays 0.
 
     Examples
     --------
@@ -101,6 +102,6 @@ def two_digits(value: float) -> float:
 
 
 def _orders(scene: Scene) -> tuple[float, ...]:
-    """Return the report's orders, and that of the microsteps, which excites the housing."""
+    """Return the orders of the report, and that of the microsteps, which excites the housing."""
     steps = float(scene.record.command.microsteps)
     return (*ORDERS, steps) if steps > max(ORDERS) else ORDERS

@@ -1,4 +1,4 @@
-"""The spectrograms of one record: measured, modelled and residual on one scale of colours."""
+"""Spectrograms of one record: measurement, model and residual with a common colour scale."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from mechid.web.sweep import SweepPicture
 
 IMAGES = ("measured", "modelled", "residual")
 HEIGHT, AXIS_HEIGHT, BAR_HEIGHT = 190, 42, 60
+# Long gaps keep the data below the marks visible.
 GAPS = [3, 11]
-"""Dashes and gaps in pixels: what is marked stands below the mark and is to be seen."""
+"""Lengths of dashes and gaps in pixels."""
 RANGE = 3000.0
-"""From the least to the largest amplitude that has a colour of its own, as in the report."""
+"""Ratio of the largest to the smallest amplitude of the colour scale, as in the report."""
 
 
 class SweepFigure:
-    """Three images on the same axes, the orders of the step rate and the resonances over them."""
+    """Three images on common axes, with orders of the step rate and resonances."""
 
     def __init__(self, number: int) -> None:
         self.time, self.frequency = Range1d(start=0.0, end=1.0), Range1d(start=0.0, end=1.0)
@@ -54,7 +55,7 @@ class SweepFigure:
         return plot
 
     def show(self, sweep: SweepPicture, scene: Scene) -> None:
-        """Draw a stretch of a record; axes and colours change in round steps only."""
+        """Draw a stretch of a record, with axes and colours limited to round values."""
         columns, bins = sweep.measured.shape[1], sweep.measured.shape[0]
         half = 0.5 * (sweep.time_s[-1] - sweep.time_s[0]) / max(columns - 1, 1)
         start, end = float(sweep.time_s[0]), float(sweep.time_s[-1])

@@ -1,4 +1,4 @@
-"""One tab as a Bokeh document: what the page asks for comes in, texts and curves go out."""
+"""Tab as a Bokeh document, which receives requests of the page and sends texts and curves."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from mechid.ink.template import asset, environment, page_style
 from mechid.web.diagnosed_shown import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
-from mechid.web.fit_shown import course
+from mechid.web.fit_shown import progress_curves
 from mechid.web.session import MOST_SHOWN, Session, Source
-from mechid.web.shown import limited_words, page_data, shown_data
+from mechid.web.shown import limit_message, page_data, shown_data
 from mechid.web.sweep_figure import SweepFigure
 
 POLL_MS = 200
 RELOAD_S = 10.0
-"""A fit goes on so long without its page, which may only be loaded anew."""
+"""Time in s for which a fit continues without its page, which may be reloading."""
 TOKEN_BYTES = 16
 Message = Mapping[str, Any]
 
@@ -39,7 +39,7 @@ PACKAGE = "mechid.web"
 
 @lru_cache(maxsize=1)
 def page_template() -> Template:
-    """Return the template that Bokeh's server fills for each tab; what it inserts is escaped."""
+    """Return the page template, which Bokeh's server fills with escaped content for each tab."""
     templates = environment(PACKAGE)
     own = files(PACKAGE).joinpath("templates")
     templates.globals |= {
@@ -50,17 +50,17 @@ def page_template() -> Template:
 
 
 class Wire(DataModel):
-    """The two texts between page and session, each JSON: what the page asks for, and what it is to say."""
+    """Messages between page and session as JSON: requests of the page, and its content."""
 
     asked = String(default="")
     page_state = String(default="")
 
 
 class Tab:
-    """Joins a session to the document of its page.
+    """Connection of a session to the document of its page.
 
-    A page that is loaded anew is another document. It asks with the token of the earlier one for that one's session,
-    with its values, undo and fit; the earlier document then goes without. What nobody asks for in time is let go.
+    A reloaded page is a new document. It requests the session of the earlier document by its token, with values, undo
+    history and fit. Sessions that are not requested in time are dropped.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Tab:
     equations : Equations
     document : Document
     tabs : dict of str to Tab
-        Of the server, by token: this one is added, and taken out when Bokeh forgets its document.
+        Tabs of the server by token. This tab is added, and removed when Bokeh drops its document.
     """
 
     def __init__(self, source: Source, equations: Equations, document: Document, tabs: dict[str, Tab]) -> None:
@@ -89,7 +89,7 @@ class Tab:
         self.effects: dict[str, Any] = {}
         self.sweeps: dict[str, Any] = {}
         self.explained = ""
-        self.built = self.turned = self.session.state.knobs
+        self.built = self.sent_knobs = self.session.state.knobs
         self._build(source)
 
     def _build(self, source: Source) -> None:
@@ -106,70 +106,71 @@ class Tab:
         document.template_variables.update(
             data=data, slots=len(self.slots), sweeps=len(self.sweep_figures), synthetic=source.campaign.synthetic
         )
-        self.wire.on_change("asked", self._hear)
+        self.wire.on_change("asked", self._receive)
         for slot in self.slots:
-            slot.time.on_change("start", self._zoomed)
-            slot.time.on_change("end", self._zoomed)
+            slot.time.on_change("start", self._redraw_zoomed)
+            slot.time.on_change("end", self._redraw_zoomed)
         document.add_periodic_callback(self._poll, POLL_MS)
-        document.on_session_destroyed(lambda context: self._let_go())
+        # Bokeh calls this some time after the page is closed, which allows for a reload.
+        document.on_session_destroyed(lambda context: self._drop())
         self.redraw()
 
-    # In.
-
-    def _hear(self, attribute: str, old: str, new: str) -> None:
+    def _receive(self, attribute: str, old: str, new: str) -> None:
         del attribute, old
         message = json.loads(new)
         self.answered, self.note = message.get("number", 0), ""
         file = ""
         try:
-            file = self._done(message)
+            file = self._execute(message)
         except MechidError as error:
             self.note = str(error)
         except (KeyError, TypeError, ValueError):
             self.note = f"the page asks for what is not understood: {new}"
-        self.tell(file=file)
+        self.send(file=file)
 
-    def _done(self, message: Message) -> str:
-        """Do what a message asks for, and draw what it changes; return the file where one is to be saved."""
-        what = message["do"]
-        if what == "save":
+    def _execute(self, message: Message) -> str:
+        """Execute a request and redraw what it changes; return the text of a file to be saved, else an empty string."""
+        action = message["do"]
+        if action == "save":
             return self.session.mechanism_file()
-        if what == "hello":
-            self.wanted, self.turned = str(message.get("tab", "")), self.built
+        if action == "hello":
+            self.wanted, self.sent_knobs = str(message.get("tab", "")), self.built
             self._take_over()
             return ""
-        self._asked_for(message)
-        if what not in RESTED:
-            self.wanted = ""  # what is done on this page is not thrown away for an earlier one
-            self.limited = self._limited(message) if what == "turn" else {}
-        if what in REDRAWN:
+        self._run_action(message)
+        if action not in RESTED:
+            # Changes made on this page must not be replaced by an earlier session.
+            self.wanted = ""
+            self.limited = self._limit_messages(message) if action == "turn" else {}
+        if action in REDRAWN:
             self.redraw()
-        elif what in DRAGGED:
+        elif action in DRAGGED:
             self._simulate()
             self._draw_curves()
-        elif what in RESTED:
+        elif action in RESTED:
             self._follow()
         return ""
 
-    def _asked_for(self, message: Message) -> None:
+    def _run_action(self, message: Message) -> None:
         action = ACTIONS.get(message["do"])
         if action is None:
             raise UsageError(f"the page asks for {message['do']}, which is unknown")
         action(self.session, message)
 
-    def _limited(self, message: Message) -> dict[str, str]:
-        """Return why a knob is not at the value that was written, by its name; empty where it is."""
+    def _limit_messages(self, message: Message) -> dict[str, str]:
+        """Return the reason why a knob is not at the requested value, by its name; empty if it is."""
         name = message["name"]
         used = self.session.state.now.values[name]
-        words = limited_words(self.session.state.knobs[name], float(message["value"]), used)
+        words = limit_message(self.session.state.knobs[name], float(message["value"]), used)
         return {name: words} if words else {}
 
     def _take_over(self) -> None:
-        """Take the session of the page that this one was before it was loaded anew, once that is closed."""
+        """Take over the session of the page before its reload, once that page is closed."""
         earlier = self.tabs.get(self.wanted)
         if earlier is None or earlier is self:
             self.wanted = ""
             return
+        # An open page is another tab of the same browser and keeps its session.
         if not earlier.is_closed:
             return
         self.wanted, self.session = "", earlier.session
@@ -178,28 +179,26 @@ class Tab:
         self.seen, self.framed, self.explained = (), None, ""
         self.redraw()
 
-    def _let_go(self) -> None:
-        """End what is at work for a page that is not coming back."""
+    def _drop(self) -> None:
+        """Cancel the work for a page that does not return."""
         self.tabs.pop(self.token, None)
         self.session.cancel()
 
-    def _zoomed(self, attribute: str, old: object, new: object) -> None:
+    def _redraw_zoomed(self, attribute: str, old: object, new: object) -> None:
         del attribute, old, new
         if self.framed is not None:
             self._draw_curves()
             self._draw_effects()
 
-    # Out.
-
     def redraw(self) -> None:
-        """Simulate what is shown, and draw all of it."""
+        """Simulate and draw everything that is shown."""
         self._simulate()
         self._frame()
         self._draw_curves()
         self._follow()
 
     def _follow(self) -> None:
-        """Draw what follows the curves: the effect of the knob in hand, spectrograms of sweeps."""
+        """Draw the effect of the active knob and the spectrograms, which follow the curves."""
         self.effects = self.session.effects()
         self.sweeps = self.session.sweeps(self.pictures)
         self._draw_effects()
@@ -210,7 +209,7 @@ class Tab:
         self.pictures = self.session.pictures()
 
     def _frame(self) -> None:
-        """Set the axes anew where another record or stretch is shown."""
+        """Reset the axes if another record or stretch is shown."""
         session = self.session
         if self.framed == (session.shown, session.seconds):
             return
@@ -220,7 +219,7 @@ class Tab:
         self.framed = session.shown, session.seconds
 
     def _draw_curves(self) -> None:
-        compared = self.session.compared() if self.session.compares else {}
+        compared = self.session.estimate_pictures() if self.session.compares else {}
         for slot, name in zip(self.slots, self.session.shown, strict=False):
             slot.show(self.pictures[name], compared.get(name))
 
@@ -228,8 +227,8 @@ class Tab:
         for slot, name in zip(self.slots, self.session.shown, strict=False):
             slot.show_effect(self.pictures[name], self.effects[name])
 
-    def tell(self, file: str = "") -> None:
-        """Send what the page says."""
+    def send(self, file: str = "") -> None:
+        """Send the content of the page."""
         data = shown_data(self.session, self.pictures, self.effects, self.sweeps)
         data |= {"answered": self.answered, "note": self.note, "file": file, "limited": self.limited, "tab": self.token}
         plant = self.session.campaign.mechanism.plant
@@ -238,50 +237,52 @@ class Tab:
         if self.explained != self.session.hand:
             self.explained = self.session.hand
             data["equations"] = self.equations.of(self.session.hand)
-        if self.turned != self.session.state.knobs:  # the page has rows of another mechanism
+        # The rows of the page belong to another mechanism and are replaced.
+        if self.sent_knobs != self.session.state.knobs:
             data["groups"] = self._rows()
         self.wire.update(page_state=json.dumps(data, allow_nan=False))
 
     def _rows(self) -> str:
-        """Return the page's rows of knobs, for a mechanism that a fit has added terms to."""
-        self.turned = self.session.state.knobs
-        page = page_data(self.session.campaign, self.turned, self.session.scenes)
+        """Return the rows of knobs, for a mechanism to which a fit has added terms."""
+        self.sent_knobs = self.session.state.knobs
+        page = page_data(self.session.campaign, self.sent_knobs, self.session.scenes)
         return environment(PACKAGE).get_template("knobs.html").render(data=page)
 
     def _poll(self) -> None:
-        """Show how the fit goes on, and take up its end; for a page that stays closed nothing goes on."""
+        """Show the progress and the result of a fit; cancel the fit of a page that stays closed."""
         if self._stays_closed() and self.session.is_fitting:
             self.session.cancel()
         if self.wanted:
             self._take_over()
             if time.monotonic() - self.opened_at > RELOAD_S:
-                self.wanted = ""  # the earlier page is open: this is another tab
-            self.tell()
+                # The earlier page is still open, so this is a second tab and not a reload.
+                self.wanted = ""
+            self.send()
         self.session.follow()
-        run = self.session.watched
+        run = self.session.shown_run
         if run is None:
             return
-        ended = self.session.take_up()
+        ended = self.session.adopt_result()
         state = (id(run), len(run.reports), run.state, int(run.elapsed_s))
         if state == self.seen and not ended:
             return
         self.seen = state
         knobs = self.session.state.knobs
-        ratios, places = course(run.reports, knobs)
+        ratios, places = progress_curves(run.reports, knobs)
         symbols = {name: knob.parameter.declaration.symbol for name, knob in knobs.items()}
         self.course.show(ratios, places, symbols)
         if ended:
             self.redraw()
-        self.tell()
+        self.send()
 
     def _stays_closed(self) -> bool:
-        """Whether the page has been closed for longer than it takes to load it anew."""
+        """Return whether the page has been closed for longer than a reload takes."""
         self.closed_at = min(self.closed_at, time.monotonic()) if self.is_closed else math.inf
         return time.monotonic() - self.closed_at > RELOAD_S
 
     @property
     def is_closed(self) -> bool:
-        """Whether the page's connection is gone; Bokeh keeps the session for a while."""
+        """Whether the connection of the page is closed; Bokeh keeps its session for a while."""
         context = self.document.session_context
         session = context.session if isinstance(context, BokehSessionContext) else None
         return session is not None and session.connection_count == 0
@@ -305,5 +306,5 @@ ACTIONS: Mapping[str, Action] = {
 }
 DRAGGED = ("turn",)
 RESTED = ("settle", "take")
-"""The effect of a knob, and spectrograms, follow when the page has come to rest, and asks for it."""
+"""Requests that update the effect of a knob and the spectrograms, sent when no knob is moving."""
 REDRAWN = ("switch", "undo", "estimate", "file", "look", "compare")

@@ -13,17 +13,17 @@ from golden_variants import VARIANTS
 from layouts import mechanism_of
 from mechid.command import Command, Excitation, RateProfile
 from mechid.errors import MechidError, UsageError
-from mechid.exports.c.compiler import found_compiler
+from mechid.exports.c.compiler import find_compiler
 from mechid.exports.c.source import FILES, Source
 from mechid.exports.c.target import Options
-from mechid.exports.export import exported
+from mechid.exports.export import write_export
 from mechid.exports.handover import Handover, Trial
-from mechid.exports.trials import Found, checked, references
+from mechid.exports.trials import Found, compare_results, references
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-O1")
 COMPILERS = [name for name in ("gcc", "clang", "clang-14") if shutil.which(name)]
-needs_compiler = pytest.mark.skipif(found_compiler() is None, reason="no C compiler is installed")
+needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")
 SWINGING = RateProfile.through(
     [(0.0, 10.0), (0.1, 80.0), (0.2, 80.0), (0.2, -40.0), (0.35, 0.0), (0.4, 0.0), (0.5, 90.0)]
 )
@@ -62,7 +62,7 @@ def compile_with(compiler, folder, *flags):
 @needs_compiler
 def test_it_gives_what_the_kernel_gives(paper, tmp_path):
     """Truth: the kernel, to 1e-9 of the RMS, with the same switches; under jumps, reversals, dwells, ticks, squares."""
-    done = exported(replace(paper, trials=(*paper.trials, *TRIALS)), "c", tmp_path)
+    done = write_export(replace(paper, trials=(*paper.trials, *TRIALS)), "c", tmp_path)
     assert sorted(done.written.files) == sorted(FILES)
     found = done.written.checked
     assert found.rms_error < 1e-11
@@ -173,7 +173,7 @@ class Library:
     def __init__(self, source, folder):
         write(source, folder)
         path = folder / "mechanism.so"
-        call = [found_compiler(), "-std=c99", "-O1", "-shared", "-fPIC", folder / "mechanism.c", "-o", path, "-lm"]
+        call = [find_compiler(), "-std=c99", "-O1", "-shared", "-fPIC", folder / "mechanism.c", "-o", path, "-lm"]
         subprocess.run(call, check=True)
         self.of, self.m = ctypes.CDLL(str(path)), ctypes.create_string_buffer(1 << 20)
         self.first = 8 * len(source.plant.declarations)
@@ -190,7 +190,7 @@ class Library:
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
     """Return the paper's mechanism as a library."""
-    if found_compiler() is None:
+    if find_compiler() is None:
         pytest.skip("no C compiler is installed")
     return Library(source_of("paper"), tmp_path_factory.mktemp("library"))
 
@@ -267,19 +267,19 @@ def test_a_wrong_text_is_not_written(paper):
     (reference, *_) = references(paper)
     own = reference.switching
     switches = np.column_stack([own.time, own.switch, own.before, own.after])
-    assert checked([reference], [Found(reference.outputs, switches)], "it").largest_error == 0.0
+    assert compare_results([reference], [Found(reference.outputs, switches)], "it").largest_error == 0.0
     with pytest.raises(MechidError, match="differs by"):
-        checked([reference], [Found(reference.outputs * (1.0 + 1e-6), switches)], "it")
+        compare_results([reference], [Found(reference.outputs * (1.0 + 1e-6), switches)], "it")
     with pytest.raises(MechidError, match="differs by"):
-        checked([reference], [Found(np.full_like(reference.outputs, np.nan), switches)], "it")
+        compare_results([reference], [Found(np.full_like(reference.outputs, np.nan), switches)], "it")
     with pytest.raises(MechidError, match="switches otherwise"):
-        checked([reference], [Found(reference.outputs, switches[:-1])], "it")
+        compare_results([reference], [Found(reference.outputs, switches[:-1])], "it")
 
 
 def test_without_a_compiler_the_text_is_there_and_says_so(paper, tmp_path, monkeypatch):
     """Truth: DESIGN's contract: checked is null; the first line says why."""
     monkeypatch.setenv("CC", "no-such-compiler")
-    done = exported(paper, "c", tmp_path)
+    done = write_export(paper, "c", tmp_path)
     assert done.written.checked is None
     assert "no C compiler" in done.written.words[0]
     assert (tmp_path / "mechanism.c").is_file()
@@ -291,7 +291,7 @@ def test_a_compiler_that_fails_is_said_in_its_own_words(paper, tmp_path, monkeyp
     compiler.write_text("#!/bin/sh\necho 'mechanism.c:1: error: no such luck' >&2\nexit 1\n", encoding="utf-8")
     compiler.chmod(0o755)
     monkeypatch.setenv("CC", str(compiler))
-    done = exported(paper, "c", tmp_path / "out")
+    done = write_export(paper, "c", tmp_path / "out")
     assert "no such luck" in done.written.words[0]
     assert (tmp_path / "out" / "main.c").is_file()
 

@@ -14,17 +14,17 @@ import pytest
 from layouts import changed, mechanism_of, paper_table
 from mechid.command import Command, Excitation, RateProfile
 from mechid.errors import InputFileError, UsageError
-from mechid.exports.c.compiler import found_compiler
+from mechid.exports.c.compiler import find_compiler
 from mechid.exports.document import PAGES
-from mechid.exports.export import exported
+from mechid.exports.export import write_export
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.options import Options
-from mechid.exports.fmu.unit import closed
+from mechid.exports.fmu.unit import without_ports
 from mechid.exports.fmu.variables import INPUT, PARAMETER
 from mechid.exports.handover import Trial
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
-pytestmark = pytest.mark.skipif(found_compiler() is None, reason="no C compiler is installed")
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")
 SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (2.0, 60.0)]))
 RATE_HZ, SECONDS = 10_000.0, 1.0
 MODE, INDEX, RATE, VOLTAGE_A = 1, 10, 11, 12
@@ -264,7 +264,7 @@ def test_fmpy_has_nothing_to_say(unit, version):
 
 def test_the_bench_variant_has_the_housing(paper, tmp_path):
     """Truth: the kernel of the bench, housing and all; and what is said of it."""
-    done = exported(paper, "fmu", tmp_path, Options(stand=True))
+    done = write_export(paper, "fmu", tmp_path, Options(stand=True))
     assert done.written.checked.largest_error < 1e-9
     assert "as on the bench, with [housing]" in done.to_dict()["mechanism"]
     assert {path.name for path in tmp_path.iterdir()} == {*done.written.files, *PAGES, "mechid_export.json"}
@@ -277,7 +277,7 @@ def test_the_bench_variant_has_the_housing(paper, tmp_path):
 def test_without_a_compiler_there_are_sources(paper, tmp_path, monkeypatch):
     """Truth: a source unit for other machines; the first line says that it was not compared."""
     monkeypatch.setenv("CC", "no-such-compiler")
-    done = exported(paper, "fmu", tmp_path)
+    done = write_export(paper, "fmu", tmp_path)
     assert done.written.checked is None
     assert "Without binary, not compared" in done.written.words[0]
     with zipfile.ZipFile(tmp_path / done.written.files[1]) as archive:
@@ -289,16 +289,16 @@ def test_what_a_unit_cannot_express_is_refused(paper):
     """Truth: a mechanism that measured channels drive; options that there are not."""
     measured = mechanism_of(changed(paper_table(), {"stepper": {"drive": "measured_voltage", "peak_voltage": None}}))
     with pytest.raises(InputFileError, match="follows measured channels"):
-        closed(replace(paper, mechanism=measured), {}, stand=True)
+        without_ports(replace(paper, mechanism=measured), {}, stand=True)
     with pytest.raises(UsageError, match="write yes or no"):
         Options.read({"stand": "maybe"})
     with pytest.raises(UsageError, match='did you mean "stand"'):
         Options.read({"stnad": "yes"})
     for stand in (True, False):
         with pytest.raises(UsageError, match=r"load.inertia: found -1; write a number from 0"):
-            closed(paper, {"load.inertia": -1.0}, stand=stand)
+            without_ports(paper, {"load.inertia": -1.0}, stand=stand)
         with pytest.raises(UsageError, match=r"load.inertai.*did you mean"):
-            closed(paper, {"load.inertai": 1.0}, stand=stand)
+            without_ports(paper, {"load.inertai": 1.0}, stand=stand)
     assert Options.read({"stand": "yes", "load.inertia": "35"}).values == {"load.inertia": 35.0}
 
 

@@ -13,7 +13,7 @@ from scipy.io import loadmat
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.budgets.emission import line_sigmas
 from mechid.errors import FitError, InputFileError, UsageError
-from mechid.exports.export import exported
+from mechid.exports.export import write_export
 from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.linear import linear_of
@@ -35,7 +35,7 @@ def linear(paper):
 @pytest.fixture(scope="module")
 def done(paper, tmp_path_factory):
     """Return the same as written."""
-    return exported(paper, "linear", tmp_path_factory.mktemp("linear"), Options(rates=RATES, samples=3, seed=7))
+    return write_export(paper, "linear", tmp_path_factory.mktemp("linear"), Options(rates=RATES, samples=3, seed=7))
 
 
 def test_files_and_what_is_said(done):
@@ -214,7 +214,7 @@ def test_a_motor_alone_on_a_current_drive(paper, tmp_path):
     """Truth: stuck it has no states, the torque on its shaft is the one on its base; known values have no deltas."""
     alone = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
     what = replace(paper, mechanism=alone, names=(), covariance=np.zeros((0, 0)))
-    exported(what, "linear", tmp_path, Options(rates=(), samples=2))
+    write_export(what, "linear", tmp_path, Options(rates=(), samples=2))
     stuck = json.loads((tmp_path / "linear.json").read_text(encoding="utf-8"))["models"]["stuck"]
     assert stuck["A"] == []
     row, column = stuck["outputs"]["names"].index("torque"), stuck["inputs"]["names"].index("output_torque")

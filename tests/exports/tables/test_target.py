@@ -17,11 +17,11 @@ from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.exports.document import PAGES
-from mechid.exports.export import exported
+from mechid.exports.export import write_export
 from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import Trial
-from mechid.exports.stepping import steppings, usual_rates
-from mechid.exports.tables.check import direct, refuse_other
+from mechid.exports.stepping import choose_rates, steppings
+from mechid.exports.tables.check import compare_directly, refuse_difference
 from mechid.exports.tables.csv_file import read_csv, write_csv
 from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
@@ -220,7 +220,7 @@ def test_the_check_finds_lines_that_are_wrong(paper):
     lines = state.lines.copy()
     lines[1] *= 1.01
     lanes = len(estimate.names) + len(lined.plant.states)
-    found = direct(lined, lanes, replace(one, states=((replace(state, lines=lines),),)))
+    found = compare_directly(lined, lanes, replace(one, states=((replace(state, lines=lines),),)))
     assert np.abs(found.off).max() == pytest.approx(0.01 * abs(state.lines[1]), rel=1e-3)
 
 
@@ -228,11 +228,11 @@ def test_a_file_that_holds_other_numbers_is_refused(tmp_path):
     """Truth: a digit changed behind the back of the check."""
     table = Table("t", (texts("name", "", ["a", "b"]), numbers("x_Nm", "N m", "", [1.25, None])))
     write_csv(table, tmp_path)
-    refuse_other(tmp_path / "t.csv", table.numeric, read_csv(table, tmp_path))
+    refuse_difference(tmp_path / "t.csv", table.numeric, read_csv(table, tmp_path))
     path = tmp_path / "t.csv"
     path.write_text(path.read_text(encoding="utf-8").replace("1.25", "1.26"), encoding="utf-8")
     with pytest.raises(UsageError, match=r"t\.csv: column x_Nm holds other numbers"):
-        refuse_other(path, table.numeric, read_csv(table, tmp_path))
+        refuse_difference(path, table.numeric, read_csv(table, tmp_path))
 
 
 def test_ways_of_stepping_are_told_apart_by_what_they_do():
@@ -257,14 +257,14 @@ def test_ways_of_stepping_are_told_apart_by_what_they_do():
         ("full_0deg", ((20.0, 20.0),)),
         ("micro16", ((0.0, 50.0),)),
     ]
-    tested = found[0].tested(np.array([45.9, 46.0, 92.0]))
+    tested = found[0].covers(np.array([45.9, 46.0, 92.0]))
     assert tested.tolist() == [False, True, True]
 
 
 def test_the_usual_rates_span_the_campaign_and_stand_where_orders_meet_a_resonance(paper):
     """Truth: the resonance of the load on its gear, 46.9 Hz; the sweep's range, 0 to 60 steps/s."""
     mechanism = estimate_on_base(paper).mechanism
-    rates = usual_rates(mechanism, steppings(paper.trials))
+    rates = choose_rates(mechanism, steppings(paper.trials))
     (load,) = resonances(mechanism)
     assert (rates[0], rates[-1]) == (60.0 / 24.0, 60.0)
     assert 46.0 in rates
@@ -281,14 +281,14 @@ def test_many_narrow_resonances_do_not_ask_for_endless_rates():
     modes = [{"frequency": w, "damping": 0.001, "inertia": 1e-3} for w in (60.0, 150.0)]
     mechanism = to_flight(mechanism_of(changed(paper_table(), {"load": {"mode": modes}})))
     command = Command(stepping="full", microsteps=1, rate=RateProfile.through([(0.0, 5.0), (1.0, 120.0)]))
-    rates = usual_rates(mechanism, steppings([Trial("a", command, SECOND)]))
+    rates = choose_rates(mechanism, steppings([Trial("a", command, SECOND)]))
     assert len([r for r in resonances(mechanism) if r.damping < 0.01]) == 2
     assert 100 < rates.size <= 300
 
 
 def test_without_a_step_command_there_are_no_lines(paper, tmp_path):
     """Truth: the list of files."""
-    done = exported(replace(paper, trials=()), "tables", tmp_path)
+    done = write_export(replace(paper, trials=()), "tables", tmp_path)
     assert done.written.checked is None
     assert "parameters.csv" in done.written.files
     assert not {"lines.csv", "lines.bdf"} & set(done.written.files)

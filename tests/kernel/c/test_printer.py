@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from mechid.exports.c.compiler import compiled, found_compiler
+from mechid.exports.c.compiler import compile_sources, find_compiler
 from mechid.kernel.c.module import fold_zeros, module_of
 from mechid.kernel.c.printer import WIDTH, Printer, wrap_line
 from small_kernel import TEXT, ran
@@ -20,7 +20,7 @@ int called(const double *w, double *out, double low) { return run(w, out, low); 
 """
 
 
-@pytest.mark.skipif(found_compiler() is None, reason="no C compiler is installed")
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler is installed")
 def test_it_computes_what_python_computes(tmp_path):
     """Truth: the same text run by Python, on 50 draws, to the last bit."""
     module = fold_zeros(module_of(TEXT), ("sensitive",))
@@ -28,7 +28,7 @@ def test_it_computes_what_python_computes(tmp_path):
     source = tmp_path / "small.c"
     source.write_text("\n".join([printer.constants(), BEFORE, printer.text(), BEHIND]), encoding="utf-8")
     flags = ["-shared", "-fPIC", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
-    called = ctypes.CDLL(str(compiled([source], tmp_path / "small.so", flags=flags))).called
+    called = ctypes.CDLL(str(compile_sources([source], tmp_path / "small.so", flags=flags))).called
     pointer = np.ctypeslib.ndpointer(dtype=np.float64, flags="C_CONTIGUOUS")
     called.argtypes, called.restype = [pointer, pointer, ctypes.c_double], ctypes.c_int
     rng = np.random.default_rng(1)

@@ -1,1 +1,1 @@
-"""An identified mechanism as C99 text: files, their compilation, and their comparison with the kernel."""
+"""Export as C99 source: files, their compilation, and their comparison with the kernel."""

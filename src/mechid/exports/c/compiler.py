@@ -1,4 +1,4 @@
-"""The C compiler of this machine, and what it makes of a text."""
+"""C compiler of this machine, and compilation of exported sources."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ KNOWN = ("cc", "gcc", "clang")
 
 
 class CompilerError(Exception):
-    """The compiler has refused a text; its message is the compiler's first error."""
+    """Failed compilation; the message is the first error of the compiler."""
 
 
-def found_compiler() -> str | None:
-    """Return the compiler to use: that of the environment's CC, or the first of those known; None without one."""
+def find_compiler() -> str | None:
+    """Return the C compiler: the environment variable CC, or the first known one on the path; None if there is none."""
     named = os.environ.get("CC")
     return next((path for name in ([named] if named else KNOWN) if (path := shutil.which(name))), None)
 
 
-def compiled(sources: Sequence[Path], program: Path, *, flags: Sequence[str] = ()) -> Path:
-    """Compile sources to a program, or with ``-shared`` among the flags to a library.
+def compile_sources(sources: Sequence[Path], program: Path, *, flags: Sequence[str] = ()) -> Path:
+    """Compile sources to a program, or to a library with ``-shared`` among the flags.
 
     Raises
     ------
     CompilerError
-        There is no compiler, or it has refused the text.
+        There is no compiler, or the compilation failed.
     """
-    compiler = found_compiler()
+    compiler = find_compiler()
     if compiler is None:
         raise CompilerError("no C compiler was found; install one, or name it in CC")
     command = [compiler, *FLAGS, *flags, *map(str, sources), "-o", str(program), "-lm"]
@@ -39,6 +39,7 @@ def compiled(sources: Sequence[Path], program: Path, *, flags: Sequence[str] = (
     except (OSError, subprocess.TimeoutExpired) as error:
         raise CompilerError(f"{compiler}: {error}") from error
     if done.returncode:
+        # The first line with an error is the cause; later ones are often consequences.
         lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
         raise CompilerError(f"{compiler}: {lines[0] if lines else f'ended with {done.returncode}'}")
     return program

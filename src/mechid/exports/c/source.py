@@ -1,4 +1,4 @@
-"""The C text of a mechanism: its kernel printed, its values, and what calls it."""
+"""C source of a mechanism: its kernel, its values, and the interface around the kernel."""
 
 from __future__ import annotations
 
@@ -24,25 +24,26 @@ from mechid.simulation.simulator import CLOSE_STEPS
 
 FILES = ("mechanism.h", "mechanism.c", "main.c", "CMakeLists.txt")
 STEPS = ("e_A", "e_B")
-"""Inputs that a step driver gives."""
+"""Inputs supplied by a step driver."""
 MOST_SWITCHES = 1024
+# Only some mechanisms need them; sections of the templates are selected accordingly.
 OWN = ("larger_int", "sine_of", "cosine_of", "square_root", "sine_and_cosine")
-"""Functions of the text's own that not every mechanism needs."""
+"""Helper functions of the C source."""
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The C text of what a fit hands on.
+    """C source of a handover.
 
     Attributes
     ----------
     handover : Handover
     interval_s : float
-        Between two instants of the grid on which the motion is integrated.
+        Interval of the grid on which the motion is integrated, in s.
     substeps : int
-        Integration steps in an interval.
+        Integration steps per interval.
     sensitive : bool
-        Whether the derivatives to the parameters that have an error are carried along.
+        Whether derivatives with respect to the parameters with a standard error are integrated too.
     """
 
     handover: Handover
@@ -52,17 +53,17 @@ class Source:
 
     @property
     def plant(self) -> Plant:
-        """The plant."""
+        """The plant of the mechanism."""
         return self.handover.mechanism.plant
 
     @property
     def steps(self) -> bool:
-        """Whether a step driver gives its inputs."""
+        """Whether a step driver supplies the inputs."""
         return set(STEPS) <= set(map(str, self.plant.inputs))
 
     @cached_property
     def module(self) -> Module:
-        """The kernel, without what only sensitivities need where there are none."""
+        """The kernel, without the parts for sensitivities if these are not requested."""
         lanes = lanes_for(len(self.free)) if self.sensitive else 0
         parts = [generate(self.plant, lanes), _of_file(self.handover.mechanism)]
         if self.sensitive:
@@ -71,15 +72,15 @@ class Source:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Parameters of the mechanism file that have a standard error."""
+        """Parameters of the mechanism file with a standard error."""
         return tuple(name for name in self.plant.declarations if name in self.handover.names)
 
     @cached_property
     def files(self) -> dict[str, str]:
-        """The texts by file name."""
-        return {name: self._filled(name) for name in FILES}
+        """The sources by file name."""
+        return {name: self._fill_template(name) for name in FILES}
 
-    def _filled(self, name: str) -> str:
+    def _fill_template(self, name: str) -> str:
         text = resources.files("mechid.exports.c").joinpath(f"text/{name}.in").read_text(encoding="utf-8")
         needed = {own: own in self._values["kernel"] for own in OWN}
         needed["square_root"] |= self.steps
@@ -132,7 +133,7 @@ class Source:
 
     @property
     def library(self) -> tuple[str, ...]:
-        """Functions of the C library that the mechanism's laws need."""
+        """Functions of the C library that the laws of the mechanism need."""
         text = Printer(self.module).text()
         known = ("exp", "log", "tanh", "tan", "atan", "atan2", "pow", "copysign", "hypot")
         return tuple(name for name in known if re.search(rf"\b{name}\(", text))
@@ -150,8 +151,8 @@ class Source:
         for name, declared in self.plant.declarations.items():
             error = self.handover.std_error(name)
             tied = own.parameters[name].tied_to
-            said = f"follows {tied}" if tied else f"+- {error:.3g}" if error is not None else "known"
-            yield f"    MECHANISM_P_{_word(name)}, /* {name} = {own.value(name):.9g} {declared.unit}, {said} */"
+            status = f"follows {tied}" if tied else f"+- {error:.3g}" if error is not None else "known"
+            yield f"    MECHANISM_P_{_word(name)}, /* {name} = {own.value(name):.9g} {declared.unit}, {status} */"
 
     def _initial(self) -> Iterable[str]:
         own = self.handover.mechanism
@@ -191,7 +192,7 @@ _RUN = {
     "events": "m->events",
     "events_count": "(int)(sizeof m->events / sizeof(double))",
 }
-"""What the C text hands over to the kernel's `run`, by its arguments."""
+"""C expressions for the arguments of the kernel function `run`."""
 _BEGIN = {
     "p": "m->parameter",
     "directions": "m->directions",
@@ -207,14 +208,14 @@ _BEGIN = {
 
 
 def _of_file(mechanism: Mechanism) -> str:
-    """Return the function that turns the mechanism file's values into the kernel's parameters."""
+    """Return the function that maps values of the mechanism file to kernel parameters."""
     reads, expressions = _read(mechanism)
     lines = [*reads, *(f"p_[{k}] = {python_text(e)}" for k, e in enumerate(expressions))]
     return function("of_file", "f_, p_", "From values of the mechanism file to the kernel's parameters.", lines)
 
 
 def _of_file_slopes(mechanism: Mechanism, free: Sequence[str], lanes: int) -> str:
-    """Return the function that gives the derivatives of the kernel's parameters to those of the file, a lane each."""
+    """Return the function for derivatives of kernel parameters with respect to file values, one lane each."""
     reads, expressions = _read(mechanism)
     places = list(mechanism.plant.declarations)
     lines = [
@@ -228,9 +229,9 @@ def _of_file_slopes(mechanism: Mechanism, free: Sequence[str], lanes: int) -> st
 
 
 def _read(mechanism: Mechanism) -> tuple[list[str], list[sp.Expr]]:
-    """Return the lines that read the values of the file, and the kernel's parameters as functions of them.
+    """Return the lines that read the file values, and the kernel parameters as expressions of these.
 
-    A parameter that follows another reads that one's value.
+    A tied parameter reads the value of its master.
     """
     symbols, expressions = mechanism.plant.file_map
     places = {name: k for k, name in enumerate(mechanism.plant.declarations)}
@@ -243,12 +244,12 @@ def _read(mechanism: Mechanism) -> tuple[list[str], list[sp.Expr]]:
 
 
 def _safe(line: str) -> str:
-    """Return a line that does not end the comment in which it stands."""
+    """Escape a line so that it does not end its C comment."""
     return line.replace("*/", "* /")
 
 
 def _entries(kind: str, names: Iterable[str]) -> str:
-    """Return the lines of an enumeration."""
+    """Return the lines of a C enumeration."""
     return "\n".join(f"    MECHANISM_{kind}_{_word(name)}," for name in names)
 
 
@@ -257,7 +258,7 @@ def _word(name: str) -> str:
 
 
 def _sections(text: str, kept: Mapping[str, bool]) -> str:
-    """Return a text with only the sections that are kept; a section stands between ``//{name`` and ``//}name``."""
+    """Return a text with only the selected sections; a section is enclosed by ``//{name`` and ``//}name``."""
     lines, dropped = [], 0
     for line in text.splitlines(keepends=True):
         mark = line.strip()

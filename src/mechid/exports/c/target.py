@@ -1,4 +1,4 @@
-"""``mechid export --to c``: the text, compiled and compared where there is a compiler."""
+"""Target of ``mechid export --to c``: C source, compiled and compared if there is a compiler."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from mechid.exports.c.compiler import CompilerError, compiled
+from mechid.exports.c.compiler import CompilerError, compile_sources
 from mechid.exports.c.source import FILES, Source
 from mechid.exports.export import Checked, Written
 from mechid.exports.handover import Handover, Trial
 from mechid.exports.option_texts import NO, yes_or_no
-from mechid.exports.stand import handed_on, read_stand
-from mechid.exports.trials import Found, checked, references, sample_rate_hz, substeps
+from mechid.exports.stand import read_stand, select_mechanism
+from mechid.exports.trials import Found, compare_results, references, sample_rate_hz, substeps
 from mechid.writing import write_atomically
 
 MOST_POINTS = 256
-"""Of a rate profile, as mechanism.h has it."""
+"""Most points of a rate profile, as declared in mechanism.h."""
 SENSITIVITIES = "sensitivities"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What a user may ask of the text.
+    """Options of the C export.
 
     Parameters
     ----------
     sensitivities : bool
-        Whether the derivatives to the parameters that have a standard error are carried along.
+        Whether derivatives with respect to the parameters with a standard error are integrated too.
     stand : bool
-        The mechanism as on the bench: with housing, transducer and filters. Otherwise as it flies.
+        Export the mechanism as on the bench, with housing, transducer and filters, instead of as in flight.
     values : mapping of dotted name to float
-        What differs there, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
+        Changed parameter values in the units of the mechanism file, as ``{"load.inertia": 35.0}``.
     """
 
     sensitivities: bool = False
@@ -45,31 +45,31 @@ class Options:
 
     @classmethod
     def read(cls, given: Mapping[str, str]) -> Options:
-        """Return the options that texts give: ``{"sensitivities": "yes", "stand": "yes"}``.
+        """Read options from strings, as ``{"sensitivities": "yes", "stand": "yes"}``.
 
         Raises
         ------
         UsageError
-            One cannot be.
+            An option is unknown or has an invalid value.
         """
         stand, values = read_stand(given, [SENSITIVITIES])
         sensitivities = yes_or_no(SENSITIVITIES, given.get(SENSITIVITIES, NO))
         return cls(sensitivities=sensitivities, stand=stand, values=values)
 
 
-def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
-    """Write mechanism.h, mechanism.c, main.c and CMakeLists.txt, and compare what they give with the kernel.
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+    """Write mechanism.h, mechanism.c, main.c and CMakeLists.txt, and compare their output with the kernel.
 
     Raises
     ------
     InputFileError
-        What differs in flight cannot be.
+        A changed value is impossible.
     MechidError
-        What they give is not what the kernel gives.
+        The output differs from that of the kernel.
     """
-    asked = options or Options()
-    taken = replace(handover, mechanism=handed_on(handover.mechanism, asked.values, stand=asked.stand))
-    source = Source(taken, 1.0 / sample_rate_hz(taken), substeps(taken), asked.sensitivities)
+    chosen = options or Options()
+    changed = replace(handover, mechanism=select_mechanism(handover.mechanism, chosen.values, stand=chosen.stand))
+    source = Source(changed, 1.0 / sample_rate_hz(changed), substeps(changed), chosen.sensitivities)
     for name, text in source.files.items():
         write_atomically(folder / name, text)
     words = [f"Functions of the C library in its loop: {', '.join(source.library)}."] if source.library else []
@@ -78,23 +78,24 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
     except CompilerError as error:
         return Written(FILES, None, (f"Not compared: {error}.", *words))
     if found is None:
+        # Without a comparison the user has to know that the files are unverified.
         words.insert(0, "Not compared: no record is stepped from rest at the rate of the others.")
     return Written(FILES, found, tuple(words))
 
 
 def _checked(source: Source, folder: Path) -> Checked | None:
-    """Compile the text and compare it under the commands of the records."""
+    """Compile the source and compare it under the commands of the records."""
     with TemporaryDirectory() as aside:
-        program = compiled([folder / "mechanism.c", folder / "main.c"], Path(aside) / "mechanism")
+        program = compile_sources([folder / "mechanism.c", folder / "main.c"], Path(aside) / "mechanism")
         tried = [
             r for r in references(source.handover) if source.steps and len(r.trial.command.rate.times_s) <= MOST_POINTS
         ]
         results = [_run(program, r.trial, Path(aside)) for r in tried]
-        return checked(tried, results, "the C text's result")
+        return compare_results(tried, results, "the C text's result")
 
 
 def _run(program: Path, trial: Trial, folder: Path) -> Found:
-    """Return what the compiled program gives under a command."""
+    """Run the compiled program under a command."""
     command, switches = folder / "command.csv", folder / "switches.csv"
     command.write_text(command_text(trial), encoding="utf-8")
     duration = repr(trial.base.duration_s)
@@ -109,7 +110,7 @@ def _run(program: Path, trial: Trial, folder: Path) -> Found:
 
 
 def command_text(trial: Trial) -> str:
-    """Return a command as the program reads it."""
+    """Return a command in the format of the compiled program."""
     command = trial.command
     own = (command.start_angle_deg, command.microsteps, int(command.waveform == "square"), command.clock_tick_s)
     rows = [own, *zip(command.rate.times_s, command.rate.rates, strict=True)]

@@ -1,4 +1,4 @@
-"""modelDescription.xml of both versions."""
+"""modelDescription.xml for FMI 2.0 and 3.0."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BASE = {
     "V.s": "kg=1 m=2 s=-2 A=-1",
     "V.s/rad": "kg=1 m=2 s=-2 A=-1 rad=-1",
 }
-"""SI base units of units; others are named without."""
+"""SI base units of units; other units are declared by name only."""
 ABLE_2 = {
     "canHandleVariableCommunicationStepSize": "true",
     "canGetAndSetFMUstate": "true",
@@ -48,7 +48,8 @@ ABLE_3 = {
 
 
 def description_2(name: str, guid: str, words: str, tool: str, variables: Sequence[Variable], stop_s: float) -> str:
-    """Return modelDescription.xml of FMI 2.0; it has no independent variable, and numbers outputs from 1."""
+    """Return modelDescription.xml of FMI 2.0, which has no independent variable and counts outputs from 1."""
+    # FMI 2.0 has no independent variable.
     shown = [v for v in variables if v.causality != "independent"]
     root = ET.Element(
         "fmiModelDescription",

@@ -1,4 +1,4 @@
-"""A small importer: what a unit gives under a command, called through its own interface."""
+"""Minimal FMU importer, which runs a unit under a command through its FMI interface."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CO_SIMULATION = 1
 
 
 class Importer:
-    """One version's archive, loaded; the folder of its binary goes when the importer is closed.
+    """Loaded archive of one FMI version; closing it deletes the folder of its binary.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Importer:
         self.folder.cleanup()
 
     def outputs(self, trial: Trial, steps: FloatArray, count: int) -> FloatArray:
-        """Return all outputs at the ends of communication steps of these lengths, (len(steps) + 1, count)."""
+        """Return all outputs at the start and after communication steps of these lengths, (len(steps) + 1, count)."""
         of = self._instance()
         try:
             self._command(of, trial)
@@ -73,7 +73,8 @@ class Importer:
             made = self._function("Instantiate", ct.c_void_p)(
                 b"checked", ct.c_int(CO_SIMULATION), self.guid, b"", ct.byref(calls), ct.c_int(0), ct.c_int(0)
             )
-            self._calls = calls  # the unit keeps where they stand
+            # The unit keeps a pointer to the callbacks, so they must not be freed.
+            self._calls = calls
         else:
             no = ct.c_bool(False)
             made = self._function("InstantiateCoSimulation", ct.c_void_p)(

@@ -10,15 +10,15 @@ from mechid.exports.stand import read_stand
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What stands in the unit.
+    """Options of the FMU export.
 
     Parameters
     ----------
     stand : bool
-        The mechanism as on the bench: with housing and transducer, its base at rest. Otherwise as it flies: without the
-        test stand, on a base that may turn.
+        Export the mechanism as on the bench, with housing and transducer and a base at rest, instead of as in flight,
+        without the test stand and on a base that can rotate.
     values : mapping of dotted name to float
-        What differs there, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
+        Changed parameter values in the units of the mechanism file, as ``{"load.inertia": 35.0}``.
     """
 
     stand: bool = False
@@ -26,12 +26,12 @@ class Options:
 
     @classmethod
     def read(cls, given: Mapping[str, str]) -> Options:
-        """Return the options that texts give: ``{"stand": "yes", "load.inertia": "35"}``.
+        """Read options from strings, as ``{"stand": "yes", "load.inertia": "35"}``.
 
         Raises
         ------
         UsageError
-            One cannot be.
+            An option is unknown or has an invalid value.
         """
         stand, values = read_stand(given)
         return cls(stand=stand, values=values)

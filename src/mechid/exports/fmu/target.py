@@ -1,4 +1,4 @@
-"""``mechid export --to fmu``: both versions, with a binary and compared where there is a compiler."""
+"""Target of ``mechid export --to fmu``: both FMI versions, with a binary and a comparison if there is a compiler."""
 
 from __future__ import annotations
 
@@ -10,35 +10,36 @@ import numpy as np
 from mechid.exports.export import Checked, Written
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.options import Options
-from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
+from mechid.exports.fmu.unit import VERSIONS, Unit, with_ports, without_ports
 from mechid.exports.fmu.variables import POINTS
 from mechid.exports.handover import Handover
-from mechid.exports.trials import Found, Reference, checked, references
+from mechid.exports.trials import Found, Reference, compare_results, references
 
 STEP_S = 0.01
-"""Of communication, where a unit is compared."""
+"""Communication step in the comparison of a unit, in s."""
 MOVING_BASE = "Its base may turn, by the inputs base_acceleration, base_rate and base_angle."
 
 
-def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
-    """Write `<name>_fmi2.fmu` and `<name>_fmi3.fmu`, and compare what they give with the kernel.
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+    """Write `<name>_fmi2.fmu` and `<name>_fmi3.fmu`, and compare their output with the kernel.
 
     Raises
     ------
     InputFileError
-        No step command drives the mechanism, or what differs in flight cannot be.
+        No step command drives the mechanism, or a changed value is impossible.
     MechidError
-        A unit gives something else than the kernel.
+        The output of a unit differs from that of the kernel.
     """
-    asked = options or Options()
-    at_rest = replace(handover, mechanism=closed(handover, asked.values, stand=asked.stand))
-    whole = replace(at_rest, mechanism=opened(at_rest.mechanism, stand=asked.stand))
+    chosen = options or Options()
+    at_rest = replace(handover, mechanism=without_ports(handover, chosen.values, stand=chosen.stand))
+    whole = replace(at_rest, mechanism=with_ports(at_rest.mechanism, stand=chosen.stand))
     unit = Unit(whole, max((trial.base.duration_s for trial in handover.trials), default=1.0))
     files = {version: f"{handover.name}_fmi{version}.fmu" for version in VERSIONS}
     missing = [unit.write(version, folder / name) for version, name in files.items()]
-    words = [] if asked.stand else [MOVING_BASE]
+    words = [] if chosen.stand else [MOVING_BASE]
     if missing[0] is not None:
         return Written(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
+    # Units hold a limited number of points of a rate profile.
     tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
     found = [_compared(tried, folder / name, version, unit) for version, name in files.items()]
     return Written(tuple(files.values()), _worse(found), tuple(words))
@@ -54,8 +55,9 @@ def _compared(tried: list[Reference], path: Path, version: str, unit: Unit) -> C
             rows = np.arange(0, base.samples, max(round(STEP_S * base.sample_rate_hz), 1))
             steps = np.diff(rows) / base.sample_rate_hz
             results.append(Found(importer.outputs(reference.trial, steps, count)))
+            # The reference is reduced to the communication points of the unit.
             thinned.append(replace(reference, outputs=reference.outputs[rows]))
-    return checked(thinned, results, f"the torque of the unit for FMI {version}.0")
+    return compare_results(thinned, results, f"the torque of the unit for FMI {version}.0")
 
 
 def _worse(found: list[Checked | None]) -> Checked | None:

@@ -1,4 +1,4 @@
-"""A unit: the mechanism as others join it, its texts, and the archive of each version."""
+"""Functional mock-up unit: mechanism with ports, sources, and the archive of each version."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from string import Template
 from tempfile import TemporaryDirectory
 
 from mechid.errors import InputFileError
-from mechid.exports.c.compiler import CompilerError, compiled
+from mechid.exports.c.compiler import CompilerError, compile_sources
 from mechid.exports.c.source import STEPS, Source
 from mechid.exports.fmu.description import build_description, description_2, description_3
 from mechid.exports.fmu.variables import POINTS, variables_of
 from mechid.exports.handover import Handover
-from mechid.exports.stand import handed_on, measuring
+from mechid.exports.stand import select_mechanism, with_outputs
 from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.parameter import Role
 from mechid.plant.assembly import plant_of
@@ -31,8 +31,9 @@ from mechid.plant.mechanisms import LINE_TORQUE
 from mechid.plant.ports import Port
 
 VERSIONS = ("2", "3")
+# A fixed date gives the same bytes for the same fit.
 FIXED_DATE = (1980, 1, 1, 0, 0, 0)
-"""Of all entries of an archive: the same fit gives the same bytes."""
+"""Date of all archive entries."""
 PLATFORMS = {
     ("2", "linux"): "linux64",
     ("2", "darwin"): "darwin64",
@@ -44,15 +45,15 @@ PLATFORMS = {
 ENDINGS = {"linux": ".so", "darwin": ".dylib", "win32": ".dll"}
 
 
-def closed(handover: Handover, values: Mapping[str, float], *, stand: bool) -> Mechanism:
-    """Return the mechanism of a unit on a base at rest, with nothing acting on it; it measures all that it offers.
+def without_ports(handover: Handover, values: Mapping[str, float], *, stand: bool) -> Mechanism:
+    """Return the mechanism of a unit on a base at rest, without external loads; it outputs all that it offers.
 
     Raises
     ------
     InputFileError
-        No step command drives it, or what differs in flight cannot be.
+        No step command drives the mechanism, or a changed value is impossible.
     UsageError
-        A value is of no parameter, or cannot be.
+        A parameter is unknown, or its value is impossible.
     """
     bench = handover.mechanism
     if bench.plant.layout is None or not set(STEPS) <= {s.name for s in bench.plant.inputs}:
@@ -60,30 +61,30 @@ def closed(handover: Handover, values: Mapping[str, float], *, stand: bool) -> M
             "a unit is commanded by steps, and this mechanism follows measured channels; write it with --to c, "
             "whose inputs are these channels"
         )
-    mechanism = handed_on(bench, values, stand=stand)
-    return measuring(mechanism, [q for q in mechanism.plant.offered if q != LINE_TORQUE])
+    mechanism = select_mechanism(bench, values, stand=stand)
+    return with_outputs(mechanism, [q for q in mechanism.plant.offered if q != LINE_TORQUE])
 
 
-def opened(mechanism: Mechanism, *, stand: bool) -> Mechanism:
-    """Return it with what may act from outside as inputs: a torque on the output, and in flight the base's motion."""
+def with_ports(mechanism: Mechanism, *, stand: bool) -> Mechanism:
+    """Add external inputs to a mechanism: a torque on the output, and in flight the motion of the base."""
     on = mechanism
     if not stand and not moving_base_objection(mechanism):
         on = with_base(mechanism, Flying(base=Base.DRIVEN))
     assert on.plant.layout is not None
     plant = plant_of(replace(on.plant.layout, ports=frozenset({Port.OUTPUT})))
     whole = Mechanism(plant, {name: on.parameters[name] for name in plant.declarations}, on.options)
-    return measuring(whole, list(mechanism.plant.outputs))
+    return with_outputs(whole, list(mechanism.plant.outputs))
 
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """The texts of the units of a handover, whose mechanism has its ports.
+    """Sources and archives of a handover whose mechanism has its ports.
 
     Attributes
     ----------
     handover : Handover
     stop_s : float
-        Of the default experiment.
+        Duration of the default experiment.
     """
 
     handover: Handover
@@ -91,19 +92,19 @@ class Unit:
 
     @cached_property
     def source(self) -> Source:
-        """The C text of the mechanism."""
+        """The C source of the mechanism."""
         return Source(self.handover, 1.0 / sample_rate_hz(self.handover), substeps(self.handover))
 
     @cached_property
     def guid(self) -> str:
-        """Fingerprint of the C text: an importer refuses a description of another."""
+        """Identifier derived from the C source; importers refuse a description with another one."""
         digest = hashlib.sha256("".join(self.source.files.values()).encode()).hexdigest()
         return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
     def sources(self, version: str) -> dict[str, str]:
-        """Return the C texts of a version, by file name."""
+        """Return the C sources of a version, by file name."""
         own = {name: self.source.files[name] for name in ("mechanism.h", "mechanism.c")}
-        return own | {name: self._filled(name) for name in ("instance.c", f"fmi{version}.c")}
+        return own | {name: self._fill_template(name) for name in ("instance.c", f"fmi{version}.c")}
 
     def description(self, version: str) -> str:
         """Return modelDescription.xml of a version."""
@@ -113,7 +114,7 @@ class Unit:
         tool = f"mechid {own.provenance['mechid']}"
         return make(own.name, self.guid, words, tool, variables_of(own), self.stop_s)
 
-    def _filled(self, name: str) -> str:
+    def _fill_template(self, name: str) -> str:
         plant = self.handover.mechanism.plant
         inputs, outputs = [s.name for s in plant.inputs], list(plant.outputs)
         peak = plant.names_with_role(Role.SUPPLY)
@@ -137,16 +138,16 @@ class Unit:
         Raises
         ------
         CompilerError
-            There is no compiler, or it has refused the text.
+            There is no compiler, or the compilation failed.
         """
         for name, text in self.sources(version).items():
             (folder / name).write_text(text, encoding="utf-8")
         sources = [folder / "mechanism.c", folder / f"fmi{version}.c"]
         flags = ("-shared", "-fPIC", "-fvisibility=hidden")
-        return compiled(sources, folder / f"{self.handover.name}{ENDINGS.get(sys.platform, '.so')}", flags=flags)
+        return compile_sources(sources, folder / f"{self.handover.name}{ENDINGS.get(sys.platform, '.so')}", flags=flags)
 
     def write(self, version: str, path: Path) -> CompilerError | None:
-        """Write the archive of a version; return why it has no binary, or None where it has one."""
+        """Write the archive of a version; return the reason if it has no binary, else None."""
         entries = {"modelDescription.xml": self.description(version).encode()}
         entries |= {f"sources/{name}": text.encode() for name, text in self.sources(version).items()}
         if version == "3":
@@ -167,7 +168,7 @@ class Unit:
 
 
 def _platform(version: str) -> str:
-    """Return the folder of binaries for this machine."""
+    """Return the name of the binary folder for this machine."""
     system = PLATFORMS.get((version, sys.platform), sys.platform)
     if version == "2":
         return system
@@ -176,7 +177,7 @@ def _platform(version: str) -> str:
 
 
 def _inertial(outputs: list[str]) -> str:
-    """Return the lines that give angle and rate of the output in inertial space."""
+    """Return the C lines for angle and rate of the output in inertial space."""
     if not {"output_angle", "output_rate"} <= set(outputs):
         return ""
     pairs = (("V_ANGLE_INERTIAL", "output_angle", 0), ("V_RATE_INERTIAL", "output_rate", 1))

@@ -1,4 +1,4 @@
-"""The variables of a unit: names, numbers, units, start values, as both versions of FMI describe them."""
+"""Variables of a unit: names, value references, units and start values for both FMI versions."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from mechid.plant.plant import Plant
 from mechid.plant.ports import PUSH
 
 POINTS = 32
-"""Of the rate profile among the parameters."""
+"""Points of the rate profile among the parameters."""
 INPUT, OUTPUT, PARAMETER, TIME_OF_POINT, RATE_OF_POINT = 20, 60, 1000, 2000, 3000
-"""First numbers, as instance.c has them."""
+"""First value references of each group, as in instance.c."""
 MODES = "0 the rate profile, 1 step_index, 2 rate, 3 phase voltages"
 QUANTITY_UNITS = {"angle": "rad", "rate": "rad/s", "torque": "N.m", "force": "N", "position": "m", "velocity": "m/s"}
 INPUT_UNITS = {
@@ -30,16 +30,16 @@ class Variable:
     ----------
     name : str
     number : int
-        Its value reference.
+        Value reference.
     causality : {"independent", "parameter", "input", "output"}
     variability : {"continuous", "discrete", "fixed", "tunable"}
     description : str
     unit : str
-        Empty where it has none.
+        Empty if the variable has no unit.
     start : float, int or None
-        None of what is calculated.
+        None for calculated variables.
     nominal : float
-        Its usual size; 0 where that is not known.
+        Typical magnitude; 0 if unknown.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Variable:
 
 
 def variables_of(handover: Handover) -> tuple[Variable, ...]:
-    """Return the variables of the unit of a handover, whose mechanism has its ports."""
+    """Return the variables of a unit, for a handover whose mechanism has its ports."""
     plant = handover.mechanism.plant
     return (*_command(), *_inputs(plant), *_parameters(handover), *_outputs(plant))
 
@@ -74,7 +74,7 @@ def _command() -> Iterator[Variable]:
 
 
 def _fixed(key: str, number: int, words: str, start: float, unit: str = "") -> Variable:
-    """Return a parameter of the command, a whole number where its start is one."""
+    """Return a parameter of the command, an integer if its start value is one."""
     whole = isinstance(start, int)
     return Variable(f"command.{key}", number, "parameter", "fixed", words, unit, start, whole=whole)
 
@@ -116,6 +116,7 @@ def _inputs(plant: Plant) -> Iterator[Variable]:
 def _parameters(handover: Handover) -> Iterator[Variable]:
     own = handover.mechanism
     for k, (name, declared) in enumerate(own.plant.declarations.items()):
+        # A tied parameter follows its master and cannot be set.
         if own.parameters[name].tied_to:
             continue
         value, error = own.value(name), handover.std_error(name)
@@ -159,5 +160,5 @@ def _of_quantity(quantity: str) -> str:
 
 
 def _unit(unit: str) -> str:
-    """Return a unit as FMI writes it: a full stop between factors; none for plain numbers."""
+    """Return a unit in FMI notation, with a full stop between factors; empty for dimensionless numbers."""
     return "" if unit == "1" else unit.replace("*", ".").replace(" ", ".").replace("^", "")

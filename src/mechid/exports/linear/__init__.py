@@ -1,1 +1,1 @@
-"""A fit as uncertain linear models at holding, and as harmonic forcing at steady rates."""
+"""Export as uncertain linear models at holding, and as harmonic forcing at steady rates."""

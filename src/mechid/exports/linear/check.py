@@ -1,9 +1,9 @@
-"""Linear matrices held against the nonlinear equations driven in time.
+"""Verification of linear models against the nonlinear equations in the time domain.
 
-From a point on the linear model's own response to a sine the nonlinear equations are integrated over one period: what
-they then do is that response, but for what is not linear and for an error in the matrices. No transient has to decay,
-so that a load without damping is no harder than any. Half the difference of a sine and its negative leaves what is even
-in the amplitude out.
+The nonlinear equations are integrated over one period of a sine input, starting from a point on the linear response.
+The result deviates from that response only through nonlinearity and errors in the matrices. No transient has to decay,
+so loads without damping pose no difficulty. Half the difference between a sine and its negative cancels terms even in
+the amplitude.
 """
 
 from __future__ import annotations
@@ -21,23 +21,24 @@ from mechid.simulation.linearisation import Linearised
 
 FREQUENCIES_HZ = (10.0, 100.0)
 SMALL = 1e-6
-"""The largest deviation of a state on the way, in its SI unit."""
+"""Largest deviation of a state during the period, in its SI unit."""
 INSTANTS = 32
-"""Of the period that are compared."""
+"""Compared instants per period."""
 LEAST = 1e-6
-"""Of the largest response to an input, in SI units: outputs that respond less are lost in what integration leaves."""
+"""Smallest response that is compared, relative to the largest, in SI units; smaller ones are below the integration
+error."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Driven:
-    """The nonlinear equations about a rest, their inputs from outside moved."""
+    """Nonlinear equations about an equilibrium, with varying external inputs."""
 
     held: Held
     about: Linearised
     kept: list[int]
 
     def outputs(self, x: FloatArray, place: int, w: float, times: FloatArray, size: float) -> FloatArray:
-        """Return the outputs, (t, n_y), from deviations x of the states on, for size cos(w t) into an input."""
+        """Return the outputs, (t, n_y), for an input size cos(w t), starting with deviations x of the states."""
         equations, rest = equations_of(self.held.plant), self.held.rest(self.about)
 
         def inputs(t: float) -> list[float]:
@@ -60,15 +61,15 @@ class _Driven:
 
 
 def departure(held: Held, name: str, matrices: Matrices) -> float:
-    """Return by how much outputs leave what matrices say, relative to their own responses: the largest of all.
+    """Return the largest deviation of the outputs from the linear model, relative to the response.
 
     Parameters
     ----------
     held : Held
     name : str
-        Of the model, which says what friction does.
+        Name of the model, which describes the state of friction.
     matrices : Matrices
-        As read back from what was written.
+        Matrices as read back from the file.
     """
     driven = _Driven(held, held.about(name), held.moving(name))
     ways = [(column, hz) for column in range(len(held.columns)) for hz in FREQUENCIES_HZ]
@@ -83,6 +84,7 @@ def _departure(driven: _Driven, matrices: Matrices, column: int, frequency_hz: f
     size = SMALL / float(np.abs(x).max(initial=SMALL))
     place = driven.held.columns[column]
     start = np.asarray(size * x.real, dtype=np.float64)
+    # With opposite signs, terms even in the amplitude cancel in half the difference.
     ends = [driven.outputs(sign * start, place, w, times, sign * size) for sign in (1.0, -1.0)]
     off = np.abs((ends[0] - ends[1]) / 2.0 - size * (y * np.exp(1j * w * times)[:, None]).real).max(axis=0)
     counted = np.abs(y) > LEAST * np.abs(y).max()

@@ -1,4 +1,4 @@
-"""Draws of the uncertain parameters from their covariance, within what is physical."""
+"""Draws of the uncertain parameters from their covariance, restricted to physical values."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ from mechid.exports.linear.state_space import Uncertain
 from mechid.plant.mechanism import Mechanism
 
 MOST_TRIED = 100
-"""Times as many draws as are wanted: where fewer than one in so many is physical, the covariance is of no use."""
+"""Most draws per required draw; if fewer than one in so many is physical, the covariance is useless."""
 
 
 def physical_draws(mechanism: Mechanism, uncertain: Uncertain, count: int, seed: int) -> FloatArray:
-    """Return draws, (count, k) in the mechanism file's units, from the covariance cut where values cannot be.
+    """Draw physical parameter values, (count, k) in the units of the mechanism file, from the covariance.
 
     Raises
     ------
     FitError
-        Hardly any draw is physical.
+        Too few draws are physical.
     """
     rng = np.random.default_rng(seed)
     kept: list[FloatArray] = []
     for _ in range(MOST_TRIED):
         if len(kept) >= count:
             break
+        # Drawn in batches, since unphysical draws are rejected.
         tried = uncertain.values + deviations(uncertain.covariance, count, rng)
         kept += [draw for draw in tried if _is_physical(mechanism, dict(zip(uncertain.names, draw, strict=True)))]
     if len(kept) < count:

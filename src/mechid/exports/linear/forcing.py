@@ -1,4 +1,4 @@
-"""The torque on the base at steady rates by orders of the step rate: what a linear model takes as harmonic forcing."""
+"""Harmonic forcing of a linear model: torque on the base at steady rates by orders of the step rate."""
 
 from __future__ import annotations
 
@@ -14,41 +14,41 @@ from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
 
 KEPT = 0.01
-"""Of the largest line at any rate: orders that stay below it at all rates are left out."""
+"""Share of the largest line at any rate; orders below it at all rates are omitted."""
 SAME_ORDER = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OrderForcing:
-    """Lines of the torque on a held base over the rate, for one way of stepping.
+    """Lines of the torque on a held base over the rate, for one stepping mode.
 
     At a rate r the torque is the sum over the orders q of Re(line exp(2 pi i q r t)), N m, with t = 0 at a step.
-    Numbers are NaN where an order's frequency is above those that were looked at, or a motion has no such line.
+    Values are NaN if the frequency of an order is above the analysed range, or if the motion has no such line.
 
     Attributes
     ----------
     name : str
-        Of the way of stepping, e.g. ``"micro16"``.
+        Name of the stepping mode, e.g. ``"micro16"``.
     stepping, waveform : str
     microsteps : int
     rates : (r,)
-        Full steps/s.
+        Rates in full steps/s.
     orders : (q,)
         Multiples of the step rate.
     lines : (r, q) complex
-        Peak amplitude and phase, N m.
+        Complex peak amplitudes in N m.
     sigma : (r, q)
-        Standard error of the amplitude, N m.
+        Standard error of the amplitude in N m.
     phase_sigma : (r, q)
-        Of the phase, rad.
+        Standard error of the phase in rad.
     bound : (r, q)
-        The amplitude is below with 95 %, with what the model lacks, N m.
+        95 % upper bound of the amplitude in N m, including emission missing in the model.
     by_uncertain : (r, q, k) complex
-        Derivatives of the lines to the uncertain parameters.
+        Derivatives of the lines with respect to the uncertain parameters.
     rms : (r,)
-        Of the whole torque about its mean, N m.
+        RMS of the whole torque about its mean in N m.
     repeats : (r,) bool
-        Whether the motion repeats; else its lines are means over a stretch of it.
+        Whether the motion is periodic; otherwise its lines are averages over a stretch.
     """
 
     name: str
@@ -66,7 +66,7 @@ class OrderForcing:
     repeats: BoolArray
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as lists and plain numbers; complex ones as amplitude and phase, derivatives as parts."""
+        """Return lists and plain numbers; lines as amplitude and phase, derivatives as real and imaginary part."""
         return {
             "name": self.name,
             "stepping": self.stepping,
@@ -85,8 +85,8 @@ class OrderForcing:
         }
 
 
-def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
-    """Return a forcing by orders, of the motion at each rate that has the largest torque."""
+def sort_by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
+    """Sort a forcing by orders, using the motion with the largest torque at each rate."""
     states, command = forcing.largest, forcing.stepping.command
     orders = _orders(states)
     shape = (len(states), orders.size)
@@ -96,7 +96,8 @@ def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
         own, at = _found(state, orders)
         lines[row, at], slopes[row, at] = state.lines[own], state.gradient[own]
         sigma[row, at], phase_sigma[row, at] = line_sigmas(estimate, state)[own], phase_sigmas(estimate, state)[own]
-        bound[row, at] = exerted.bound[own]  # the model's own lines come first
+        # The bounds of modelled lines come first, so the indices of the lines apply.
+        bound[row, at] = exerted.bound[own]
     return OrderForcing(
         name=forcing.stepping.name,
         stepping=command.stepping,
@@ -115,14 +116,15 @@ def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
 
 
 def _orders(states: tuple[SteadyState, ...]) -> FloatArray:
-    """Return the orders that are large at some rate, (q,) ascending."""
+    """Return the orders that are large at any rate, (q,) ascending."""
     largest = max((float(np.abs(s.lines).max(initial=0.0)) for s in states), default=0.0)
     every = [s.step_orders[np.abs(s.lines) > KEPT * largest] for s in states]
+    # Rounded, since equal orders at different rates differ by rounding errors.
     return np.unique(np.round(np.concatenate([np.zeros(0), *every]), 9))
 
 
 def _found(state: SteadyState, orders: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return which of a state's lines stand at one of the orders, and at which."""
+    """Return the indices of lines at the given orders, and the indices of these orders."""
     near = np.abs(state.step_orders[:, None] - orders) < SAME_ORDER
     own, at = np.nonzero(near)
     return own, at

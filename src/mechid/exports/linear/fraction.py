@@ -1,11 +1,11 @@
-"""An uncertain model as a linear fraction: fixed matrices around uncertain real numbers, as robust control takes it.
+"""Linear fractional representation of an uncertain model, for robust control.
 
-The parameters' covariance is split into independent directions of one standard deviation each, delta_i, by singular
-values of what they change, so that as few as possible have an effect; to first order
+The covariance of the parameters is split into independent directions of one standard deviation each, delta_i. The
+split uses singular values of their effects, so that as few directions as possible matter. To first order
 
     [x'; y] = ([A B; C D] + sum delta_i [dA_i dB_i; dC_i dD_i]) [x; u],
 
-and each sum is of few terms, [dA_i dB_i; dC_i dD_i] = L_i R_i by singular values, so that with w_i = delta_i z_i
+and each term has a low rank, [dA_i dB_i; dC_i dD_i] = L_i R_i by singular values, so that with w_i = delta_i z_i
 
     z_i = R_i [x; u],   [x'; y] = [A B; C D] [x; u] + sum L_i w_i.
 """
@@ -21,23 +21,23 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.exports.linear.state_space import LinearModel, Matrices
 
 NEGLIGIBLE = 1e-9
-"""Of the largest singular value of a direction's change, in the sizes of the model's own rows and columns."""
+"""Relative singular value of a scaled change below which it is neglected."""
 NO_EFFECT = 1e-7
-"""Of the effect of the most effective direction: those with less are left out."""
+"""Relative effect of a direction below which it is omitted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fraction:
-    """The fixed part, from [w; u] to [z; y], and what stands around it.
+    """Fixed part, from [w; u] to [z; y], and structure of the uncertainty.
 
     Attributes
     ----------
     matrices : Matrices
-        Inputs w first, then the model's; outputs z first, then the model's.
+        Inputs: w, then those of the model; outputs: z, then those of the model.
     sizes : (d,) int
-        How often each delta is repeated in w = blkdiag(delta_i I) z.
+        Number of repetitions of each delta in w = blkdiag(delta_i I) z.
     directions : (k, d)
-        Change of the uncertain parameters for delta_i = 1, in the mechanism file's units.
+        Change of the uncertain parameters for delta_i = 1, in the units of the mechanism file.
     """
 
     matrices: Matrices
@@ -45,7 +45,7 @@ class Fraction:
     directions: FloatArray
 
     def at(self, deltas: FloatArray) -> Matrices:
-        """Return the model at values of the deltas, (d,)."""
+        """Return the model at given values of the deltas, (d,)."""
         r, M = int(self.sizes.sum()), self.matrices
         delta = np.repeat(deltas, self.sizes)[:, None]
         Bw, Dw = M.B[:, :r], M.D[r:, :r]
@@ -62,9 +62,9 @@ class Fraction:
 
 
 def fraction(model: LinearModel) -> Fraction:
-    """Return a model as a linear fraction of independent directions of its covariance, the most effective first.
+    """Convert a model to a linear fraction of independent directions of its covariance, in order of effect.
 
-    Directions without effect are left out.
+    Directions without effect are omitted.
     """
     rows, columns = _scales(model)
     size = np.sqrt(np.outer(rows, columns))
@@ -85,12 +85,13 @@ def fraction(model: LinearModel) -> Fraction:
 
 
 def _directions(model: LinearModel, size: FloatArray) -> FloatArray:
-    """Return independent directions of the covariance that have an effect, (k, d), each of one standard deviation.
+    """Return independent directions of the covariance with an effect, (k, d), each of one standard deviation.
 
-    Of a root of the covariance, in each parameter's own standard error, the columns are turned so that their effects
-    on the matrices, over the sizes of these, stand at right angles.
+    The columns of a square root of the covariance, scaled by the standard errors, are rotated until their effects on
+    the scaled matrices are orthogonal.
     """
     sigma = model.uncertain.std_errors
+    # Parameters without an error would divide by 0.
     safe = np.where(sigma > 0.0, sigma, 1.0)
     spread, axes = np.linalg.eigh(model.uncertain.covariance / np.outer(safe, safe))
     root = safe[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
@@ -100,16 +101,17 @@ def _directions(model: LinearModel, size: FloatArray) -> FloatArray:
 
 
 def _scales(model: LinearModel) -> tuple[FloatArray, FloatArray]:
-    """Return the size of each row and column of [A B; C D], so that no unit hides what is small in another."""
+    """Return the magnitude of each row and column of [A B; C D], which makes entries of different units comparable."""
     whole = np.abs(model.matrices.joined)
     rows, columns = whole.max(axis=1, initial=0.0), whole.max(axis=0, initial=0.0)
     return np.where(rows > 0.0, rows, 1.0), np.where(columns > 0.0, columns, 1.0)
 
 
 def _split(change: FloatArray, rows: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the factors L (rows, r) and R (r, columns) of a change, by singular values of the scaled one."""
+    """Factor a change into L (rows, r) and R (r, columns), by singular values of the scaled change."""
     scaled = change / np.sqrt(np.outer(rows, columns))
     u, s, v = np.linalg.svd(scaled, full_matrices=False)
+    # Singular values at the level of rounding would add useless deltas.
     kept = s > NEGLIGIBLE * max(float(s.max(initial=0.0)), NEGLIGIBLE)
     root = np.sqrt(s[kept])
     return u[:, kept] * root * np.sqrt(rows)[:, None], root[:, None] * v[kept] * np.sqrt(columns)

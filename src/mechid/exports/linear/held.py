@@ -1,4 +1,4 @@
-"""From a mechanism and the command that holds it to its linear models."""
+"""Linearisation of a mechanism that holds a position."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from mechid.simulation.linearisation import Holding, Linearised, held_inputs, li
 from mechid.units import SI_UNIT
 
 ACCELERATION = "output_acceleration"
-"""Of what is on the output against the base: the rate of its rate, which a structure on the output wants."""
+"""Relative acceleration of the output, needed for coupling to a structure."""
 RATES = ("output_rate", "rotor_rate")
-"""Of which that is the rate: the first that a mechanism has."""
+"""Rates whose derivative is this acceleration; the first one that the mechanism has is used."""
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """A mechanism that holds a position.
+    """Mechanism that holds a position.
 
     Attributes
     ----------
     opened : SmallSignal
     command : Command
-        It holds the angle at which this begins.
+        Command whose start angle is held.
     uncertain : Uncertain
     """
 
@@ -44,41 +44,41 @@ class Held:
 
     @property
     def plant(self) -> Plant:
-        """Of the mechanism."""
+        """The plant of the mechanism."""
         return self.opened.mechanism.plant
 
     @cached_property
     def inputs(self) -> FloatArray:
-        """What is held of all inputs of the plant."""
+        """Held values of all inputs of the plant."""
         return held_inputs(self.plant, self.command)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Parameters to which there are derivatives: all that are no counts and follow no other."""
+        """Parameters with derivatives: all except structural and tied ones."""
         declared, parameters = self.plant.declarations, self.opened.mechanism.parameters
         return tuple(n for n, d in declared.items() if not d.structural and not parameters[n].tied_to)
 
     def models(self, count: int, seed: int) -> dict[str, LinearModel]:
-        """Return the model of each way to hold, with so many draws.
+        """Return the model of each holding condition, with `count` draws.
 
         Raises
         ------
         FitError
-            There is no equilibrium within reach, or hardly any draw is physical.
+            There is no equilibrium within reach, or too few draws are physical.
         """
         draws = physical_draws(self.opened.mechanism, self.uncertain, count, seed)
         return {name: self._model(name, draws) for name in self.holdings}
 
     @cached_property
     def holdings(self) -> dict[str, Holding]:
-        """The ways to hold, by name."""
+        """Holding conditions of friction, by name."""
         return named_holdings(self.plant)
 
     def about(self, name: str, changed: Mapping[str, float] | None = None) -> Linearised:
-        """Return the plant linearised in a way to hold, at values of the mechanism file that may differ."""
+        """Linearise the plant in a holding condition, optionally with changed values of the mechanism file."""
         p, command = self.opened.mechanism.kernel_values(changed), self.command
         try:
-            return _settled(linearise(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name]))
+            return _settle_filter(linearise(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name]))
         except FitError as error:
             raise FitError(
                 f"the mechanism has no rest near {command.start_angle_deg:g} electrical degrees; hold another angle, "
@@ -86,23 +86,23 @@ class Held:
             ) from error
 
     def moving(self, name: str) -> list[int]:
-        """Return the places of the states that deviate: not what friction holds, nor what hangs on that alone."""
+        """Return the indices of the states that can move: not those held by friction or driven only by held ones."""
         about = self.about(name)
-        return _moving(self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about)))
+        return _movable_states(self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about)))
 
     def matrices_at(self, name: str, changed: Mapping[str, float], kept: Sequence[int]) -> Matrices:
-        """Return the matrices of some states where parameters have other values, and the mechanism rests elsewhere."""
-        return _kept(self._whole(Matrices(*self.about(name, changed).matrices)), kept)
+        """Return the matrices of some states at changed parameters, with the equilibrium recomputed."""
+        return _select_states(self._whole(Matrices(*self.about(name, changed).matrices)), kept)
 
     def rest(self, about: Linearised) -> tuple[list[float], list[float]]:
-        """Return what the nonlinear equations take beside states and inputs: modes and the kernel's parameters."""
+        """Return modes and kernel parameters, the further arguments of the nonlinear equations."""
         return [about.holding[s] for s in equations_of(self.plant).rates.arguments[2]], about.p.tolist()
 
     def outputs_at(self, x: FloatArray, inputs: Sequence[float], rest: tuple[Sequence[float], ...]) -> FloatArray:
-        """Return a model's outputs by the nonlinear equations, (n_y,); `rest` are modes and kernel's parameters."""
+        """Return the outputs by the nonlinear equations, (n_y,); `rest` are modes and kernel parameters."""
         equations = equations_of(self.plant)
         y = equations.outputs(x.tolist(), inputs, *rest)
-        accelerated = equations.rates(x.tolist(), inputs, *rest)[self._accelerated]
+        accelerated = equations.rates(x.tolist(), inputs, *rest)[self._acceleration_index]
         return np.concatenate([y, accelerated])
 
     def _model(self, name: str, draws: FloatArray) -> LinearModel:
@@ -111,51 +111,55 @@ class Held:
         drawn = [dict(zip(self.uncertain.names, draw.tolist(), strict=True)) for draw in draws]
         samples = [self.matrices_at(name, values, kept) for values in drawn]
         states = self._states()
-        outputs = [(q, SI_UNIT[q]) for q in self.plant.outputs] + [(ACCELERATION, "rad/s2")] * len(self._accelerated)
+        outputs = [(q, SI_UNIT[q]) for q in self.plant.outputs] + [(ACCELERATION, "rad/s2")] * len(
+            self._acceleration_index
+        )
         return LinearModel(
             name=name,
             states=Signals(*zip(*(states[k] for k in kept), strict=True)) if kept else Signals((), ()),
             inputs=Signals(self.opened.inputs, tuple(UNITS[i] for i in self.opened.inputs)),
             outputs=Signals(*zip(*outputs, strict=True)),
-            matrices=_kept(whole, kept),
+            matrices=_select_states(whole, kept),
             x=about.x[kept],
             y=self.outputs_at(about.x, about.inputs.tolist(), self.rest(about)),
             names=self.names,
-            by_parameter=_kept(slopes, kept),
+            by_parameter=_select_states(slopes, kept),
             uncertain=self.uncertain,
             limits=self._limits(about),
             margins=about.margins(),
-            samples=_stacked(samples, _kept(whole, kept)),
+            samples=_stack(samples, _select_states(whole, kept)),
             draws=draws,
         )
 
     def _by_parameter(self, about: Linearised) -> Matrices:
-        """Return the derivatives to `names`, in the file's units."""
+        """Return the derivatives with respect to `names`, in the units of the file."""
         jacobian = self.opened.mechanism.kernel_jacobian()
         moved = np.array([jacobian[name] for name in self.names])
         return Matrices(*(np.tensordot(moved, slope, axes=1) for slope in about.by_parameter))
 
     @cached_property
-    def _accelerated(self) -> list[int]:
-        """The place of the state whose rate is the acceleration of what is on the output, where there is one."""
+    def _acceleration_index(self) -> list[int]:
+        """Index of the state whose derivative is the acceleration of the output, if there is one."""
         rates = [self.plant.offered[q] for q in RATES if q in self.plant.offered]
         return [k for k, state in enumerate(self.plant.states) if state in rates[:1]]
 
     @cached_property
     def columns(self) -> list[int]:
-        """The places of the inputs from outside among those of the plant."""
+        """Indices of the external inputs among those of the plant."""
         return [[s.name for s in self.plant.inputs].index(name) for name in self.opened.inputs]
 
     def _whole(self, of: Matrices) -> Matrices:
-        """Return matrices of the inputs from outside alone, with the acceleration of the output."""
-        A, B, rows = of.A, of.B[..., self.columns], self._accelerated
+        """Restrict matrices to the external inputs, and add the acceleration of the output."""
+        A, B, rows = of.A, of.B[..., self.columns], self._acceleration_index
         C = np.concatenate([of.C, A[..., rows, :]], axis=-2)
         D = np.concatenate([of.D[..., self.columns], B[..., rows, :]], axis=-2)
-        return Matrices(*(matrix + 0.0 for matrix in (A, B, C, D)))  # no -0.0
+        # Adding 0.0 turns -0.0 into 0.0, for clean files.
+        return Matrices(*(matrix + 0.0 for matrix in (A, B, C, D)))
 
     def _states(self) -> list[tuple[str, str]]:
-        """Return name and unit of each state: those of the quantity that it is, where it is one."""
+        """Return name and unit of each state, those of a quantity if the state is one."""
         units = state_units(self.plant)
+        # A state that is a measured quantity takes its name and unit.
         quantities = {expr: q for q, expr in self.plant.offered.items() if q in SI_UNIT}
         return [
             (quantities[s], SI_UNIT[quantities[s]]) if s in quantities else (str(s), units.get(str(s), ""))
@@ -163,14 +167,14 @@ class Held:
         ]
 
     def _limits(self, about: Linearised) -> dict[str, tuple[float, float]]:
-        """Return from and to which deviation each phase's input may go."""
+        """Return the limits of the deviation of each phase input."""
         peak = self.opened.peak
         held = {name: about.evaluate(term) for name, term in self.opened.driven.items() if name in peak}
         return {name: (-peak[name] - value, peak[name] - value) for name, value in held.items()}
 
 
-def _settled(about: Linearised) -> Linearised:
-    """Return a plant linearised where its filter has settled too; that moves no matrix, but what is shown at rest."""
+def _settle_filter(about: Linearised) -> Linearised:
+    """Move the filter states of a linearisation to their equilibrium; only outputs at rest change, not the matrices."""
     n = len(about.plant.states)
     if not about.plant.filter.states:
         return about
@@ -182,19 +186,20 @@ def _settled(about: Linearised) -> Linearised:
 
 
 def uncertain_of(estimate: Estimate) -> Uncertain:
-    """Return the parameters of a flying estimate that have a covariance."""
+    """Return the parameters of an estimate with their covariance."""
     declared = estimate.mechanism.plant.declarations
     values = np.array([estimate.mechanism.value(name) for name in estimate.names], dtype=np.float64)
     units = tuple(declared[name].unit for name in estimate.names)
     return Uncertain(estimate.names, units, values, estimate.covariance)
 
 
-def _moving(whole: Matrices, slopes: Matrices) -> list[int]:
-    """Return the states that deviate: not what friction holds, nor what hangs on that alone."""
+def _movable_states(whole: Matrices, slopes: Matrices) -> list[int]:
+    """Return the states that can move, from the couplings in the matrices and their derivatives."""
     moves = np.abs(np.concatenate([whole.A, whole.B], axis=1)) + np.abs(
         np.concatenate([slopes.A, slopes.B], axis=2)
     ).sum(axis=0)
     kept, n = list(range(len(whole.A))), len(whole.A)
+    # Removing a held state can isolate others, so the reduction is repeated until nothing changes.
     while True:
         columns = [*kept, *range(n, moves.shape[1])]
         left = [k for k in kept if moves[k, columns].any()]
@@ -203,13 +208,13 @@ def _moving(whole: Matrices, slopes: Matrices) -> list[int]:
         kept = left
 
 
-def _kept(of: Matrices, states: Sequence[int]) -> Matrices:
+def _select_states(of: Matrices, states: Sequence[int]) -> Matrices:
     A = of.A[..., states, :][..., states]
     return Matrices(A, of.B[..., states, :], of.C[..., states], of.D)
 
 
-def _stacked(samples: list[Matrices], like: Matrices) -> Matrices:
-    """Return matrices one behind the other, (N, ...)."""
+def _stack(samples: list[Matrices], like: Matrices) -> Matrices:
+    """Stack matrices along a new first axis, (N, ...)."""
     if not samples:
         return Matrices(*(np.zeros((0, *matrix.shape)) for matrix in like.all))
     return Matrices(*(np.array(each) for each in zip(*(s.all for s in samples), strict=True)))

@@ -1,4 +1,4 @@
-"""A fit as linear models at holding and as harmonic forcing at steady rates, with what its user has to know."""
+"""Linear models of a fit at holding, harmonic forcing at steady rates, and remarks for the user."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.exports.forcing import Forcing, estimate_on_base, forcing
 from mechid.exports.handover import Handover, handover
-from mechid.exports.linear.forcing import KEPT, OrderForcing, by_orders
+from mechid.exports.linear.forcing import KEPT, OrderForcing, sort_by_orders
 from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.held import Held, uncertain_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import LinearModel, Uncertain
 from mechid.exports.option_texts import refuse_values
-from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.stepping import choose_rates, steppings
 from mechid.identification.result.fit import Fit
 from mechid.parameter import Role
 from mechid.plant.flight import flying_plant, keeps_stand
@@ -34,12 +34,12 @@ HOLDS: Mapping[str, str] = {
     "free": "friction is taken away",
     "holding": "its friction is linear at rest",
 }
-"""What friction does in each model, in words."""
+"""State of friction in each model, in words."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Linear:
-    """Linear models of a mechanism in flight, and its torque at steady rates.
+    """Linear models of a mechanism, and its torque at steady rates.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Linear:
     uncertain : Uncertain
         Parameters with a covariance.
     models : mapping of str to LinearModel
-        By what friction does; ``linear["free"]`` is one of them.
+        Models by the state of friction, as ``linear["free"]``.
     forcing : tuple of OrderForcing
-        One for each way in which the campaign steps the motor.
+        One for each stepping mode of the campaign.
     words : tuple of str
-        What its user has to know, sentence by sentence.
+        Remarks for the user, one sentence each.
     provenance : mapping
     """
 
@@ -66,7 +66,7 @@ class Linear:
     provenance: Mapping[str, Any]
 
     def __getitem__(self, name: str) -> LinearModel:
-        """Return the model of a way to hold."""
+        """Return the model of a holding condition."""
         return self.models[name]
 
     def to_dict(self) -> dict[str, Any]:
@@ -85,38 +85,39 @@ class Linear:
         }
 
 
-def linear_of(what: Handover, options: Options | None = None) -> Linear:
-    """Return the linear models of a handover, held where its first record begins, and its torque at steady rates.
+def linear_of(source: Handover, options: Options | None = None) -> Linear:
+    """Compute the linear models of a handover, at the start of its first record, and its torque at steady rates.
 
     Raises
     ------
     InputFileError
-        No step command drives the mechanism, or what differs in flight cannot be.
+        No step command drives the mechanism, or a changed value is impossible.
     UsageError
-        What is said to differ in flight is no parameter, or its value cannot be.
+        A changed parameter is unknown, or its value is impossible.
     FitError
-        There is no equilibrium within reach, hardly any draw from the covariance is physical, or a steady rate makes
-        the mechanism diverge.
+        There is no equilibrium within reach, too few draws from the covariance are physical, or the mechanism diverges
+        at a steady rate.
     """
     options = options or Options()
-    _refuse(what, options)
-    estimate = estimate_on_base(what, options.values, stand=options.stand)
-    held = Held(small_signal(estimate.mechanism), _command(what, options), uncertain_of(estimate))
+    _refuse(source, options)
+    estimate = estimate_on_base(source, options.values, stand=options.stand)
+    held = Held(small_signal(estimate.mechanism), _command(source, options), uncertain_of(estimate))
     models = _models(held, options)
-    every = tuple(by_orders(one, estimate) for one in _forcings(what, options, estimate))
+    every = tuple(sort_by_orders(one, estimate) for one in _forcings(source, options, estimate))
     return Linear(
-        name=what.name,
+        name=source.name,
         held=held,
         uncertain=held.uncertain,
         models=models,
         forcing=every,
         words=tuple(_words(held, models, every, estimate, options)),
-        provenance=what.provenance,
+        provenance=source.provenance,
     )
 
 
 def _models(held: Held, options: Options) -> dict[str, LinearModel]:
     try:
+        # NumPy warns of a division by 0 by default; here it is an error of the given values.
         with np.errstate(divide="raise", invalid="raise"):
             return held.models(options.samples, options.seed)
     except ArithmeticError as error:
@@ -126,45 +127,45 @@ def _models(held: Held, options: Options) -> dict[str, LinearModel]:
 
 
 def linear_of_fit(fit: Fit, campaign: Campaign | None, anyway: bool, **options: Any) -> Linear:
-    """Return the linear models of a fit; `options` are those of `Options`, as `Fit.linear` has them.
+    """Compute the linear models of a fit; `options` are those of `Options`, as in `Fit.linear`.
 
     Raises
     ------
     FitError
         The fit has failed; or as `linear_of`.
     UsageError
-        An option cannot be.
+        An option is invalid.
     InputFileError
         As `linear_of`.
     """
     return linear_of(handover(fit, campaign, anyway=anyway), Options(**options))
 
 
-def _command(what: Handover, options: Options) -> Command:
-    """Return the command whose start is held."""
-    command = what.trials[0].command if what.trials else RESTING
+def _command(source: Handover, options: Options) -> Command:
+    """Return the command whose start angle is held."""
+    command = source.trials[0].command if source.trials else RESTING
     angle = command.start_angle_deg if options.start_angle_deg is None else options.start_angle_deg
     return replace(command, start_angle_deg=angle)
 
 
-def _refuse(what: Handover, options: Options) -> None:
-    """Refuse what has no linear model of this kind, and values of what it has not."""
-    plant = flying_plant(what.mechanism, stand=options.stand)
+def _refuse(source: Handover, options: Options) -> None:
+    """Refuse mechanisms without such a linear model, and values of unknown parameters."""
+    plant = flying_plant(source.mechanism, stand=options.stand)
     refuse_values(options.values, plant)
     for name in plant.names_with_role(Role.SUPPLY):
-        if name not in what.mechanism.parameters and name not in options.values:
+        if name not in source.mechanism.parameters and name not in options.values:
             raise InputFileError(
                 f"{name}: on the bench measured channels drove the motor, and a linear model holds what a command "
                 f"drives; give --option {name}=VALUE"
             )
 
 
-def _forcings(what: Handover, options: Options, estimate: Estimate) -> Iterator[Forcing]:
-    """Yield the forcing of each way in which the records are stepped; none where none is."""
-    ways, rates = steppings(what.trials), options.rates
-    if ways and rates != ():
-        wanted = usual_rates(estimate.mechanism, ways) if rates is None else np.unique(rates)
-        yield from (forcing(estimate, way, wanted) for way in ways)
+def _forcings(source: Handover, options: Options, estimate: Estimate) -> Iterator[Forcing]:
+    """Yield the forcing of each stepping mode of the records."""
+    modes, rates = steppings(source.trials), options.rates
+    if modes and rates != ():
+        wanted = choose_rates(estimate.mechanism, modes) if rates is None else np.unique(rates)
+        yield from (forcing(estimate, mode, wanted) for mode in modes)
 
 
 def _words(

@@ -1,4 +1,4 @@
-"""linear.mat: a MATLAB file of version 5, one call from a model; and the function that makes that uncertain."""
+"""linear.mat, a MATLAB file of version 5 with the models, and a function that makes uncertain models from it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ sys.InputName = model.inputs;
 sys.OutputName = model.outputs;
 end
 """
-"""With Robust Control Toolbox; the deltas repeat, so that no call of its own makes it."""
+"""MATLAB function for uncertain models; repeated deltas need more than one call of the Robust Control Toolbox."""
 
 
 def write_mat(linear: Linear, path: Path) -> None:
@@ -90,7 +90,7 @@ def _model(model: LinearModel) -> dict[str, Any]:
 
 
 def _names(model: LinearModel) -> Any:
-    """Return what `ss` takes behind the matrices, as one row of cells."""
+    """Return the names of signals as further arguments of `ss`, in one row of cells."""
     out = np.empty((1, 6), dtype=object)
     out[0, ::2] = ("StateName", "InputName", "OutputName")
     for k, signals in enumerate((model.states, model.inputs, model.outputs)):
@@ -117,12 +117,12 @@ def _forcing(one: OrderForcing) -> dict[str, Any]:
 
 
 def _matrices(of: Matrices) -> dict[str, Any]:
-    """Return the matrices, further axes behind those of MATLAB's matrices."""
+    """Return the matrices with leading axes moved to the end, as MATLAB expects."""
     return {name: np.moveaxis(m, 0, -1) if m.ndim > 2 else m for name, m in zip("ABCD", of.all, strict=True)}
 
 
 def _cell(texts: Sequence[str]) -> Any:
-    """Return texts as a column of cells."""
+    """Return strings as a column of cells."""
     out = np.empty((len(texts), 1), dtype=object)
     out[:, 0] = list(texts)
     return out

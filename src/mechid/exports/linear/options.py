@@ -12,33 +12,33 @@ from mechid.exports.stand import STAND
 from mechid.exports.tables.options import MOST_RATES
 
 NONE = "none"
-"""In place of rates: no steady rates are run."""
+"""Value of ``rates`` for an export without steady rates."""
 MOST_SAMPLES = 100_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Where the mechanism holds, at which rates it is stepped, how many plants are drawn, and what differs in flight.
+    """Options of the linear export: held angle, step rates, draws, and changed parameter values.
 
     Parameters
     ----------
     start_angle_deg : float or None
-        Electrical angle that is held, deg; None takes that at which the first record begins, 0 without a campaign.
+        Held electrical angle in deg; None takes the start of the first record, or 0 without a campaign.
     rates : tuple of float or None
-        Full steps/s; None takes the campaign's range, an empty one none.
+        Rates in full steps/s; None takes the range of the campaign, an empty tuple no rates.
     samples : int
-        Plants drawn from the covariance.
+        Number of plants drawn from the covariance.
     seed : int
-        Of these draws.
+        Seed of the draws.
     values : mapping of dotted name to float
-        What differs there, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
+        Changed parameter values in the units of the mechanism file, as ``{"load.inertia": 35.0}``.
     stand : bool
-        The mechanism as on the bench: with housing, transducer and filters. Otherwise as it flies.
+        Export the mechanism as on the bench, with housing, transducer and filters, instead of as in flight.
 
     Raises
     ------
     UsageError
-        A value cannot be.
+        A value is invalid.
     """
 
     start_angle_deg: float | None = None
@@ -62,16 +62,17 @@ class Options:
 
     @classmethod
     def read(cls, given: Mapping[str, str]) -> Options:
-        """Return the options that texts give, as the command line has them: ``{"samples": "50"}``.
+        """Read options from strings of the command line, as ``{"samples": "50"}``.
 
-        A name with a dot is a parameter that differs in flight.
+        A name with a dot is a changed parameter.
 
         Raises
         ------
         UsageError
-            There is no such option, or its text is no number.
+            An option is unknown, or its value is not a number.
         """
         names = [f.name for f in fields(cls) if f.name != "values"]
+        # Dotted names are parameters, all others have to be options.
         for name in given:
             if "." not in name:
                 refuse_unknown(name, names, also=", and dotted names of parameters")
@@ -92,5 +93,5 @@ def _number(name: str, text: str, *, whole: bool = False) -> float:
     try:
         return int(text) if whole else float(text)
     except ValueError as error:
-        what = "a whole number" if whole else "a number"
-        raise UsageError(f'--option {name}: found "{text}"; write {what}') from error
+        kind = "a whole number" if whole else "a number"
+        raise UsageError(f'--option {name}: found "{text}"; write {kind}') from error

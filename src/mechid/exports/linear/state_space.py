@@ -1,4 +1,4 @@
-"""A linear model with names, units, derivatives to the parameters, and their covariance."""
+"""Linear state-space model with names, units, parameter derivatives and covariance."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Matrices:
-    """x' = A x + B u, y = C x + D u; each may have further axes in front, one for a parameter or for a draw.
+    """Matrices of x' = A x + B u, y = C x + D u, optionally with leading axes for parameters or draws.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Matrices:
     D: FloatArray
 
     def __getitem__(self, index: Any) -> Matrices:
-        """Return the matrices at an index of the axes in front."""
+        """Return the matrices at an index of the leading axes."""
         return Matrices(*(matrix[index] for matrix in self.all))
 
     @property
@@ -53,7 +53,7 @@ class Matrices:
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """What the rows or columns of matrices are: names and SI units, empty where a block does not say."""
+    """Names and SI units of the rows or columns of matrices; a unit is empty if unknown."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -65,7 +65,7 @@ class Signals:
 
 @dataclass(frozen=True, eq=False)
 class Uncertain:
-    """Parameters with a covariance, in the mechanism file's units.
+    """Parameters with a covariance, in the units of the mechanism file.
 
     Attributes
     ----------
@@ -97,30 +97,30 @@ class Uncertain:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearModel:
-    """A mechanism where it holds, for small deviations.
+    """Linear model of a holding mechanism, for small deviations.
 
     Attributes
     ----------
     name : str
-        What friction does: ``"stuck"``, ``"locked"``, ``"free"``, or ``"holding"`` where it never holds.
+        State of friction: ``"stuck"``, ``"locked"``, ``"free"``, or ``"holding"`` if friction never sticks.
     states, inputs, outputs : Signals
     matrices : Matrices
     x, y : (n,), (n_y,)
-        States and outputs about which it is linear; deviations from these are its own.
+        States and outputs of the equilibrium; the model describes deviations from these.
     names : tuple of str, (q,)
-        All parameters of which it is a function, by dotted name, in the mechanism file's units.
+        Dotted names of all parameters of the model, in the units of the mechanism file.
     by_parameter : Matrices, (q, ...)
-        Derivatives of the matrices to these, where the mechanism rests moved along.
+        Total derivatives of the matrices with respect to the parameters, including the shift of the equilibrium.
     uncertain : Uncertain
-        Those of them that have a covariance.
+        Parameters with a covariance.
     limits : mapping of input to (float, float)
-        From and to which deviation of an input the supply reaches.
+        Range of the deviation of each input within the supply.
     margins : mapping of str to float
-        How much more friction holds before it lets go, by the name of the friction, N m.
+        Additional torque in N m that each friction holds before it slips, by name.
     samples : Matrices, (N, ...)
-        The same model at draws of the uncertain parameters, each linearised anew.
+        Matrices at draws of the uncertain parameters, each linearised about its own equilibrium.
     draws : (N, k)
-        These draws.
+        Draws of the uncertain parameters.
     """
 
     name: str
@@ -140,23 +140,24 @@ class LinearModel:
 
     @cached_property
     def by_uncertain(self) -> Matrices:
-        """Derivatives of the matrices to the uncertain parameters, (k, ...)."""
+        """Derivatives of the matrices with respect to the uncertain parameters, (k, ...)."""
         return self.by_parameter[[self.names.index(name) for name in self.uncertain.names]]
 
     def response(self, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
-        """Return the frequency response, (f, n_y, m), in units of outputs over inputs; frequencies above 0."""
+        """Return the frequency response at positive frequencies, (f, n_y, m), in units of outputs over inputs."""
         return response_of(self.matrices, frequency_hz)
 
     def amplitude_sigma(self, frequency_hz: Sequence[float] | FloatArray) -> FloatArray:
-        """Return the standard error of the response's amplitude, (f, n_y, m), from derivatives and covariance."""
+        """Return the standard error of the amplitude response, (f, n_y, m), propagated from the covariance."""
         here = self.response(frequency_hz)
+        # The amplitude changes along the phase of the response; the least value guards against 0 / 0.
         unit = here / np.maximum(np.abs(here), 1e-300)
         slopes = (np.conj(unit) * self._slopes(frequency_hz)).real
         square = np.einsum("i...,ij,j...->...", slopes, self.uncertain.covariance, slopes)
         return np.asarray(np.sqrt(np.maximum(square, 0.0)), dtype=np.float64)
 
     def _slopes(self, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
-        """Return the response's derivatives to the uncertain parameters, (k, f, n_y, m)."""
+        """Return the derivatives of the response with respect to the uncertain parameters, (k, f, n_y, m)."""
         A, B, C, _ = self.matrices.all
         M = _shifted(A, frequency_hz)
         right = np.linalg.solve(M, np.broadcast_to(B + 0j, (len(M), *B.shape)))
@@ -166,13 +167,13 @@ class LinearModel:
         return np.array(each, dtype=np.complex128).reshape(-1, *self.response(frequency_hz).shape)
 
     def to_scipy(self) -> StateSpace:
-        """Return it as SciPy's StateSpace, which knows no names."""
+        """Convert to SciPy's StateSpace, which has no names."""
         from scipy.signal import StateSpace
 
         return StateSpace(*self.matrices.all)
 
     def to_control(self) -> Any:
-        """Return it as python-control's StateSpace with the names of states, inputs and outputs.
+        """Convert to python-control's StateSpace, with names of states, inputs and outputs.
 
         Raises
         ------
@@ -186,7 +187,7 @@ class LinearModel:
         return StateSpace(*self.matrices.all, **self.control_names())
 
     def control_names(self) -> dict[str, Any]:
-        """Return what python-control's StateSpace takes beside A, B, C and D."""
+        """Return the keyword arguments of python-control's StateSpace besides A, B, C and D."""
         return {
             "name": self.name,
             "states": list(self.states.names),
@@ -195,7 +196,7 @@ class LinearModel:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as lists and plain numbers."""
+        """Return the model as lists and plain numbers."""
         return {
             "states": self.states.to_dict(),
             "inputs": self.inputs.to_dict(),
@@ -212,7 +213,7 @@ class LinearModel:
 
 
 def response_of(matrices: Matrices, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
-    """Return C (i w - A)^-1 B + D, (f, n_y, m), of frequencies above 0."""
+    """Return C (i w - A)^-1 B + D, (f, n_y, m), at positive frequencies."""
     A, B, C, D = matrices.all
     M = _shifted(A, frequency_hz)
     resolved = np.linalg.solve(M, np.broadcast_to(B + 0j, (len(M), *B.shape)))

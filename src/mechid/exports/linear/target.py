@@ -1,4 +1,4 @@
-"""``mechid export --to linear``: linear.json, linear.mat and mechid_uss.m, read back and held against the equations."""
+"""Target of ``mechid export --to linear``: linear.json, linear.mat and mechid_uss.m, read back and verified."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.writing import write_atomically
 
 JSON, MAT, FUNCTION = FILES = ("linear.json", "linear.mat", "mechid_uss.m")
+# Integration errors and the remaining nonlinearity of a small sine stay below this.
 AGREES = 1e-4
-"""How far a model may leave the equations, relative to its response: what is left is integration and what is not linear
-in so small a sine."""
+"""Largest deviation of a model from the equations, relative to its response."""
 
 
-def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
     """Write the linear models of a handover into a folder.
 
     Raises
     ------
     InputFileError
-        No step command drives the mechanism, or what differs in flight cannot be.
+        No step command drives the mechanism, or a changed value is impossible.
     UsageError
-        An option cannot be.
+        An option is invalid.
     FitError
-        A model cannot be made, or leaves the equations.
+        A model cannot be made, or deviates from the equations.
     """
     linear = linear_of(handover, options)
     write_atomically(folder / JSON, json_text(linear.to_dict(), indent=None))
@@ -46,19 +46,21 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
 
 
 def _checked(linear: Linear, folder: Path) -> Checked:
-    """Return how far the models that both files hold leave the nonlinear equations, the largest of each model's."""
+    """Compare the models of both files with the nonlinear equations, and return their largest deviation."""
     from_mat = loadmat(folder / MAT)
     from_json = json.loads((folder / JSON).read_text(encoding="utf-8"))["models"]
     off = []
     for name in linear.models:
         here = _matrices(from_mat[name][0, 0])
+        # Both files have to contain the same bits, also on a full disk.
         if not all(np.array_equal(a, b) for a, b in zip(here.all, _matrices(from_json[name]).all, strict=True)):
             raise FitError(f"{JSON} and {MAT} do not hold the same model {name}; the disk may be full: export anew")
         off.append(departure(linear.held, name, here))
     if max(off) > AGREES:
         raise FitError(
             f"a linear model leaves the nonlinear equations by {max(off):.2g} of its response, more than {AGREES:g}: "
-            "the mechanism bends where it rests, as at the edge of a gear's slope; hold it at another start angle"
+            "the mechanism is not linear at its rest point, as at the edge of a gear's slope; hold it at another start "
+            "angle"
         )
     hertz = ", ".join(f"{f:g}" for f in FREQUENCIES_HZ)
     against = f"the nonlinear equations in time, a small sine of {hertz} Hz into each input; relative to the response"
@@ -66,7 +68,7 @@ def _checked(linear: Linear, folder: Path) -> Checked:
 
 
 def _matrices(found: Any) -> Matrices:
-    """Return matrices as read; a model without states, of a stuck motor on a current drive, has empty ones."""
+    """Read matrices; a model without states, as of a stuck motor on a current drive, has empty ones."""
     A, B, C, D = (np.array(found[name], dtype=np.float64) for name in "ABCD")
     n = len(B)
     return Matrices(A.reshape(n, n), B.reshape(n, D.shape[1]), C.reshape(len(D), n), D)

@@ -1,1 +1,1 @@
-"""Tables: lines of the torque over the rate and time histories, for Excel, Python, and Nastran."""
+"""Export as tables for Excel, Python and Nastran: torque lines over the rate, and time histories."""

@@ -1,4 +1,4 @@
-"""The lines over the rate as Nastran loads: for each order a complex load over its frequency, and its bound."""
+"""Torque lines as Nastran loads: for each order a complex load over frequency, and its bound."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from mechid.exports.tables.options import Options
 from mechid.writing import write_atomically
 
 FILE_NAME = "lines.bdf"
-LOUD = 0.01
-"""Of the largest bound of a way of stepping: orders that stay below it at all rates are left out."""
+RELEVANT = 0.01
+"""Share of the largest bound of a stepping mode; orders below it at all rates are omitted."""
 
 
 @dataclass(frozen=True, eq=False)
 class OrderLoad:
-    """One order over the rate.
+    """Load of one order over the rate.
 
     Attributes
     ----------
     stepping : str
     order : float
     frequency_hz : (n,)
-        Ascending, at the rates at which it is tabulated.
+        Frequencies at the tabulated rates, ascending.
     lines : (n,) complex
-        N m; 0 where the model has none.
+        Modelled lines in N m; 0 if the model has none.
     bound : (n,)
-        N m.
+        Bounds in N m.
     """
 
     stepping: str
@@ -45,24 +45,25 @@ class OrderLoad:
 
 
 def order_loads(forcing: Forcing) -> tuple[OrderLoad, ...]:
-    """Return the orders of a way of stepping that are loud at some rate, ascending."""
+    """Return the loads of a stepping mode whose order is relevant at any rate, in ascending order."""
     cells: dict[float, list[tuple[float, complex, float]]] = {}
     for rate, at in zip(forcing.mode.rates.tolist(), forcing.emissions, strict=True):
         rows = zip(at.orders.tolist(), at.modelled.tolist(), at.bound.tolist(), strict=True)
         for order, line, bound in rows:
             cells.setdefault(order, []).append((order * rate, line, bound))
-    loudest = max((bound for rows in cells.values() for _, _, bound in rows), default=0.0)
+    largest = max((bound for rows in cells.values() for _, _, bound in rows), default=0.0)
     return tuple(
         _load(forcing, order, cells[order])
         for order in sorted(cells)
-        if max(bound for _, _, bound in cells[order]) >= LOUD * loudest > 0.0
+        if max(bound for _, _, bound in cells[order]) >= RELEVANT * largest > 0.0
     )
 
 
 def _load(forcing: Forcing, order: float, found: Sequence[tuple[float, complex, float]]) -> OrderLoad:
-    """Return one order, 0 at rates between at which it is absent."""
+    """Return the load of one order, 0 at intermediate rates where it is absent."""
     ends = found[0][0], found[-1][0]
     every = (order * forcing.mode.rates).tolist()
+    # Between its first and last rate, an absent order is 0 rather than interpolated.
     known = {f: (line, bound) for f, line, bound in found}
     inside = [f for f in every if ends[0] <= f <= ends[1]]
     line, bound = zip(*(known.get(f, (0.0j, 0.0)) for f in inside), strict=True)
@@ -76,23 +77,23 @@ def _load(forcing: Forcing, order: float, found: Sequence[tuple[float, complex, 
 
 
 def write_bulk(forcings: Sequence[Forcing], options: Options, provenance: Mapping[str, Any], folder: Path) -> str:
-    """Write the loads of all ways of stepping and return the file's name."""
+    """Write the loads of all stepping modes; return the file name."""
     loads = [load for forcing in forcings for load in order_loads(forcing)]
     write_atomically(folder / FILE_NAME, bulk_text(loads, options, provenance))
     return FILE_NAME
 
 
 def bulk_text(loads: Sequence[OrderLoad], options: Options, provenance: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the file: what it is, where the load acts, and two load sets with their tables for each order."""
+    """Yield the text of the file: header, load location, and two load sets with tables for each order."""
     yield from _head(options, provenance)
     area = options.first_id
     yield darea(area, options.node, options.component, float(options.scale))
     for at, load in enumerate(loads):
         nominal, bound, table = area + 1 + 2 * at, area + 2 + 2 * at, area + 3 * at
-        what = f"{load.stepping}, order {load.order:g}, {load.frequency_hz[0]:.6g} to {load.frequency_hz[-1]:.6g} Hz"
+        title = f"{load.stepping}, order {load.order:g}, {load.frequency_hz[0]:.6g} to {load.frequency_hz[-1]:.6g} Hz"
         f = load.frequency_hz.tolist()
         yield "$\n"
-        yield from comment(what)
+        yield from comment(title)
         if np.any(load.lines):
             yield from comment(f"Load {nominal}: the model's line, at most {np.abs(load.lines).max():.4g} N m")
             yield rload1(nominal, area, table, table + 1)

@@ -1,4 +1,4 @@
-"""Checks of the tables: a direct simulation beside the lines, and every number read back from every file."""
+"""Verification of the tables: comparison with direct simulations, and reading back of all files."""
 
 from __future__ import annotations
 
@@ -21,32 +21,33 @@ from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
+# Where the torque jumps, a sample is an average, with an error of first order in its length.
 SAMPLES_HZ = 200_000.0
-"""Least, of the coarser of two direct simulations: where the torque jumps a sample is a mean, and lines are off by the
-first power of its length; two lengths tell what is left without."""
+"""Least sample rate of the coarser of two direct simulations; two lengths of samples allow extrapolation."""
 LEAST_S, DECAYS = 1.0, 20.0
-"""Simulated before the lines: at least so long, and so many times the slowest transient's decay."""
+"""Simulated time before the evaluation: least duration, and multiple of the decay time of the slowest transient."""
 STRETCH_S = 0.25
-"""Least, of what the lines are taken from."""
+"""Least duration from which lines are computed."""
+# All files have at least ten digits.
 ALIKE = 1e-9
-"""Relative difference of a number written and read: files have ten digits or more."""
+"""Largest relative difference between a written and a read number."""
 
 
 @dataclass(frozen=True, eq=False)
 class Direct:
-    """Lines at one rate beside those of a direct simulation.
+    """Comparison of the lines at one rate with a direct simulation.
 
     Attributes
     ----------
     stepping : str
     rate : float
-        Full steps/s.
+        Rate in full steps/s.
     seconds : float
-        Simulated from rest.
+        Simulated time from rest.
     off : (n,)
-        Differences of the amplitudes, N m.
+        Differences of the amplitudes in N m.
     largest : float
-        Line, N m.
+        Largest line in N m.
     """
 
     stepping: str
@@ -56,15 +57,15 @@ class Direct:
     largest: float
 
 
-def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
-    """Return how the largest torque of a way of stepping compares; None where none repeats that rest leads to.
+def compare_directly(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
+    """Compare the motion with the largest torque; None if no periodic motion is reached from rest.
 
     Parameters
     ----------
     lined : Mechanism
-        On a held base, its lines filtered (`plant.flight.with_line_filter`): the torque before that filter is used.
+        Mechanism on a held base with filtered lines (`plant.flight.with_line_filter`); the unfiltered torque is used.
     lanes : int
-        Derivatives that its kernel carries.
+        Number of derivatives in its kernel.
     forcing : Forcing
     """
     plain = [state for here in forcing.states for state in here if state.periods and FROM_REST in state.reached]
@@ -75,25 +76,24 @@ def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
     skipped = math.ceil(max(LEAST_S, DECAYS * max(state.decay_s, _stand_decay_s(lined))) / period_s)
     times = math.ceil(STRETCH_S / period_s)
     coarse, fine = (_lines(lined, lanes, forcing, state, skipped, times, finer) for finer in (1, 2))
+    # Richardson extrapolation: the error is of first order in the sample length.
     off = np.abs(2.0 * fine - coarse) - np.abs(state.lines)
     return Direct(forcing.stepping.name, state.rate, (skipped + times) * period_s, off, float(abs(state.lines).max()))
 
 
 def _stand_decay_s(lined: Mechanism) -> float:
-    """Return the time in which the test stand's filters settle to 1/e; the torque is looked at before that of lines."""
+    """Return the 1/e decay time of the test stand's filters; the filter of lines is not included."""
     return filter_decay_s(lined) if keeps_stand(lined) else 0.0
 
 
 def _lines(
     lined: Mechanism, lanes: int, forcing: Forcing, state: SteadyState, skipped: int, times: int, finer: int
 ) -> ComplexArray:
-    """Return the lines of the last whole periods of a simulation from rest, (n,) N m.
-
-    The first sample lies half an interval behind the first step, so that no step falls on a sample.
-    """
+    """Return the lines of the last whole periods of a simulation from rest, (n,) N m."""
     each = state.steps * state.periods * forcing.stepping.command.steps_per_full_step
     period_s = state.steps * state.periods / state.rate
     samples = finer * each * math.ceil(SAMPLES_HZ * period_s / each)
+    # The first sample lies half an interval after the first step, so that no step falls on a sample.
     late_s = 0.5 * period_s / samples
     command = replace(forcing.stepping.command, rate=RateProfile.constant(state.rate))
     base = TimeBase(samples / period_s, (skipped + times) * samples, late_s)
@@ -111,13 +111,13 @@ def _lines(
     return np.asarray(2.0 / torque.size * np.fft.rfft(torque)[state.orders * times] * turned, dtype=np.complex128)
 
 
-def refuse_other(file: Path, written: Mapping[str, FloatArray], read: Mapping[str, FloatArray]) -> None:
-    """Refuse a file in which a column of numbers is not what was written to it.
+def refuse_difference(file: Path, written: Mapping[str, FloatArray], read: Mapping[str, FloatArray]) -> None:
+    """Refuse a file whose numbers differ from those written.
 
     Raises
     ------
     UsageError
-        It is not.
+        The numbers differ.
     """
     for name, values in written.items():
         if not np.allclose(read[name], values, rtol=ALIKE, atol=0.0, equal_nan=True):

@@ -1,4 +1,4 @@
-"""Tables as CSV: one header line with names and units, an empty cell where there is no number."""
+"""CSV files of tables: one header line with names and units, and empty cells for missing numbers."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ NUMBER = "%.12g"
 
 
 def write_csv(table: Table, folder: Path) -> str:
-    """Write a table and return the file's name."""
+    """Write a table; return the file name."""
     name = f"{table.name}.csv"
     write_atomically(folder / name, _lines(table))
     return name
 
 
 def read_csv(table: Table, folder: Path) -> dict[str, FloatArray]:
-    """Return the columns of numbers of a table as its file holds them."""
+    """Read the numeric columns of a table from its file."""
     with (folder / f"{table.name}.csv").open(encoding="utf-8", newline="") as file:
         rows = csv.DictReader(file)
         cells = [[row[name] for name in table.numeric] for row in rows]
@@ -46,5 +46,5 @@ def _lines(table: Table) -> Iterator[str]:
 
 
 def _number(value: float) -> str:
-    """Return a number, nothing where there is none."""
+    """Format a number; NaN gives an empty string."""
     return "" if math.isnan(value) else NUMBER % value

@@ -1,4 +1,4 @@
-"""Tables as HDF5: a group a table, a data set a column, each with its unit (needs the extra ``formats``)."""
+"""HDF5 file of tables: one group per table, one data set with unit per column (needs the extra ``formats``)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FORMAT = "mechid-tables/1"
 
 
 def write_hdf5(tables: Sequence[Table], provenance: Mapping[str, Any], folder: Path) -> str:
-    """Write tables and return the file's name."""
+    """Write tables; return the file name."""
     import h5py
 
     with buffered_file(folder / FILE_NAME) as content, h5py.File(content, "w") as file:
@@ -33,7 +33,7 @@ def write_hdf5(tables: Sequence[Table], provenance: Mapping[str, Any], folder: P
 
 
 def read_hdf5(table: Table, folder: Path) -> dict[str, FloatArray]:
-    """Return the columns of numbers of a table as the file holds them."""
+    """Read the numeric columns of a table from the file."""
     import h5py
 
     with h5py.File(folder / FILE_NAME) as file:

@@ -1,8 +1,8 @@
-"""Time histories: each record's command simulated at the estimated values."""
+"""Time histories: simulations of the records' commands at the estimated values."""
 
 from __future__ import annotations
 
-from mechid.campaign.trajectory_file import refuse_lost
+from mechid.campaign.trajectory_file import refuse_incomplete
 from mechid.exports.handover import Trial
 from mechid.exports.tables.table import Table, numbers
 from mechid.plant.flight import keeps_stand
@@ -19,17 +19,17 @@ ON_BASE = "torque on a held base, without what only the test stand has"
 AT_TRANSDUCER = "torque as the transducer shows it, with the test stand"
 
 
-def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Table:
-    """Return what a record's command makes of the mechanism, on the record's time base.
+def simulate_history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Table:
+    """Simulate the command of a record, on the time base of the record.
 
     Parameters
     ----------
     bench : Mechanism
-        As identified, its channels measured.
+        Mechanism as identified, with the measured channels as outputs.
     lined : Mechanism
-        The same on a held base (`plant.flight.with_line_filter`), with its test stand or without.
+        The same mechanism on a held base (`plant.flight.with_line_filter`), with or without its test stand.
     lanes : int
-        Derivatives that the kernel of that one carries: the one of the lines serves.
+        Number of derivatives in the kernel of `lined`; the kernel of the lines is reused.
     trial : Trial
 
     Raises
@@ -37,10 +37,11 @@ def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Tab
     FitError
         The mechanism diverged.
     """
+    # Two simulations: the channels as measured on the bench, and the torque on the held base.
     seen = simulate_accurately(Simulator(bench.plant, trial.command, trial.base), bench.kernel_values())
     base = simulate_accurately(Simulator(lined.plant, trial.command, trial.base, capacity=lanes), lined.kernel_values())
-    refuse_lost({trial.name: seen})
-    refuse_lost({trial.name: base})
+    refuse_incomplete({trial.name: seen})
+    refuse_incomplete({trial.name: base})
     columns = [
         numbers(
             f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}",

@@ -1,4 +1,4 @@
-"""Tables of a fit: parameters, their covariance, records, provenance."""
+"""Tables of a fit: parameters, covariance, records and provenance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def estimate_tables(handover: Handover) -> tuple[Table, ...]:
 
 
 def provenance_table(handover: Handover, words: Sequence[str]) -> Table:
-    """Return where the numbers come from, how far they can be trusted, and what is to be known of them."""
+    """Return the table of origin, reliability and remarks."""
     rows = [*_flat(handover.provenance), *(("words", line) for line in words)]
     return Table(
         "provenance",
@@ -114,7 +114,7 @@ def _text(values: Sequence[Any]) -> list[str]:
 
 
 def _flat(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the entries of nested mappings, by dotted keys."""
+    """Yield the entries of nested mappings with dotted keys."""
     for key, value in content.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{above}{key}.")

@@ -1,4 +1,4 @@
-"""The torque on the base as tables: lines, third octaves, and the motion at each rate."""
+"""Tables of the torque on the base: lines, third octaves, and motion at each rate."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SHARE = f"{100.0 * LEVEL.bound:g} %"
 
 @dataclass(frozen=True, eq=False)
 class _AtRate:
-    """A rate of a forcing."""
+    """One rate of a forcing."""
 
     forcing: Forcing
     tested: bool
@@ -33,20 +33,20 @@ class _AtRate:
 
 
 def forcing_tables(forcings: Sequence[Forcing], estimate: Estimate) -> tuple[Table, ...]:
-    """Return lines, bands and rates of all ways of stepping."""
+    """Return the tables of lines, bands and rates of all stepping modes."""
     every = [at for one in forcings for at in _at_rates(one)]
     return (_lines(every, estimate), _bands(every), _rates(every, estimate))
 
 
 def _at_rates(forcing: Forcing) -> Iterator[_AtRate]:
-    tested = forcing.stepping.tested(forcing.mode.rates).tolist()
+    tested = forcing.stepping.covers(forcing.mode.rates).tolist()
     every = zip(tested, forcing.largest, forcing.emissions, forcing.states, strict=True)
     for inside, state, exerted, states in every:
         yield _AtRate(forcing, inside, state, exerted, len(states))
 
 
-def _named(every: Sequence[_AtRate], count: Callable[[_AtRate], int]) -> tuple[Column, ...]:
-    """Return the columns by which rows of any of the tables are told apart, so many rows at each rate."""
+def _key_columns(every: Sequence[_AtRate], count: Callable[[_AtRate], int]) -> tuple[Column, ...]:
+    """Return the key columns of a table, repeated for the number of rows at each rate."""
     counts = [count(at) for at in every]
     names = np.repeat(np.array([at.forcing.stepping.name for at in every]), counts)
     rates = np.repeat([at.state.rate for at in every], counts)
@@ -57,32 +57,32 @@ def _named(every: Sequence[_AtRate], count: Callable[[_AtRate], int]) -> tuple[C
 
 
 def _lines(every: Sequence[_AtRate], estimate: Estimate) -> Table:
-    """Return the lines of the model at each rate, then those that it lacks and the records have, without a phase."""
+    """Return the table of lines at each rate: those of the model, then residual lines, without a phase."""
 
-    def joined(of_state: Callable[[SteadyState], Any], beside: float = np.nan) -> FloatArray:
-        """Return what the model's lines have, and `beside` for those behind them."""
+    def of_lines(of_state: Callable[[SteadyState], Any], beside: float = np.nan) -> FloatArray:
+        """Return a value of the modelled lines, and `beside` for the residual lines after them."""
         parts = [(np.asarray(of_state(at.state)), at.emission.orders.size) for at in every]
         filled = [np.concatenate([own, np.full(size - own.size, beside)]) for own, size in parts]
         return np.concatenate(filled) if filled else np.zeros(0)
 
-    def exerted(of_emission: Callable[[Emission], Any]) -> FloatArray:
+    def of_emissions(of_emission: Callable[[Emission], Any]) -> FloatArray:
         return np.concatenate([np.asarray(of_emission(at.emission)) for at in every])
 
-    amplitude = joined(lambda s: np.abs(s.lines), 0.0)
-    phase = joined(lambda s: np.degrees(np.angle(s.lines)))
-    sigma = joined(lambda s: line_sigmas(estimate, s))
-    phase_sigma = joined(lambda s: np.degrees(phase_sigmas(estimate, s)))
-    residual, bound = exerted(lambda e: e.residual), exerted(lambda e: e.bound)
+    amplitude = of_lines(lambda s: np.abs(s.lines), 0.0)
+    phase = of_lines(lambda s: np.degrees(np.angle(s.lines)))
+    sigma = of_lines(lambda s: line_sigmas(estimate, s))
+    phase_sigma = of_lines(lambda s: np.degrees(phase_sigmas(estimate, s)))
+    residual, bound = of_emissions(lambda e: e.residual), of_emissions(lambda e: e.bound)
     carried = list(chain.from_iterable(at.emission.transfer_rules for at in every))
     columns = (
-        *_named(every, lambda at: at.emission.orders.size),
-        numbers("order", "1", "frequency over the rate", exerted(lambda e: e.orders)),
-        numbers("frequency_Hz", "Hz", "order times rate", exerted(lambda e: e.frequency_hz)),
+        *_key_columns(every, lambda at: at.emission.orders.size),
+        numbers("order", "1", "frequency over the rate", of_emissions(lambda e: e.orders)),
+        numbers("frequency_Hz", "Hz", "order times rate", of_emissions(lambda e: e.frequency_hz)),
         numbers("amplitude_Nm", "N m", "peak amplitude of the model's line; 0 where it has none", amplitude),
         numbers("phase_deg", "deg", "of Re(line e^(i 2 pi f t)), t from the start of a period, at a step", phase),
         numbers("sigma_Nm", "N m", "standard error of the amplitude", sigma),
         numbers("phase_sigma_deg", "deg", "standard error of the phase", phase_sigma),
-        numbers("error_Nm", "N m", "numerical error of the line, part of sigma", joined(lambda s: s.error)),
+        numbers("error_Nm", "N m", "numerical error of the line, part of sigma", of_lines(lambda s: s.error)),
         numbers(
             "residual_Nm", "N m", "what the model lacks of the line, by what the fit left of the records", residual
         ),
@@ -100,7 +100,7 @@ def _bands(every: Sequence[_AtRate]) -> Table:
     return Table(
         BANDS,
         (
-            *_named(every, lambda at: len(at.emission.bands_hz)),
+            *_key_columns(every, lambda at: len(at.emission.bands_hz)),
             numbers("from_Hz", "Hz", "lower edge of the third octave", edges[:, 0]),
             numbers("to_Hz", "Hz", "upper edge", edges[:, 1]),
             numbers("modelled_rms_Nm", "N m", "RMS of the model's lines in it", of("band_modelled")),
@@ -121,7 +121,7 @@ def _rates(every: Sequence[_AtRate], estimate: Estimate) -> Table:
     repeats = [at.state.steps * at.state.periods for at in every]
     motions, beyond = [at.motions for at in every], [outside(at) for at in every]
     columns = (
-        *_named(every, lambda _: 1),
+        *_key_columns(every, lambda _: 1),
         numbers("tested", "1", "1: a record of this stepping ran at this rate", [at.tested for at in every]),
         numbers("torque_rms_Nm", "N m", "RMS of the whole torque about its mean", of("rms")),
         numbers("torque_rms_error_Nm", "N m", "its standard error where the motion does not repeat", of("rms_error")),

@@ -11,33 +11,35 @@ from mechid.exports.stand import STAND
 from mechid.exports.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
+# Nastran's identifiers have eight digits, and a file numbers its loads consecutively from the first one.
 LARGEST_ID = 99_000_000
-"""Nastran's identifiers have eight digits; a file of this export counts on from its first."""
+"""Largest first identifier of load sets and tables."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What is tabulated, and where the Nastran cards put it.
+    """Options of the table export: rates, and location and scale of the Nastran loads.
 
     Parameters
     ----------
     rates : tuple of float
-        Full steps/s; none takes the campaign's range.
+        Rates in full steps/s; an empty tuple takes the range of the campaign.
     node : int
-        Grid point at which the mechanism stands.
+        Grid point of the mechanism.
     component : int
-        Its degree of freedom, 4 to 6: the mechanism's axis, rotation about x, y or z.
+        Degree of freedom of the mechanism's axis, 4 to 6: rotation about x, y or z.
     scale : float
-        The model's unit of torque in N m's place: 1000 where it counts in N mm.
+        Torque units of the structural model in 1 N m; 1000 for N mm.
     first_id : int
-        Of load sets and tables; they count on from there.
+        First identifier of load sets and tables, which are numbered consecutively.
     stand : bool
-        The torque at the transducer, of the mechanism as on the bench. Otherwise that on the base as it flies.
+        Tabulate the torque at the transducer, for the mechanism as on the bench, instead of the torque on the base in
+        flight.
 
     Raises
     ------
     UsageError
-        A value cannot be.
+        A value is invalid.
     """
 
     rates: tuple[float, ...] = ()
@@ -62,12 +64,12 @@ class Options:
 
     @classmethod
     def read(cls, given: Mapping[str, str]) -> Options:
-        """Return the options that texts give, as the command line has them: ``{"rates": "23,46"}``.
+        """Read options from strings of the command line, as ``{"rates": "23,46"}``.
 
         Raises
         ------
         UsageError
-            There is no such option, or its text is no number.
+            An option is unknown, or its value is not a number.
         """
         names = [field.name for field in fields(cls)]
         for name in given:
@@ -83,5 +85,5 @@ def _value(name: str, text: str) -> tuple[float, ...] | float | int:
     try:
         return float(text) if name == "scale" else int(text)
     except ValueError as error:
-        what = "a number" if name == "scale" else "a whole number"
-        raise UsageError(f'--option {name}: found "{text}"; write {what}') from error
+        kind = "a number" if name == "scale" else "a whole number"
+        raise UsageError(f'--option {name}: found "{text}"; write {kind}') from error

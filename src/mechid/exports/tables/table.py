@@ -1,4 +1,4 @@
-"""A table of named columns, as every file of the export holds it."""
+"""Table of named columns, the common content of all exported files."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from mechid.arrays import FloatArray
 Cell: TypeAlias = float | str
 
 SHEET_ROWS = 1_048_576
-"""Of a sheet of Excel, its header line among them."""
+"""Most rows of an Excel sheet, including the header."""
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Values under one name.
+    """Column of a table.
 
     Parameters
     ----------
     name : str
-        With the unit at its end, as ``amplitude_Nm``.
+        Name with the unit at its end, as ``amplitude_Nm``.
     unit : str
-        As a reader writes it, as ``N m``; empty of text, ``1`` of what has none.
+        Unit in readable form, as ``N m``; empty for text, ``1`` for dimensionless numbers.
     words : str
-        What it holds.
+        Meaning of the values.
     values : (n,) or tuple of n str
-        Numbers, NaN where there is none; or text.
+        Numbers, with NaN for missing ones; or text.
     """
 
     name: str
@@ -45,10 +45,10 @@ class Table:
     Parameters
     ----------
     name : str
-        Of its file, sheet or group.
+        Name of its file, sheet or group.
     columns : tuple of Column
     is_long : bool
-        Whether it is too long for a sheet of a workbook, as a time history.
+        Whether the table is too long for a sheet of a workbook, as a time history.
     """
 
     name: str
@@ -56,12 +56,12 @@ class Table:
     is_long: bool = False
 
     def column(self, name: str) -> Column:
-        """Return the column of a name."""
+        """Return the column with this name."""
         return next(column for column in self.columns if column.name == name)
 
     @property
     def numeric(self) -> dict[str, FloatArray]:
-        """The columns of numbers by name."""
+        """The numeric columns by name."""
         return {column.name: column.values for column in self.columns if not isinstance(column.values, tuple)}
 
     @property
@@ -71,7 +71,7 @@ class Table:
 
     @property
     def fits_sheet(self) -> bool:
-        """Whether a sheet of a workbook holds it."""
+        """Whether the table fits on a sheet of a workbook."""
         return not self.is_long and self.size < SHEET_ROWS
 
     def rows(self) -> Iterator[tuple[Cell, ...]]:
@@ -81,18 +81,18 @@ class Table:
 
 
 def numbers(name: str, unit: str, words: str, values: object) -> Column:
-    """Return a column of numbers; None and what is not finite become NaN."""
+    """Make a numeric column; None and values that are not finite become NaN."""
     found = np.asarray(values, dtype=np.float64)
     return Column(name, unit, words, np.where(np.isfinite(found), found, np.nan))
 
 
 def texts(name: str, words: str, values: Iterator[str] | list[str]) -> Column:
-    """Return a column of text."""
+    """Make a text column."""
     return Column(name, "", words, tuple(values))
 
 
 def column_table(tables: tuple[Table, ...]) -> Table:
-    """Return the table that says what every column of the others holds."""
+    """Return the table that describes all columns of the other tables."""
     every = [(table.name, column) for table in tables for column in table.columns]
     return Table(
         "columns",

@@ -1,4 +1,4 @@
-"""``--to tables``: parameters, lines over the rate and time histories as CSV, XLSX, HDF5 and Nastran cards."""
+"""Target of ``mechid export --to tables``: parameters, lines and histories as CSV, XLSX, HDF5 and Nastran cards."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from mechid.budgets.steady_state import cut_off
 from mechid.exports.export import Checked, Written
 from mechid.exports.forcing import Forcing, estimate_on_base, forcing
 from mechid.exports.handover import Handover
-from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.stepping import choose_rates, steppings
 from mechid.exports.tables import csv_file, hdf5, workbook
 from mechid.exports.tables.bulk import write_bulk
-from mechid.exports.tables.check import Direct, direct, refuse_other
-from mechid.exports.tables.history import history
+from mechid.exports.tables.check import Direct, compare_directly, refuse_difference
+from mechid.exports.tables.history import simulate_history
 from mechid.exports.tables.of_estimate import estimate_tables, provenance_table
 from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
@@ -30,7 +30,7 @@ from mechid.plant.mechanism import Mechanism
 NO_STEPS = "No record is known that a step command drives: there are no lines, no time histories and no Nastran cards."
 NO_HDF5 = 'tables.h5 is left out: install h5py, pip install "mechid[formats]".'
 NO_ERRORS = "No parameter of it has a standard error: sigma_Nm and bound_Nm count none."
-NOT_LEFT = (
+NO_RESIDUALS = (
     "Nothing is known of what the fit left of its records (residual.json): bound_Nm holds the errors of the parameters "
     "and of the model's lines, not lines that the model lacks."
 )
@@ -39,12 +39,12 @@ AT_TRANSDUCER = (
     "mechanism as it flies."
 )
 LEAST_ALIKE = 1e-3
-"""Relative to the largest line: what lines and a direct simulation may differ by without a word."""
+"""Difference between lines and a direct simulation, relative to the largest line, above which users are warned."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Torque:
-    """The torque on the base: what is known of the mechanism, its lines, and the kernel's plant that gave them."""
+    """Torque on the base: estimate of the mechanism, its lines, and the plant and kernel that produced them."""
 
     estimate: Estimate
     forcings: tuple[Forcing, ...]
@@ -52,7 +52,7 @@ class _Torque:
     lanes: int
 
 
-def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
     """Write the tables into a folder.
 
     Parameters
@@ -65,21 +65,27 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
     Raises
     ------
     InputFileError
-        The files beside the estimate are damaged or of another fit.
+        The companion files of the estimate are damaged or belong to another fit.
     FitError
         The mechanism diverged.
     UsageError
-        The folder cannot be written to, or a file holds other numbers than were written.
+        The folder is not writable, or a file contains other numbers than those written.
     """
     options = options or Options()
     torque = _torque(handover, options)
-    directs = tuple(filter(None, (direct(torque.lined, torque.lanes, f) for f in torque.forcings))) if torque else ()
+    directs = (
+        tuple(filter(None, (compare_directly(torque.lined, torque.lanes, f) for f in torque.forcings)))
+        if torque
+        else ()
+    )
     words = tuple(_words(torque, directs))
     tables = [*estimate_tables(handover)]
     histories = []
     if torque:
         tables += forcing_tables(torque.forcings, torque.estimate)
-        histories = [history(handover.mechanism, torque.lined, torque.lanes, trial) for trial in handover.trials]
+        histories = [
+            simulate_history(handover.mechanism, torque.lined, torque.lanes, trial) for trial in handover.trials
+        ]
     tables.append(provenance_table(handover, words))
     files = _write(handover, (*tables, *histories), folder)
     if torque:
@@ -88,37 +94,37 @@ def written(handover: Handover, folder: Path, options: Options | None = None) ->
 
 
 def _torque(handover: Handover, options: Options) -> _Torque | None:
-    """Return the torque on the base at the rates asked for; None where no step command drives a record."""
+    """Compute the torque on the base at the chosen rates; None if no step command drives a record."""
     every = steppings(handover.trials)
     if not every:
         return None
     estimate = estimate_on_base(handover, stand=options.stand)
-    rates = np.unique(options.rates) if options.rates else usual_rates(estimate.mechanism, every)
+    rates = np.unique(options.rates) if options.rates else choose_rates(estimate.mechanism, every)
     forcings = tuple(forcing(estimate, stepping, rates) for stepping in every)
     lined = with_line_filter(estimate.mechanism, cut_off(forcings[0].mode))
     return _Torque(estimate, forcings, lined, len(estimate.names) + len(lined.plant.states))
 
 
 def _write(handover: Handover, tables: Sequence[Table], folder: Path) -> list[str]:
-    """Write tables, read them back, and return the files' names."""
+    """Write tables, read them back, and return the file names."""
     every = (*tables, column_table(tuple(tables)))
     files = []
     for table in every:
         files.append(csv_file.write_csv(table, folder))
-        refuse_other(Path(files[-1]), table.numeric, csv_file.read_csv(table, folder))
+        refuse_difference(Path(files[-1]), table.numeric, csv_file.read_csv(table, folder))
     sheets = [table for table in every if table.fits_sheet]
     files.append(workbook.write_workbook(sheets, folder))
     for table, read in zip(sheets, workbook.read_workbook(sheets, folder), strict=True):
-        refuse_other(Path(files[-1]), table.numeric, read)
+        refuse_difference(Path(files[-1]), table.numeric, read)
     if is_available():
         files.append(hdf5.write_hdf5(every, handover.provenance, folder))
         for table in every:
-            refuse_other(Path(files[-1]), table.numeric, hdf5.read_hdf5(table, folder))
+            refuse_difference(Path(files[-1]), table.numeric, hdf5.read_hdf5(table, folder))
     return files
 
 
 def _checked(directs: Sequence[Direct]) -> Checked | None:
-    """Return how the lines compare with direct simulations; None where none could be made."""
+    """Summarise the comparison with direct simulations; None if there are none."""
     if not directs:
         return None
     off = np.concatenate([one.off for one in directs])
@@ -128,7 +134,7 @@ def _checked(directs: Sequence[Direct]) -> Checked | None:
 
 
 def _words(torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
-    """Yield what a user of the tables has to know."""
+    """Yield remarks for the user of the tables."""
     if not is_available():
         yield NO_HDF5
     if torque is None:
@@ -140,7 +146,7 @@ def _words(torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
     if not torque.estimate.names:
         yield NO_ERRORS
     if torque.estimate.residual is None:
-        yield NOT_LEFT
+        yield NO_RESIDUALS
     for one in torque.forcings:
         yield from _of_stepping(one)
     for found in directs:
@@ -154,7 +160,7 @@ def _words(torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
 
 def _of_stepping(one: Forcing) -> Iterator[str]:
     rates, name = one.mode.rates, one.stepping.name
-    ran = one.stepping.tested(rates).sum()
+    ran = one.stepping.covers(rates).sum()
     span = f"{rates.size} rates from {rates[0]:.6g} to {rates[-1]:.6g}" if rates.size > 1 else f"{rates[0]:.6g}"
     yield (
         f"{name}: {span} steps/s, lines up to {one.mode.highest_hz:.6g} Hz; records of this stepping ran at {ran} of "
@@ -165,13 +171,13 @@ def _of_stepping(one: Forcing) -> Iterator[str]:
         (np.array([not s.periods for s in one.largest]), "the motion does not repeat, its lines are of a stretch"),
         (np.array([len(s) > 1 for s in one.states]), "several motions are possible, the largest counts"),
     )
-    for which, what in oddities:
+    for which, remark in oddities:
         if which.any():
-            yield f"{name}: at {_ranges(rates, which)} steps/s {what}."
+            yield f"{name}: at {_ranges(rates, which)} steps/s {remark}."
 
 
 def _ranges(rates: FloatArray, which: BoolArray) -> str:
-    """Return the rates at which something is so, neighbours joined, as ``5 to 23, 46``.
+    """Format the selected rates, with neighbours merged to ranges, as ``5 to 23, 46``.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Tables as one workbook for Excel, a sheet a table; what was written is read back by its own way, not the writer's."""
+"""Excel workbook of tables, one sheet per table, with a reader independent of the writing library."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from mechid.writing import atomic_file
 
 FILE_NAME = "tables.xlsx"
 NARROWEST, WIDEST = 10, 60
-"""Of a column, in characters."""
+"""Limits of the column width in characters."""
+# Text must not be interpreted as formula or link; rows are written one by one to save memory.
 PLAIN = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
 SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
 
 def write_workbook(tables: Sequence[Table], folder: Path, name: str = FILE_NAME) -> str:
-    """Write tables as sheets, in their order, and return the file's name; a cell without a number stays empty."""
+    """Write tables as sheets, in order; return the file name. Missing numbers are empty cells."""
     with atomic_file(folder / name) as beside, xlsxwriter.Workbook(str(beside), PLAIN) as book:
         head = book.add_format({"bold": True, "bottom": 1})
         for table in tables:
@@ -44,7 +45,7 @@ def write_workbook(tables: Sequence[Table], folder: Path, name: str = FILE_NAME)
 
 
 def read_workbook(tables: Sequence[Table], folder: Path) -> Iterator[dict[str, FloatArray]]:
-    """Yield the columns of numbers of each of the tables that a workbook was made of, as its sheets hold them."""
+    """Yield the numeric columns of each table, as read from the workbook."""
     with ZipFile(folder / FILE_NAME) as archive:
         for number, table in enumerate(tables, 1):
             with archive.open(f"xl/worksheets/sheet{number}.xml") as file:
@@ -60,7 +61,7 @@ def read_workbook(tables: Sequence[Table], folder: Path) -> Iterator[dict[str, F
 
 
 def _place(reference: str) -> tuple[int, int]:
-    """Return row and column, from 0, of a cell's reference.
+    """Return row and column of a cell reference, counted from 0.
 
     Examples
     --------

@@ -32,7 +32,7 @@ def record_as_fitted(record: CampaignRecord, fit: Fit, *, disturbances: bool = T
     own = fit.records.get(record.name)
     if own is not None:
         record = reinterpret_record(record, own.reading)
-        record = record.holding(own.nuisance.values) if own.nuisance else record
+        record = record.with_known_values(own.nuisance.values) if own.nuisance else record
         record = with_lines(record, own.lines)
     return restore_found_record(record, _added_declarations(fit), fit.mechanism.plant) if disturbances else record
 

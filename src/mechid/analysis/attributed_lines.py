@@ -1,4 +1,4 @@
-"""Lines of a spectrum with what they may be: orders of the step rate, mains hum."""
+"""Attribution of spectral lines to orders of the step rate or mains hum."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from mechid.signal.mains import MainsLine
 
 
 @dataclass(frozen=True, kw_only=True)
-class SeenLine:
-    """A line of a channel's spectrum, and what it may be.
+class AttributedLine:
+    """A line of a channel's spectrum, with its possible origins.
 
     Attributes
     ----------
     line : Line
     order : float or None
-        Multiple of a constant step rate.
+        Multiple of a constant step rate; None if it is none.
     mains : MainsLine or None
-        Multiple of the mains' frequency.
+        Multiple of the mains frequency; None if it is none.
     """
 
     line: Line
@@ -28,17 +28,19 @@ class SeenLine:
     mains: MainsLine | None
 
 
-def seen_line(line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz: float) -> SeenLine:
-    """Return a line with what it may be."""
+def attribute_line(line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz: float) -> AttributedLine:
+    """Attribute a line to an order of the step rate and to mains hum, where its frequency matches."""
     near = [one for one in mains if abs(one.line.frequency_hz - line.frequency_hz) < bin_hz]
+    # Integer orders first: they are more likely, and a match by chance is rarer among them.
     orders = (_order(line.frequency_hz, rate, parts, bin_hz) for parts in (1, ORDER.quarters) if rate)
     order = next((order for order in orders if order), None)
-    return SeenLine(line=line, order=order, mains=near[0] if near else None)
+    return AttributedLine(line=line, order=order, mains=near[0] if near else None)
 
 
 def _order(frequency_hz: float, rate: float, parts: int, bin_hz: float) -> float | None:
-    """Return the order of a line in whole parts of the rate; None where it is none, or may well be so by chance."""
+    """Return the order of a line in multiples of rate / parts; None if it has none, or if chance explains the match."""
     order = round(parts * frequency_hz / rate) / parts
     near = max(ORDER.near_bins * bin_hz, ORDER.near * frequency_hz)
     is_one = order > 0.0 and abs(order * rate - frequency_hz) <= near
+    # Close multiples match many lines by chance, which is then no evidence.
     return order if is_one and 2.0 * near * parts <= ORDER.by_chance * rate else None
