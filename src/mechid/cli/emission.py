@@ -21,9 +21,9 @@ def emission(
     from mechid.cli.printed import print_result
     from mechid.emissions.run import emission as judged
     from mechid.errors import FitError
-    from mechid.holding import held
+    from mechid.holding import hold_folder
 
-    with held(out):
+    with hold_folder(out):
         found = judged(campaign, requirements=requirements)
         print_result(found, out)
     if strict and not found.passes:

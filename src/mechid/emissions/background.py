@@ -19,7 +19,7 @@ from mechid.emissions.requirement import direction_of
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra
 from mechid.errors import RecordError
-from mechid.records import Mounting, Record, RecordSpec, about_mounting_point, read_record
+from mechid.records import Mounting, Record, RecordSpec, move_to_mounting_point, read_record
 from mechid.signal.settings import HUM
 
 KEY = "background"
@@ -164,7 +164,7 @@ def read_backgrounds(
             raise at.key("name").error(f'"{spec.name}" stands here twice; give each background its own name')
         record = read_record(folder / spec.path, spec)
         if mounting is not None:
-            record = about_mounting_point(record, mounting)
+            record = move_to_mounting_point(record, mounting)
         made.append(Background(name=spec.name, state=state, record=record, mounting=mounting))
     return tuple(made)
 
