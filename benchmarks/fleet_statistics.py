@@ -15,10 +15,10 @@ from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
 from mechid.fleets.fleet import fleet_outliers
-from mechid.fleets.observed import OfUnits
+from mechid.fleets.observations import UnitValues
 from mechid.fleets.outliers import farthest
 from mechid.fleets.regression import regression
-from mechid.fleets.significance import tested
+from mechid.fleets.significance import apply_fdr
 from mechid.fleets.spread import spread
 
 UNITS, SPREADS = (3, 5, 10, 20), (0.0, 0.5, 1.0, 4.0)
@@ -61,7 +61,7 @@ def coverage_row(n: int, size: float, draws: int) -> str:
     rng, hits = np.random.default_rng([n, round(10.0 * size)]), np.zeros((draws, 6))
     for k in range(draws):
         y, s = drawn(rng, n, size)
-        made = spread(OfUnits(units=tuple(map(str, range(n))), values=y, errors=s, repeatability=np.nan))
+        made = spread(UnitValues(units=tuple(map(str, range(n))), values=y, errors=s, repeatability=np.nan))
         further = 3.0 + size * rng.standard_normal()
         others = [inside(y, s, way(y, s)) for way in (dersimonian_laird, restricted_likelihood)]
         low, high = made.spread95
@@ -102,7 +102,7 @@ def restricted_likelihood(y: np.ndarray, s: np.ndarray) -> float:
     return float(minimize_scalar(cost, bounds=(0.0, top), method="bounded").x) ** 2
 
 
-def correlated(rng: np.random.Generator, n: int, size: float) -> list[OfUnits]:
+def correlated(rng: np.random.Generator, n: int, size: float) -> list[UnitValues]:
     """Return 15 parameters of n units, the estimates of each unit correlated as those of a fit, by up to 0.9."""
     mixing = rng.standard_normal((PARAMETERS, 3))
     covariance = mixing @ mixing.T + 0.3 * np.eye(PARAMETERS)
@@ -111,7 +111,9 @@ def correlated(rng: np.random.Generator, n: int, size: float) -> list[OfUnits]:
     errors = 2.0 ** rng.uniform(-1.0, 1.0, (PARAMETERS, n))
     values = size * rng.standard_normal((PARAMETERS, n)) + errors * noise
     names = tuple(map(str, range(n)))
-    return [OfUnits(units=names, values=v, errors=e, repeatability=np.nan) for v, e in zip(values, errors, strict=True)]
+    return [
+        UnitValues(units=names, values=v, errors=e, repeatability=np.nan) for v, e in zip(values, errors, strict=True)
+    ]
 
 
 def false_row(n: int, draws: int) -> str:
@@ -121,7 +123,7 @@ def false_row(n: int, draws: int) -> str:
         for size in off:
             made = {str(k): spread(one) for k, one in enumerate(correlated(rng, n, size))}
             if size == 0.0:
-                differ += any(one.found for one in tested(list(made.values()), 0.05, lambda s: s.equal_p))
+                differ += any(one.found for one in apply_fdr(list(made.values()), 0.05, lambda s: s.equal_p))
             off[size] += any(fleet_outliers({name: one.standings for name, one in made.items()}, 0.05).values())
     counted = ", ".join(f"spread {size:g}: {100.0 * count / draws:.1f} %" for size, count in off.items())
     return f"| {n}, correlated | {100.0 * differ / draws:.1f} % | {counted} |"

@@ -281,9 +281,9 @@ def write_design(draw: Draw, folder: Path) -> dict[str, Any]:
 
 def read_design(folder: Path, written: dict[str, Any]) -> None:
     """Read it."""
-    from mechid.designs.design_file import beside
+    from mechid.designs.design_file import options_for
 
-    beside(folder / "campaign.toml")
+    options_for(folder / "campaign.toml")
 
 
 TOMLS = (

@@ -62,9 +62,9 @@ def test_its_level_of_a_profile(index):
     t = np.arange(500) / rate
     series = (0.5 * a * t**2 - 4.0 * t + 7.0)[:, None]
     made = ProfileResponse(("x",), t, rate, series, np.zeros((0, *series.shape)), 1, 1.0)
-    assert level(made.under(index)(np.zeros(0)), index, 0.9, 0) == pytest.approx(a * S**2, rel=1e-9)
+    assert level(made.error_under(index)(np.zeros(0)), index, 0.9, 0) == pytest.approx(a * S**2, rel=1e-9)
     with pytest.raises(UsageError, match=r"SDE needs 5[.]2 s, the profile takes 5 s"):
-        made.under(Index("SDE", 0.2, 2.5))
+        made.error_under(Index("SDE", 0.2, 2.5))
 
 
 def test_its_share_of_other_sources_in_the_ecss_sum(index):

@@ -77,7 +77,11 @@ def test_files_that_are_there_stay(folder):
         ("load_inertia", "load_inertai", 'flight.load_inertai: unknown key; did you mean "load_inertia"'),
         ("peak_voltage = 0.06", "peak_voltage = -0.06", "flight.spread.stepper.peak_voltage: found -0.06"),
         ('kind = "bias"', 'kind = "bais"', 'error[0].kind: found "bais"; did you mean "bias"'),
-        ("spread_rad = 2e-8", "frequency_hz = 2.0", "error[0].frequency_hz: is of a periodic error, this one is bias"),
+        (
+            "spread_rad = 2e-8",
+            "frequency_hz = 2.0",
+            "error[0].frequency_hz: belongs to a periodic error; this one is bias",
+        ),
         ("bandwidth_hz = 2.0\n", "", "error[1].bandwidth_hz: missing; a random error needs it"),
         ("frequency_hz = 33.0", "frequency_hz = 0.0", "error[2].frequency_hz: found 0"),
         ("load.inertia = 1e-4 }", "load.inertia = -1 }", "flight.uncertain.load.inertia: found -1"),

@@ -7,7 +7,7 @@ from scipy import stats
 from mechid.budgets.ensemble import make_ensemble
 from mechid.budgets.ensemble_level import ensemble_level
 from mechid.budgets.indices import Index
-from mechid.budgets.levels import always, member_level
+from mechid.budgets.levels import constant_member, member_level
 from mechid.budgets.main_effects import main_effects
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.pointing_error import PointingError
@@ -30,8 +30,8 @@ def over_the_ensemble(errors, confidence, axis, interpretation, seed):
     def member(draw):
         whole = PointingError(np.zeros(2))
         for error, one in zip(errors, draw, strict=True):
-            whole = error.added(whole, float(one))
-        return always(whole)
+            whole = error.add_to(whole, float(one))
+        return constant_member(whole)
 
     effects = main_effects(
         lambda z: member_level(member(z @ ensemble.follows), APE, confidence, axis, interpretation, 1024),
@@ -104,4 +104,4 @@ def test_main_effects():
 
 def test_an_unknown_interpretation_is_refused():
     with pytest.raises(UsageError, match='did you mean "mixed"'):
-        member_level(always(PointingError(np.zeros(1))), APE, 0.9, 0, "mixd")
+        member_level(constant_member(PointingError(np.zeros(1))), APE, 0.9, 0, "mixd")

@@ -10,9 +10,9 @@ import pytest
 from mechid.analysis.residual_emission import residual_emission
 from mechid.analysis.residual_file import ResidualRecord
 from mechid.budgets import budget as budget_module
+from mechid.budgets.bench_to_flight import BenchToFlight
 from mechid.budgets.budget import make_budget
 from mechid.budgets.budget_file import read_budget_file
-from mechid.budgets.carried import Carried
 from mechid.budgets.files import budget_texts
 from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.numbers import budget_numbers
@@ -82,7 +82,7 @@ def made(tmp_path_factory):
     (folder / "budget.toml").write_text(BUDGET, encoding="utf-8")
     (folder / "structure.toml").write_text(MODES, encoding="utf-8")
     rng = np.random.default_rng(3)
-    source = ResidualSource(tuple(of_bench(rng, rate) for rate in (18.0, 19.5, 20.5, 22.0)), Carried(None))
+    source = ResidualSource(tuple(of_bench(rng, rate) for rate in (18.0, 19.5, 20.5, 22.0)), BenchToFlight(None))
 
     def with_residual(fit, flight):
         read = flying_estimate(fit, flight)

@@ -5,9 +5,9 @@ import pytest
 from scipy import stats
 
 from mechid.budgets.indices import Index
-from mechid.budgets.levels import always, level, mixed_level
+from mechid.budgets.levels import constant_member, level, mixed_level
 from mechid.budgets.pointing_error import PointingError, Random, Source
-from mechid.budgets.shares import drawn
+from mechid.budgets.shares import band_from_draws
 from mechid.budgets.summation import Contribution, coverage_factor, total
 
 APE = Index("APE")
@@ -123,7 +123,7 @@ def test_a_line_alone_shows_why_the_central_limit_is_not_enough():
 def test_a_drawn_band():
     """Truth: the variance of 2 a - b, written out, and 200 000 draws; of x^2 2, none of it a straight line's."""
     covariance = np.array([[1.0, 0.6], [0.6, 4.0]])
-    band = drawn(5.0, lambda by: 5.0 + 2.0 * by[0] - by[1], covariance, ("a", "b"))
+    band = band_from_draws(5.0, lambda by: 5.0 + 2.0 * by[0] - by[1], covariance, ("a", "b"))
     variance = 4.0 * 1.0 - 2.0 * 2.0 * 0.6 + 4.0
     assert band.sigma == pytest.approx(np.sqrt(variance), rel=0.01)
     assert band.shares["a"] == pytest.approx((4.0 - 1.2) / variance, abs=0.01)
@@ -131,12 +131,12 @@ def test_a_drawn_band():
     assert sum(band.shares.values()) == pytest.approx(1.0)
     draws = 5.0 + np.random.default_rng(7).multivariate_normal([0, 0], covariance, 200_000) @ [2.0, -1.0]
     np.testing.assert_allclose(band.ci95, np.quantile(draws, [0.025, 0.975]), atol=0.05)
-    curved = drawn(0.0, lambda by: by[0] ** 2, np.eye(1), ("a",))
+    curved = band_from_draws(0.0, lambda by: by[0] ** 2, np.eye(1), ("a",))
     assert curved.sigma == pytest.approx(np.sqrt(2.0), rel=0.05)
     assert curved.shares["curvature"] == pytest.approx(1.0, abs=0.05)
-    assert drawn(1.0, lambda by: 1.0, np.zeros((1, 1)), ("a",)).sigma == 0.0
+    assert band_from_draws(1.0, lambda by: 1.0, np.zeros((1, 1)), ("a",)).sigma == 0.0
 
 
 def test_mixed_of_a_member_is_its_level():
     error = PointingError(np.zeros(1), (line(1.0),), white(0.2))
-    assert mixed_level([always(error)] * 2, APE, 0.9, 0) == pytest.approx(level(error, APE, 0.9, 0), rel=1e-9)
+    assert mixed_level([constant_member(error)] * 2, APE, 0.9, 0) == pytest.approx(level(error, APE, 0.9, 0), rel=1e-9)

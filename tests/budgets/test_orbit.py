@@ -33,7 +33,7 @@ def period_map(flying, command, rate, names=(), **values):
 def test_the_fixed_points_derivative_is_that_of_differences(flying):
     """Truth: fixed points found anew at values a thousandth of each apart."""
     period = period_map(flying, FULL, 37.3, flying.names)
-    orbit = find_orbit(period, period.settled(None, 20))
+    orbit = find_orbit(period, period.state_after(None, 20))
     size = period(orbit.x).size
     for k, name in enumerate(flying.names):
         value = period.mechanism.value(name)
@@ -59,7 +59,7 @@ def test_shooting_finds_what_settles_slowly(flying):
     mechanism = flying.mechanism.with_values({"gear.damping": 0.01})
     short = steady_state(mechanism, mode(MICRO, 30.0), 30.0, (), SUBSTEPS)
     period = PeriodMap(mechanism, mode(MICRO, 30.0), 30.0, (), SUBSTEPS)
-    left, gone = period.settled(None, 15), period.settled(None, 600)
+    left, gone = period.state_after(None, 15), period.state_after(None, 600)
     assert short.decay_s > 0.5
     assert np.max(np.abs(period.modulo(left - short.x)) / short.size) > 1e-3
     np.testing.assert_allclose(period.modulo(gone - short.x) / short.size, 0.0, atol=1e-6)
@@ -135,7 +135,7 @@ def test_a_rotor_that_does_not_follow(flying, rate, follows):
     """Truth: by how many times 3.6 deg, two steps, it is behind the command after a thousand of these."""
     state = steady_state(flying.mechanism, mode(FULL, rate), rate, (), SUBSTEPS)
     period = PeriodMap(flying.mechanism, mode(FULL, rate), rate, (), SUBSTEPS)
-    behind = -period.settled(None, 1000)[2] / np.radians(3.6)
+    behind = -period.state_after(None, 1000)[2] / np.radians(3.6)
     assert state.follows is follows
     assert bool(behind < 2.0) is follows
 

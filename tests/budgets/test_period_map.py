@@ -29,12 +29,12 @@ def period_map(flying, command, rate, names=(), **values):
 def test_the_maps_derivative_is_that_of_differences(flying, command, rate):
     """Truth: central differences of simulations of one period, across the switches on the way."""
     period = period_map(flying, command, rate)
-    x = period.settled(None, 30)
+    x = period.state_after(None, 30)
     image = period(x)
     step = 1e-6 * image.size
-    for k in np.flatnonzero(period.pinned(x) == 0.0):
+    for k in np.flatnonzero(period.pinned_states(x) == 0.0):
         moved = np.eye(x.size)[k] * step
-        expected = (period.settled(x + moved, 1) - period.settled(x - moved, 1)) / (2.0 * step[k])
+        expected = (period.state_after(x + moved, 1) - period.state_after(x - moved, 1)) / (2.0 * step[k])
         np.testing.assert_allclose(
             image.by_state[:, k] * image.size[k] / image.size, expected * image.size[k] / image.size, atol=2e-5
         )

@@ -8,7 +8,7 @@ import pytest
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.flying_mechanism import on_modes
 from mechid.budgets.indices import Index
-from mechid.budgets.levels import always, mixed_level
+from mechid.budgets.levels import constant_member, mixed_level
 from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.profile_run import ProfileResponse, run_profile
@@ -36,7 +36,7 @@ def course(flying):
 def test_a_profile_of_one_rate_settles_to_the_steady_lines(flying):
     """Truth: the lines of that rate by the modes' transfer function."""
     driven = mode([(0.0, 37.3)], 4.0)
-    late = run_profile(flying.mechanism, driven, (), 2, STRUCTURE).windowed()[-1]
+    late = run_profile(flying.mechanism, driven, (), 2, STRUCTURE).windowed_rms()[-1]
     steady = replace(driven, rates=np.array([37.3]), settle_s=2.0)
     lines = respond(steady_state(flying.mechanism, steady, 37.3, (), 2), STRUCTURE)
     np.testing.assert_allclose(late, lines.rms(), rtol=0.01)
@@ -61,7 +61,7 @@ def test_windowed_draws_are_those_of_the_moved_series(course):
     by = np.random.default_rng(3).normal(size=(2, course.columns)) * 1e-3
     for row, got in zip(by, course.windowed_draws(by), strict=True):
         moved = replace(course, series=course.series + np.tensordot(row, course.slopes, axes=1))
-        np.testing.assert_allclose(got, moved.windowed(), rtol=1e-9)
+        np.testing.assert_allclose(got, moved.windowed_rms(), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -82,21 +82,21 @@ def test_levels_are_those_of_the_definitions_over_all_instants(index):
         "RPE": (windows - mean[:, None]).ravel,
         "PDE": lambda: mean[apart:] - mean[:-apart],
     }[index.kind]()
-    error = made.under(index)(np.zeros(0))
+    error = made.error_under(index)(np.zeros(0))
     for confidence in (0.5, 0.95):
-        got = mixed_level([always(error)], index, confidence, 0)
+        got = mixed_level([constant_member(error)], index, confidence, 0)
         assert got == pytest.approx(np.quantile(np.abs(values), confidence), rel=0.01)
 
 
 def test_a_profile_shorter_than_the_windows_is_refused(course):
     with pytest.raises(UsageError, match="PDE needs 5 s, the profile takes 3"):
-        course.under(Index("PDE", 1.0, 4.0))
+        course.error_under(Index("PDE", 1.0, 4.0))
 
 
 def test_what_the_model_misses_scales_the_course(course):
     """Truth: a tenth of it, one standard deviation, over 400 draws."""
     rng = np.random.default_rng(5)
-    factors = [course.missed(Discrepancy(0.1), rng).series[-1, 0] / course.series[-1, 0] for _ in range(400)]
+    factors = [course.draw_discrepancy(Discrepancy(0.1), rng).series[-1, 0] / course.series[-1, 0] for _ in range(400)]
     assert np.std(factors) == pytest.approx(0.1, rel=0.1)
     assert np.mean(factors) == pytest.approx(1.0, abs=0.015)
 

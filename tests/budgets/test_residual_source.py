@@ -9,7 +9,7 @@ from scipy import stats
 
 from mechid.analysis.residual_emission import TRACKED, residual_emission
 from mechid.analysis.residual_file import FORMAT, ResidualRecord, read_residual
-from mechid.budgets.carried import Carried, carried
+from mechid.budgets.bench_to_flight import BenchToFlight, bench_to_flight
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.emission import UPPER, WITHIN, emission
 from mechid.budgets.ensemble import make_ensemble
@@ -103,7 +103,7 @@ def test_a_detent_left_out_of_the_model_flies(estimate, flying):
     records = [
         record(measured(true_bench, rate) - measured(bench, rate) + white(rng), rate, f"r{rate}") for rate in RATES
     ]
-    source = ResidualSource(tuple(records), carried(bench, flying.mechanism))
+    source = ResidualSource(tuple(records), bench_to_flight(bench, flying.mechanism))
     state, truth = steady(flying.mechanism, flying.names), steady(true_flying)
     known = replace(flying, covariance=np.zeros_like(flying.covariance))
     found = emission(at_base(flying, source, state), known, 200.0, 0)
@@ -130,7 +130,7 @@ def test_mains_hum_does_not_fly_and_a_line_beside_it_does():
 
     def flies(mains_hz):
         records = tuple(record(r, rate, mains_hz=mains_hz) for r, rate in zip(humming, rates, strict=True))
-        return ResidualSource(records, Carried(None)).at(micro(20.0), 20.0)
+        return ResidualSource(records, BenchToFlight(None)).at(micro(20.0), 20.0)
 
     before, after = flies(None), flies(50.02)
     at = {order: TRACKED.index(order) for order in (0.75, 2.5)}
@@ -145,16 +145,16 @@ def test_a_line_where_the_model_has_none(flying):
     """Truth: 1 mN m at order 3/4, which a motion that repeats after two steps has no line at."""
     rng = np.random.default_rng(1)
     records = tuple(record(white(rng) + lines(1e-3, 0.75, rate), rate) for rate in RATES)
-    source = ResidualSource(records, Carried(None))
+    source = ResidualSource(records, BenchToFlight(None))
     found = emission(at_base(flying, source, steady(flying.mechanism, flying.names)), flying, 200.0, 0)
     (at,) = np.flatnonzero(found.orders == 0.75)
     assert found.modelled[at] == 0.0
     assert found.residual[at] == pytest.approx(1e-3, rel=0.1)
     assert found.residual[at] < found.bound[at] < 3.0 * found.residual[at]
-    assert found.carried[at] == UPPER
+    assert found.transfer_rules[at] == UPPER
     band = np.flatnonzero((found.bands_hz[:, 0] <= 0.75 * FLYING) & (found.bands_hz[:, 1] > 0.75 * FLYING))[0]
     assert found.band_residual[band] == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.1)
-    assert WITHIN in found.carried
+    assert WITHIN in found.transfer_rules
 
 
 def test_noise_alone_makes_a_source_at_one_rate_in_a_hundred_at_most():
@@ -163,7 +163,7 @@ def test_noise_alone_makes_a_source_at_one_rate_in_a_hundred_at_most():
     alarms = 0
     for _ in range(60):
         records = tuple(record(white(rng, 1.0), rate) for rate in (20.0, 22.0))
-        here = ResidualSource(records, Carried(None)).at(micro(FLYING), FLYING)
+        here = ResidualSource(records, BenchToFlight(None)).at(micro(FLYING), FLYING)
         alarms += here.any
         assert here.any or not here.limit.any()
     assert alarms <= 3  # 0.6 are expected; more than 3 happen in 3 of 1000
@@ -184,7 +184,7 @@ def requirement():
 def test_a_complete_model_has_the_budget_that_it_had(flying):
     """Truth: the standing without residual records; white noise alone is left of these."""
     rng = np.random.default_rng(3)
-    source = ResidualSource(tuple(record(white(rng), rate) for rate in RATES), Carried(None))
+    source = ResidualSource(tuple(record(white(rng), rate) for rate in RATES), BenchToFlight(None))
     state, nobody = steady(flying.mechanism, flying.names), make_ensemble((), np.zeros(0), (), seed=0)
     with_it, without = (
         standing(requirement(), "m", [(1.0, at_base(flying, one, state))], flying, nobody) for one in (source, None)
@@ -196,7 +196,7 @@ def test_a_complete_model_has_the_budget_that_it_had(flying):
 def test_a_model_that_lacks_something_has_a_wider_budget(flying):
     """Truth: the same mechanism, parameters and errors; one line was left of its records."""
     rng = np.random.default_rng(4)
-    source = ResidualSource(tuple(record(white(rng) + lines(5e-3, 1.0, r), r) for r in RATES), Carried(None))
+    source = ResidualSource(tuple(record(white(rng) + lines(5e-3, 1.0, r), r) for r in RATES), BenchToFlight(None))
     state, nobody = steady(flying.mechanism, flying.names), make_ensemble((), np.zeros(0), (), seed=0)
     wide, narrow = (
         standing(requirement(), "m", [(1.0, at_base(flying, one, state))], flying, nobody) for one in (source, None)
@@ -212,7 +212,7 @@ def test_a_model_that_lacks_something_has_a_wider_budget(flying):
 def test_the_level_of_a_line_that_the_model_lacks_alone(flying):
     """Truth: Gaussian of the line's RMS behind the structure's transfer, with a mechanism that makes nothing."""
     rng = np.random.default_rng(5)
-    source = ResidualSource(tuple(record(white(rng) + lines(0.02, 1.0, r), r) for r in RATES), Carried(None))
+    source = ResidualSource(tuple(record(white(rng) + lines(0.02, 1.0, r), r) for r in RATES), BenchToFlight(None))
     state = steady(flying.mechanism, flying.names)
     silent = replace(state, lines=0.0 * state.lines, gradient=0.0 * state.gradient)
     nobody = make_ensemble((), np.zeros(0), (), seed=0)
@@ -223,28 +223,28 @@ def test_the_level_of_a_line_that_the_model_lacks_alone(flying):
 
 def test_it_grows_outside_the_rates_of_the_bench_and_says_so():
     rng = np.random.default_rng(6)
-    source = ResidualSource(tuple(record(white(rng) + lines(5e-3, 1.0, r), r) for r in RATES), Carried(None))
+    source = ResidualSource(tuple(record(white(rng) + lines(5e-3, 1.0, r), r) for r in RATES), BenchToFlight(None))
     near, far = source.at(micro(23.0), 23.0), source.at(micro(48.0), 48.0)
     at = TRACKED.index(1.0)
     assert not near.outside
     assert far.outside
     assert far.amplitude[at] / near.amplitude[at] == pytest.approx(4.0, rel=0.1)
     full = Command(stepping="full", microsteps=1, rate=RateProfile.constant(23.0))
-    assert not source.stepped_alike(full)
+    assert not source.has_same_stepping(full)
     assert source.at(full, 23.0).amplitude[at] > 0.0
 
 
 def test_the_way_from_the_rotor(estimate, flying):
     """Truth: the same plant on the bench as in flight; the paper's housing lets 4.6 of the rotor's reaction through."""
     _, bench = estimate
-    same = carried(flying.mechanism, flying.mechanism)
+    same = bench_to_flight(flying.mechanism, flying.mechanism)
     frequency = np.array([1.0, 20.0, 46.0, 100.0, 300.0])
     assert same.ratio(frequency) == pytest.approx(1.0)
-    assert same.known(frequency).all()
-    found = carried(bench, flying.mechanism)
+    assert same.paths_agree(frequency).all()
+    found = bench_to_flight(bench, flying.mechanism)
     assert (found.ratio(frequency) >= 1.0).all()
-    assert not found.known(np.array([300.0]))[0]
-    assert not Carried(None).known(frequency).any()
+    assert not found.paths_agree(np.array([300.0]))[0]
+    assert not BenchToFlight(None).paths_agree(frequency).any()
 
 
 def test_of_another_fit_it_is_refused(estimate, tmp_path):

@@ -157,7 +157,7 @@ def test_what_has_no_phase_is_a_bound():
     here = source.at(MICRO, 10.0)
     state = steady(10.0)
     loose = side_response(state, source, here.without_phases(), HIGHEST_HZ)
-    bound = np.abs(loose.added(STRUCTURE.to_line_of_sight(state.frequency_hz) * state.lines[:, None]))
+    bound = np.abs(loose.add_to(STRUCTURE.to_line_of_sight(state.frequency_hz) * state.lines[:, None]))
     rng, transfer = np.random.default_rng(2), source.transfer(state.frequency_hz)
     drive = STRUCTURE.to_line_of_sight(state.frequency_hz) * state.lines[:, None]
     sizes = np.abs(here.lines[[TRACKED.index(q) for q in DRIVE]])
@@ -192,7 +192,7 @@ def test_the_band_holds_the_truth():
     for seed in range(6):
         found = response(source_of(seed=seed, noise=0.05, rates=(10.0,), seconds=6.0), 10.0)
         drive = np.broadcast_to(found.drive, (400, *found.drive.shape))
-        draws = found.side.drawn(drive, np.zeros((400, len(found.drive))), np.random.default_rng(0))
+        draws = found.side.draw(drive, np.zeros((400, len(found.drive))), np.random.default_rng(0))
         low, high = np.quantile(np.sqrt(0.5 * np.sum(np.abs(draws) ** 2, axis=1)), (0.025, 0.975), axis=0)
         inside += ((low <= truth) & (truth <= high)).tolist()
     assert sum(inside) >= 10
@@ -203,17 +203,17 @@ def test_how_lines_count_and_where_nothing_is_near():
     source = source_of()
     near, above = source.at(MICRO, 10.0), source.at(MICRO, 21.0)
     one, force_x = TRACKED.index(1.0), MEASURED.index("force_x")
-    assert near.how(one, force_x) == COHERENT
-    assert near.how(one, MEASURED.index("force_z")) == WITHIN
+    assert near.line_use(one, force_x) == COHERENT
+    assert near.line_use(one, MEASURED.index("force_z")) == WITHIN
     assert not near.far
-    assert above.how(one, force_x) == MAGNITUDE
+    assert above.line_use(one, force_x) == MAGNITUDE
     assert above.far
     assert above.outside
     grown = 0.5 * 1.05**2 * (21.0 / 10.5) ** 2
     assert above.bounds[one, force_x] == pytest.approx(grown, rel=1e-2)
     other = Command(stepping="full", microsteps=1, rate=RateProfile.constant(1.0), start_angle_deg=45.0)
-    assert not source.stepped_alike(other)
-    assert source.at(other, 10.0).how(one, force_x) == MAGNITUDE
+    assert not source.has_same_stepping(other)
+    assert source.at(other, 10.0).line_use(one, force_x) == MAGNITUDE
     gap = source_of(rates=(5.0, 20.0)).at(MICRO, 10.0)
     assert gap.far
     assert not gap.outside
@@ -223,11 +223,11 @@ def test_how_lines_count_and_where_nothing_is_near():
 def test_directions_that_the_structure_lacks_are_named():
     some = replace(STRUCTURE, directions={d: STRUCTURE.directions[d] for d in ("tx", "rx")})
     source = source_of(some)
-    assert source.flying == ("force_y", "moment_y")  # the bench's x is the structure's y
+    assert source.flying_components == ("force_y", "moment_y")  # the bench's x is the structure's y
     assert source.absent == {"force_x": "ty", "force_z": "tz", "moment_x": "ry"}
     assert response(source, 10.0).side.here.components == ("force_y", "moment_y")
     nothing = source_of(replace(STRUCTURE, directions={}))
-    assert nothing.flying == ()
+    assert nothing.flying_components == ()
 
 
 def test_a_torque_that_turns_the_other_way():

@@ -29,7 +29,7 @@ def informations():
 def test_each_kind_is_the_logarithm_of_a_standard_error(kind, expected, informations):
     """Truth: geometric mean, root mean square, largest; twice the errors add log 2, half of that on average."""
     criterion = Criterion(kind, SIZE)
-    np.testing.assert_allclose(criterion.at_points(informations), [expected, expected + np.log(2.0)])
+    np.testing.assert_allclose(criterion.values_at(informations), [expected, expected + np.log(2.0)])
     assert criterion.of(informations) == pytest.approx(expected + 0.5 * np.log(2.0))
     low = Criterion(kind, SIZE, over="low")
     assert low.of(informations) == pytest.approx(expected + 0.8 * np.log(2.0))
@@ -41,7 +41,7 @@ def test_one_parameter_is_its_own_variance():
     J = rng.standard_normal((2, 5, 9, 3))
     M = np.swapaxes(J, -1, -2) @ J
     g = rng.standard_normal((2, 3))
-    found = Criterion("some.parameter", SIZE, g).at_points(M)
+    found = Criterion("some.parameter", SIZE, g).values_at(M)
     for s in range(2):
         for c in range(5):
             assert found[s, c] == pytest.approx(0.5 * np.log(g[s] @ np.linalg.inv(M[s, c]) @ g[s]))

@@ -7,7 +7,7 @@ from mechid.campaign import load_campaign
 from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.designs.design import make_design
 from mechid.designs.design_file import DesignOptions
-from mechid.designs.planned import Recording
+from mechid.designs.planned_record import Recording
 from mechid.designs.prediction import planned_problem, predicted_errors
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.output_error.space import SearchSpace

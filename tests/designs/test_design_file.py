@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.designs.design_file import DesignOptions, beside, read_design_file
+from mechid.designs.design_file import DesignOptions, options_for, read_design_file
 from mechid.errors import InputFileError
 
 WHOLE = """
@@ -56,14 +56,14 @@ def test_every_key_is_read(tmp_path):
 
 def test_without_a_file_and_with_an_empty_one_it_is_the_usual(tmp_path):
     """Truth: the defaults."""
-    assert beside(tmp_path / "campaign.toml") == DesignOptions()
+    assert options_for(tmp_path / "campaign.toml") == DesignOptions()
     empty = read_design_file(written(tmp_path, ""))
     assert (empty.candidates, empty.limits, empty.criterion) == (
         DesignOptions().candidates,
         DesignOptions().limits,
         "D",
     )
-    assert beside(tmp_path / "campaign.toml").criterion == "D"
+    assert options_for(tmp_path / "campaign.toml").criterion == "D"
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_without_a_file_and_with_an_empty_one_it_is_the_usual(tmp_path):
         ("[limits]\nrisk = 2.0", "design.toml: limits.risk: found 2; write a share from 0 to 1"),
         ("[limits]\nbetween_s = -1.0", "design.toml: limits.between_s: found -1; write 0 or above in s"),
         ("[candidates]\nrates = [0.0]", "design.toml: candidates.rates[0]: found 0; write a number above 0"),
-        ("[candidates]\nrates = 3.0", "design.toml: candidates.rates: found 3.0; write numbers, as [23.0, 46.0]"),
+        ("[candidates]\nrates = 3.0", "design.toml: candidates.rates: found 3.0; write numbers, such as [23.0, 46.0]"),
         ('[candidates]\nsteppings = ["fulll"]', 'candidates.steppings[0]: found "fulll"; did you mean "full"'),
         ("[prior]\nmechanisms = 0", "design.toml: prior.mechanisms: found 0; write a whole number from 1 to 1024"),
         ("[recording]\nnoise_Nm = 0.0", "design.toml: recording.noise_Nm: found 0; write a number above 0"),

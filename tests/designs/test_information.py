@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.designs.information import informations, prior_points, range_information
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.identification.output_error.space import SearchSpace
 from mechid.simulation.simulator import Simulator, TimeBase
 from paper import constant

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from mechid.campaign.bench import TRUTH
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.prediction import NO_PHASE, ON_BOUND, UNSEEN, planned_problem, predicted_errors
 from mechid.identification.identify import identify
 from mechid.identification.output_error.space import SearchSpace

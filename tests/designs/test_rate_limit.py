@@ -10,9 +10,9 @@ import pytest
 from layouts import SINGLE_STEPPER, changed
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import RateProfile
-from mechid.designs.rate_limit import rate_limit, rates_tried
+from mechid.designs.rate_limit import rate_limit, rates_to_try
 from mechid.designs.settings import RATE
-from mechid.designs.step_loss import driven, pull_in, pull_out
+from mechid.designs.step_loss import drive, pull_in, pull_out
 from mechid.simulation.resonances import free_resonances
 from paper import constant
 
@@ -32,14 +32,14 @@ def small_stepper(**stepper):
 
 def at_once(mechanism, rate):
     """Tell whether a motor starts at a rate at once and stops at once without losing a step."""
-    return not driven(mechanism, replace(FULL, rate=RateProfile.constant(rate)), RATE.started_s, torque=False).lost
+    return not drive(mechanism, replace(FULL, rate=RateProfile.constant(rate)), RATE.started_s, torque=False).lost
 
 
 def slowly(mechanism, begin, rate):
     """Tell whether a motor follows from one rate to another and back within a second each."""
     times = np.cumsum([0.0, RATE.ramp_s, RATE.started_s, RATE.ramp_s])
     profile = RateProfile.through(list(zip(times, (begin, rate, rate, begin), strict=True)))
-    return not driven(mechanism, replace(FULL, rate=profile), float(times[-1]), torque=False).lost
+    return not drive(mechanism, replace(FULL, rate=profile), float(times[-1]), torque=False).lost
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_rates_are_tried_closely_around_a_resonance():
     """Truth: the distances that are stated, from a quarter of the resonance to a fifth above it, and beyond."""
     mechanism = small_stepper()
     (found,) = free_resonances(mechanism, FULL)
-    rates = np.array(rates_tried(mechanism, FULL))
+    rates = np.array(rates_to_try(mechanism, FULL))
     assert (rates[0], rates[-1]) == (RATE.lowest, RATE.highest)
     near = (rates[:-1] >= 0.25 * found.frequency_hz) & (rates[:-1] <= 1.2 * found.frequency_hz)
     most = np.maximum(rates[:-1] * np.where(near, RATE.near - 1.0, RATE.far - 1.0), RATE.least)

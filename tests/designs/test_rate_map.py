@@ -5,7 +5,7 @@ import pytest
 
 from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budgets.steady_state import enough_substeps, steady_state
-from mechid.designs.rate_map import _ends, _sweep, rate_map
+from mechid.designs.rate_map import _spread, _sweep, rate_map
 from mechid.designs.settings import RATE
 from mechid.plant.flight import to_flight
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
@@ -47,7 +47,7 @@ def test_the_band_is_from_the_least_to_the_largest_of_the_mechanisms_the_one_bel
 def test_a_mechanism_that_cannot_be_simulated_leaves_the_band_to_the_others():
     """Truth: of curves that are not there neither the least nor the largest is known."""
     nan = np.nan
-    ends = _ends(np.array([[1.0, 2.0, nan], [3.0, nan, nan], [2.0, 5.0, nan]]))
+    ends = _spread(np.array([[1.0, 2.0, nan], [3.0, nan, nan], [2.0, 5.0, nan]]))
     np.testing.assert_array_equal(ends, [[1.0, 2.0, nan], [3.0, 5.0, nan]])
 
 

@@ -9,7 +9,16 @@ from scipy.optimize import brentq
 
 from mechid.campaign import catalogue_mechanism
 from mechid.command import RateProfile
-from mechid.designs.step_loss import driven, heavier, margins, pull_in, pull_out, rubbing, stopped, weaker
+from mechid.designs.step_loss import (
+    add_friction,
+    drive,
+    margins,
+    pull_in,
+    pull_out,
+    scale_load,
+    scale_supply,
+    stop_after,
+)
 from paper import constant
 
 NO_DETENT = {"stepper.detent.0.amplitude": 0.0, "stepper.detent.1.amplitude": 0.0}
@@ -58,15 +67,15 @@ def test_what_friction_a_slow_motor_bears_is_its_holding_torque():
 def test_a_rotor_that_friction_holds_loses_every_step():
     """Truth: 40 full steps commanded, none made: ten pole pairs behind."""
     stuck = smooth(static=0.5, coulomb=0.4)
-    assert driven(stuck, constant(40.0), 1.0).pole_pairs_lost == -10
+    assert drive(stuck, constant(40.0), 1.0).pole_pairs_lost == -10
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_slow_command_loses_nothing_and_a_sudden_fast_one_falls_behind(sign):
     """Truth: the sign of the loss is against the command's direction."""
     mechanism = catalogue_mechanism()
-    assert not driven(mechanism, constant(sign * 46.0), 1.0).lost
-    assert sign * driven(mechanism, constant(sign * 1500.0), 1.0).pole_pairs_lost < 0
+    assert not drive(mechanism, constant(sign * 46.0), 1.0).lost
+    assert sign * drive(mechanism, constant(sign * 1500.0), 1.0).pole_pairs_lost < 0
 
 
 def test_limits_move_as_physics_has_it():
@@ -74,10 +83,10 @@ def test_limits_move_as_physics_has_it():
     mechanism, full = catalogue_mechanism(), constant(0.0)
     limit = pull_in(mechanism, full).rate
     assert limit < pull_out(mechanism, full).rate
-    for worse in (heavier(mechanism, 4.0), rubbing(mechanism, 0.03), weaker(mechanism, 0.7)):
+    for worse in (scale_load(mechanism, 4.0), add_friction(mechanism, 0.03), scale_supply(mechanism, 0.7)):
         assert pull_in(worse, full).rate < 0.95 * limit
-    assert not driven(mechanism, constant(0.98 * limit), 0.5).lost
-    assert driven(mechanism, constant(1.02 * limit), 0.5).lost
+    assert not drive(mechanism, constant(0.98 * limit), 0.5).lost
+    assert drive(mechanism, constant(1.02 * limit), 0.5).lost
 
 
 def test_margins_end_where_steps_are_lost():
@@ -86,11 +95,11 @@ def test_margins_end_where_steps_are_lost():
     found = margins(mechanism, command, 0.5)
     assert not found.lost
     for change, within, beyond in (
-        (weaker, 1.0 - found.voltage + 0.002, 1.0 - found.voltage - 0.012),
-        (rubbing, found.torque_Nm - 1e-4, found.torque_Nm + 0.012 * 0.166),
+        (scale_supply, 1.0 - found.voltage + 0.002, 1.0 - found.voltage - 0.012),
+        (add_friction, found.torque_Nm - 1e-4, found.torque_Nm + 0.012 * 0.166),
     ):
-        assert not driven(change(mechanism, within), command, 0.5).lost
-        assert driven(change(mechanism, beyond), command, 0.5).lost
+        assert not drive(change(mechanism, within), command, 0.5).lost
+        assert drive(change(mechanism, beyond), command, 0.5).lost
     assert margins(mechanism, constant(1500.0), 0.5).lost
 
 
@@ -101,6 +110,6 @@ def test_margins_end_where_steps_are_lost():
 def test_a_command_stopped_is_as_it_was_until_then(profile, seconds):
     """Truth: the edges of the command itself up to that instant, and none after."""
     command = replace(constant(1.0), rate=RateProfile.through(profile))
-    held = stopped(command, seconds)
+    held = stop_after(command, seconds)
     before, after = command.excitation(seconds).times, held.excitation(seconds + 1.0).times
     np.testing.assert_allclose(after, before[before <= seconds], rtol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 
 from mechid.designs.criterion import sizes
 from mechid.designs.information import informations
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.settings import DESIGN
 from mechid.designs.trust import departing_share
 from mechid.identification.output_error.space import SearchSpace

@@ -5,7 +5,7 @@ import pytest
 
 from export_bench import bench_of, stage_response
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
-from mechid.budgets.carried import carried
+from mechid.budgets.bench_to_flight import bench_to_flight
 from mechid.budgets.emission import line_sigmas
 from mechid.budgets.lines import filter_decay_s
 from mechid.budgets.steady_state import cut_off
@@ -195,8 +195,8 @@ def test_a_stand_that_never_settles_is_refused():
 def test_what_the_fit_left_counts_as_it_is_on_the_bench(paper):
     """Truth: the bench's residual was seen behind the same stand, so that it is carried by 1, and that is known."""
     mechanism = bench_of(paper, HOUSINGS["whole"]).mechanism
-    same = carried(mechanism, to_flight(mechanism, stand=True))
+    same = bench_to_flight(mechanism, to_flight(mechanism, stand=True))
     frequency = np.array([5.0, 46.0, 300.0, 2000.0])
     np.testing.assert_allclose(same.ratio(frequency), 1.0, rtol=1e-6)
-    assert same.known(frequency).all()
-    assert not carried(mechanism, to_flight(mechanism)).known(frequency).all()
+    assert same.paths_agree(frequency).all()
+    assert not bench_to_flight(mechanism, to_flight(mechanism)).paths_agree(frequency).all()

@@ -70,8 +70,8 @@ def test_changes_are_found_in_the_unit_and_in_the_parameter_that_changed(tmp_pat
     changed = {(c.result.unit, c.result.name) for c in fleet.changes if c.found}
     assert ("FM2", "gear.damping") in changed
     assert {name for _, name in changed} == {"gear.damping", "friction.viscous"}
-    assert parameter(fleet, "gear.damping").spread.of_units.units == tuple(f"FM{k}" for k in range(6))
-    assert np.isnan(parameter(fleet, "gear.damping").spread.of_units.repeatability)
+    assert parameter(fleet, "gear.damping").spread.unit_values.units == tuple(f"FM{k}" for k in range(6))
+    assert np.isnan(parameter(fleet, "gear.damping").spread.unit_values.repeatability)
 
 
 def test_units_of_another_lot_are_told_apart(tmp_path):

@@ -53,7 +53,7 @@ def test_all_keys(fits):
     assert first.folder_name == "FM1_cold"
     assert (second.label, second.unit, second.covariates) == ("B", "FM1", {})
     assert (asked.before_after, asked.false_discovery_rate, asked.units) == ((("cold", "hot"),), 0.1, ("FM1",))
-    assert asked.compared == (first,)
+    assert asked.baseline == (first,)
 
 
 def test_folders_alone_and_beside_a_fleet_file(fits):

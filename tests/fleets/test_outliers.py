@@ -5,7 +5,7 @@ import pytest
 
 from mechid.fleets.fleet import fleet_outliers
 from mechid.fleets.outliers import deleted_residuals, farthest
-from mechid.fleets.regression import common
+from mechid.fleets.regression import random_effects_mean
 
 ROSNER = np.fromstring(
     """
@@ -43,7 +43,7 @@ def test_all_residuals_at_once_are_those_one_by_one(n, spread_of_units):
     slow = []
     for k in range(n):
         others = np.delete(np.arange(n), k)
-        mean = common(values[others], errors[others])
+        mean = random_effects_mean(values[others], errors[others])
         error = np.sqrt(errors[k] ** 2 + mean.scatter**2 + mean.error() ** 2)
         slow.append((values[k] - mean.coefficients[0]) / error)
     assert deleted_residuals(values, errors) == pytest.approx(slow, rel=1e-9)

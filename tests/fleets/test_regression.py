@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import linregress, t
 
-from mechid.fleets.regression import common, further95, regression
+from mechid.fleets.regression import prediction_interval95, random_effects_mean, regression
 
 BCG = np.array(
     [
@@ -34,7 +34,7 @@ def drawn(rng, n, spread):
 
 def test_with_equal_errors_it_is_the_classical_mean_and_the_variance_less_that_of_the_errors():
     values = np.array([1.0, 4.0, 2.0, 9.0, 5.0])
-    made = common(values, np.full(5, 0.5))
+    made = random_effects_mean(values, np.full(5, 0.5))
     assert made.coefficients[0] == pytest.approx(values.mean(), rel=1e-12)
     assert made.scatter**2 == pytest.approx(values.var(ddof=1) - 0.25, rel=1e-9)
     reach = t.ppf(0.975, 4) * values.std(ddof=1) / np.sqrt(5.0)
@@ -43,7 +43,7 @@ def test_with_equal_errors_it_is_the_classical_mean_and_the_variance_less_that_o
 
 def test_units_alike_have_no_spread_and_the_weighted_mean():
     values, errors = np.array([1.0, 1.1, 0.9]), np.array([0.5, 1.0, 2.0])
-    made = common(values, errors)
+    made = random_effects_mean(values, errors)
     assert made.scatter == 0.0
     assert made.coefficients[0] == pytest.approx(np.average(values, weights=errors**-2.0))
     assert made.error() == pytest.approx(np.sum(errors**-2.0) ** -0.5)
@@ -52,7 +52,7 @@ def test_units_alike_have_no_spread_and_the_weighted_mean():
 def test_a_published_data_set():
     """Paule and Mandel's tau^2 0.318 and mean -0.715, Q-profile 0.120 to 1.112 and Q 152.23: R's metafor."""
     values, errors = BCG[:, 0], np.sqrt(BCG[:, 1])
-    made = common(values, errors)
+    made = random_effects_mean(values, errors)
     assert made.scatter**2 == pytest.approx(0.3181, abs=2e-4)
     assert made.coefficients[0] == pytest.approx(-0.7150, abs=2e-4)
     assert np.square(made.scatter95) == pytest.approx((0.1197, 1.1115), abs=5e-4)
@@ -75,8 +75,8 @@ def test_intervals_hold_what_they_promise(spread):
     rng, hits = np.random.default_rng(5), np.zeros((300, 3))
     for k in range(300):
         values, errors = drawn(rng, 8, spread)
-        made, further = common(values, errors), 3.0 + spread * rng.standard_normal()
-        intervals = (made.interval(), made.scatter95, further95(values, errors))
+        made, further = random_effects_mean(values, errors), 3.0 + spread * rng.standard_normal()
+        intervals = (made.interval(), made.scatter95, prediction_interval95(values, errors))
         hits[k] = [low <= truth <= high for (low, high), truth in zip(intervals, (3.0, spread, further), strict=True)]
     mean, scatter, another = hits.mean(axis=0)
     assert 0.91 < mean < 0.99
@@ -86,5 +86,5 @@ def test_intervals_hold_what_they_promise(spread):
 
 def test_units_alike_are_said_to_differ_as_often_as_the_level_says():
     rng = np.random.default_rng(6)
-    p = [common(*drawn(rng, 8, 0.0)).equal_p for _ in range(300)]
+    p = [random_effects_mean(*drawn(rng, 8, 0.0)).equal_p for _ in range(300)]
     assert 0.01 < np.mean(np.array(p) < 0.05) < 0.09

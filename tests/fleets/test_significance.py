@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mechid.fleets import significance
-from mechid.fleets.regression import common
+from mechid.fleets.regression import random_effects_mean
 
 REJECTED = [0.0001, 0.0004, 0.0019, 0.0095]
 PAPER = [*REJECTED, 0.0201, 0.0278, 0.0298, 0.0344, 0.0459, 0.3240, 0.4262, 0.5719, 0.6528, 0.7590, 1.0]
@@ -13,12 +13,12 @@ PAPER = [*REJECTED, 0.0201, 0.0278, 0.0298, 0.0344, 0.0459, 0.3240, 0.4262, 0.57
 
 
 def test_the_example_of_the_paper():
-    found = [one.found for one in significance.tested(PAPER, 0.05, lambda p: p)]
+    found = [one.found for one in significance.apply_fdr(PAPER, 0.05, lambda p: p)]
     assert found == [True] * 4 + [False] * 11
 
 
 def test_what_was_no_test_is_no_finding_and_costs_nothing():
-    with_none = significance.tested([*PAPER, math.nan], 0.05, lambda p: p)
+    with_none = significance.apply_fdr([*PAPER, math.nan], 0.05, lambda p: p)
     assert [one.q for one in with_none[:-1]] == significance.q_values(PAPER)
     assert math.isnan(with_none[-1].q)
     assert not with_none[-1].found
@@ -35,7 +35,9 @@ def test_of_parameters_of_correlated_estimates_the_share_of_false_findings_is_ke
         values[:5] += 1.5 * rng.standard_normal((5, 12))
         found = [
             one.found
-            for one in significance.tested([common(v, np.ones(12)) for v in values], 0.05, lambda m: m.equal_p)
+            for one in significance.apply_fdr(
+                [random_effects_mean(v, np.ones(12)) for v in values], 0.05, lambda m: m.equal_p
+            )
         ]
         shares.append(sum(found[5:]) / max(sum(found), 1))
         power.append(sum(found[:5]) / 5.0)

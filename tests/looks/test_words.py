@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.looks.words import driven_words, mains_word, of_unit, order_of, resonance_word
+from mechid.looks.words import driven_words, mains_word, order_name, resonance_word, with_unit
 
 
 def suggested(**changes):
@@ -28,7 +28,7 @@ def reading(rate, sigma=0.001, repeats=1.0):
 
 @pytest.mark.parametrize(("order", "words"), [(0.25, "order ¼"), (3.0, "order 3"), (1.75, "order 1¾"), (0.0, "")])
 def test_an_order_is_written_with_its_quarters(order, words):
-    assert order_of(order) == words
+    assert order_name(order) == words
 
 
 def test_a_multiple_of_the_mains_is_named():
@@ -38,8 +38,8 @@ def test_a_multiple_of_the_mains_is_named():
 
 
 def test_a_number_has_its_unit_where_there_is_one():
-    assert of_unit(0.3, 2, "N m") == "0.30 N m"
-    assert of_unit(0.3, 2, "") == "0.30"
+    assert with_unit(0.3, 2, "N m") == "0.30 N m"
+    assert with_unit(0.3, 2, "") == "0.30"
 
 
 def test_a_resonance_says_what_it_rests_on():

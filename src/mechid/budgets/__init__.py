@@ -1,4 +1,4 @@
-"""From an identified mechanism to the line of sight: disturbance, coupling, pointing error indices, margins.
+"""Microvibration budget: disturbance, structural coupling, pointing error indices and margins of a mechanism.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """

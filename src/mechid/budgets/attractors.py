@@ -1,7 +1,7 @@
-"""All steady states of a mode: from rest, and from those of the neighbouring rates, as a rising or falling rate has it.
+"""Search for all steady states of a mode, at rest and by continuation along a rising or falling rate.
 
-With stiction, detents and a resonance the rotor may keep to one of several motions at a rate, and which one depends on
-how the rate was reached. Every steady state that is found is tried at both neighbouring rates, until nothing new comes.
+With stiction, detents and a resonance the rotor can settle into one of several motions at a rate, depending on how
+the rate was reached. Each steady state found is used as a start at both neighbouring rates, until no new one appears.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ FROM_REST, RISING, FALLING = "from rest", "rising", "falling"
 
 @dataclass
 class _AtRate:
-    """What is known at one rate."""
+    """Period map and known steady states at one rate."""
 
     period: PeriodMap
     known: list[SteadyState] = field(default_factory=list)
 
     def add(self, found: SteadyState | int, way: str) -> SteadyState | None:
-        """Note that a steady state, or the known one of a number, was reached in a way; return it where it is new."""
+        """Record the way in which a steady state, or a known one by its number, was reached; return it if it is new."""
         for k, other in enumerate(self.known):
-            if k == found if isinstance(found, int) else _same(self.period, found, other):
+            if k == found if isinstance(found, int) else _is_same_motion(self.period, found, other):
                 self.known[k] = replace(other, reached=tuple(dict.fromkeys((*other.reached, way))))
                 return None
         if isinstance(found, int) or len(self.known) == MOTION.most_motions:
@@ -43,15 +43,17 @@ class _AtRate:
         return self.known[-1]
 
 
-def _tried(task: tuple[_AtRate, FloatArray | None]) -> SteadyState | int:
-    """Return the steady state that a start leads to at a rate, its number where it is a known one."""
+def _find_state(task: tuple[_AtRate, FloatArray | None]) -> SteadyState | int:
+    """Return the steady state reached from a start at a rate, or its number if it is already known."""
     at, start = task
     p = at.period
     if start is not None:
-        x = p.settled(start, periods_to_settle(p.mode, p.duration_s))
+        x = p.state_after(start, periods_to_settle(p.mode, p.duration_s))
         for k, state in enumerate(at.known):
             if state.periods and _is_on(p, x, state):
                 return k
+        # Telling a periodic motion from a known endless one needs the orbit search; only its failure identifies x with
+        # the latter.
         endless = [k for k, state in enumerate(at.known) if not state.periods]
         if endless and find_orbit(p, x) is None:
             return endless[0]
@@ -84,8 +86,11 @@ def steady_states(
     rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
     starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
     while starts:
-        tried = map_tasks(_tried, [(rates[k], x) for k, _, x in starts], workers)
+        tried = map_tasks(_find_state, [(rates[k], x) for k, _, x in starts], workers)
+        # Results are added in the order of the tasks, so that their numbers do not depend on the thread that ends
+        # first.
         fresh = [(k, rates[k].add(found, way)) for (k, way, _), found in zip(starts, tried, strict=True)]
+        # Only new states are continued: every state is tried once in each direction, so that the search ends.
         starts = [
             (k + side, way, state.x)
             for k, state in fresh
@@ -95,16 +100,16 @@ def steady_states(
     return tuple(tuple(at.known) for at in rates)
 
 
-def _same(period: PeriodMap, state: SteadyState, other: SteadyState) -> bool:
-    """Return whether two steady states are one; motions that do not repeat are not told apart."""
+def _is_same_motion(period: PeriodMap, state: SteadyState, other: SteadyState) -> bool:
+    """Return whether two steady states coincide; motions that do not repeat are not distinguished."""
     return state.periods == other.periods and (state.periods == 0 or _is_on(period, state.x, other))
 
 
 def _is_on(period: PeriodMap, x: FloatArray, state: SteadyState) -> bool:
-    """Return whether a state is one of those that a repeating motion passes after each period."""
+    """Return whether a state lies on a repeating motion, that is, on one of its states after each period."""
     passed = state.x
     for k in range(state.periods):
-        passed = period.settled(passed, 1) if k else passed
+        passed = period.state_after(passed, 1) if k else passed
         if float(np.max(np.abs(period.modulo(x - passed)) / state.size)) < MOTION.same_motion:
             return True
     return False

@@ -1,4 +1,4 @@
-"""Basis of a budget as a table: values that fly, uncertainties, the model's misfit, errors of other sources."""
+"""Table of a budget's inputs: flight values, uncertainties, model discrepancy and errors of other sources."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from mechid.ink.text_table import Column, OnPage
 
 BASIS = (Column("", "name", words=True), Column("", "value", words=True, on_page=OnPage(wide=True)))
 KNOWN = (
-    "as the fit left it of the torque records: an upper bound but where the way from the rotor to the base is the same "
-    "on bench and in flight"
+    "from the residuals of the torque records: an upper bound unless the path from the rotor to the base is the same "
+    "on the bench and in flight"
 )
-NOT_KNOWN = "not known: no residual.json of a torque record"
+NOT_KNOWN = "not known: there is no residual.json of a torque record"
 
 
 def basis_table(data: Data) -> Table:
-    """Return what a budget rests on, by name."""
+    """Return the inputs of a budget by name."""
     return Table(BASIS, [{"name": name, "value": value} for name, value in _pairs(data) if value])
 
 
 def _pairs(data: Data) -> Iterator[tuple[str, str]]:
     flight = data["flight"]
-    yield "flies in place of the bench's", _listed(flight["values"], 6) or "nothing"
+    yield "flies in place of the bench's", _list_values(flight["values"], 6) or "nothing"
     yield (
         "uncertain, one standard deviation",
-        _listed(flight["uncertain"], 3) or "nothing beside the estimate's covariance",
+        _list_values(flight["uncertain"], 3) or "nothing beside the estimate's covariance",
     )
-    yield "spreads over the ensemble", _listed(flight["spread"], 3) or "nothing"
+    yield "spreads over the ensemble", _list_values(flight["spread"], 3) or "nothing"
     yield "left on the bench", ", ".join(flight["left_on_bench"]) or "nothing"
     yield "forces and moments beside the torque", side_words(data)
     yield "what the model lacks", KNOWN if data["residual_known"] else NOT_KNOWN
@@ -38,7 +38,7 @@ def _pairs(data: Data) -> Iterator[tuple[str, str]]:
         yield error["name"], _error(error)
 
 
-def _listed(values: Mapping[str, float], digits: int) -> str:
+def _list_values(values: Mapping[str, float], digits: int) -> str:
     return ", ".join(f"{name} {value:.{digits}g}" for name, value in values.items())
 
 

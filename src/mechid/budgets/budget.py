@@ -1,4 +1,4 @@
-"""The budget: every mode of operation through the structure, against every requirement."""
+"""Budget of every mode of operation, through the structure, against every requirement."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ BY_DUTY = "all modes, by duty"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Budget(Shown):
-    """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
+    """Result of a budget file; `by_duty` combines all modes, weighted by their share of the time.
 
-    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement. `side` are the forces
-    and moments that were measured beside the torque, where there are any.
+    `two_way_by_duty` holds the two-way levels of the nominal unit over time for all modes together, rad, by
+    requirement. `side` holds the other force and moment components measured on the bench, if any.
     """
 
     file: BudgetFile
@@ -67,13 +67,14 @@ class Budget(Shown):
     side: SideSource | None = None
 
     def plot(self, mode: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draw each requirement's level over its limit; of a mode its line of sight in rad over rate or time.
+        """Plot the level of each requirement relative to its limit, or the line of sight of one mode in rad.
 
         Parameters
         ----------
         mode : str or None
+            Mode whose line of sight is plotted over rate or time; None plots the requirements.
         ax : matplotlib.axes.Axes or None
-            None makes new ones.
+            None creates new axes.
 
         Returns
         -------
@@ -94,7 +95,7 @@ class Budget(Shown):
 
     @property
     def standings(self) -> list[Standing]:
-        """Of every mode, then of all by their duty."""
+        """Standings of every mode, followed by those of all modes by duty."""
         return [*(s for mode in self.modes for s in mode.standings), *self.by_duty]
 
 
@@ -107,20 +108,20 @@ def make_budget(
     ----------
     file : BudgetFile
     fit : Fit
-        That flies.
+        Fit of the mechanism that flies.
     workers : int
-        Threads.
+        Number of threads.
     listener : callable or None
-        Called with a line on what is at work.
+        Called with one line of text as each step begins.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor, as `distributed.Client.get_executor()`; None uses threads.
 
     Raises
     ------
     InputFileError
         The fit cannot fly, or does not suit the file.
     UsageError
-        A profile is shorter than a requirement's windows, or the fit has neither a folder nor its campaign.
+        A profile is shorter than the windows of a requirement, or the fit has neither a folder nor its campaign.
     FitError
         The mechanism diverged.
     """
@@ -128,7 +129,7 @@ def make_budget(
     spread = file.flight.spread
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
     side = _side_source(file, estimate)
-    maker = _Maker(file, estimate, ensemble, workers, listener or _silent, side)
+    maker = _Maker(file, estimate, ensemble, workers, listener or _ignore, side)
     with one_core_algebra(), working_on(executor):
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
@@ -137,7 +138,7 @@ def make_budget(
 
 
 def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:
-    """Return what was measured beside the torque with the way to the structure, None where nothing was."""
+    """Return the other components measured on the bench with their path to the structure, None if there are none."""
     if estimate.side is None:
         return None
     try:
@@ -146,13 +147,13 @@ def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:
         raise InputFileError(f"{file.path.name}: structure.frame: {error}") from error
 
 
-def _silent(line: str) -> None:
-    """Listen to nothing."""
+def _ignore(line: str) -> None:
+    """Ignore a line of progress."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Maker:
-    """What all modes share."""
+    """State shared by the computation of all modes."""
 
     file: BudgetFile
     estimate: Estimate
@@ -163,21 +164,21 @@ class _Maker:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Parameters to which derivatives are wanted."""
+        """Parameters whose derivatives are needed."""
         return (*self.estimate.names, *self.ensemble.names)
 
     def steady(self, mode: OperatingMode) -> ModeBudget:
         """Return the budget of a mode with steady rates."""
-        file, mode = self.file, _refined(mode, self.file, self.estimate)
+        file, mode = self.file, _refine_rates(mode, self.file, self.estimate)
         self.listener(f'mode "{mode.name}": {mode.rates.size} rate{"s" * (mode.rates.size > 1)}')
         found = steady_states(self.estimate.mechanism, mode, self.names, self.workers)
         states = tuple(tuple(self._respond(mode, state) for state in here) for here in found)
-        responses = tuple(_largest(here) for here in states)
+        responses = tuple(_largest_response(here) for here in states)
         levels = {r.name: level_curve(r, states, self.estimate, file.errors, file.seed) for r in file.requirements}
         worst = int(np.argmax([response.rms().max() for response in responses]))
         self.listener(f'mode "{mode.name}": two-way')
         joined = self._joinable()
-        two_way = self._joined(on_modes(self.estimate.mechanism, joined), mode, found) if joined else ()
+        two_way = self._two_way_responses(on_modes(self.estimate.mechanism, joined), mode, found) if joined else ()
         lines = responses[worst].state.frequency_hz
         gain = largest_loop_gain(file.structure, self.estimate.mechanism, lines, mode.command)
         curves = {r.name: two_way_curve(r, levels[r.name], two_way, file.errors) for r in file.requirements if two_way}
@@ -198,17 +199,20 @@ class _Maker:
         )
         return _with_deciding(self._with_standings(made))
 
-    def _joined(
+    def _two_way_responses(
         self, mechanism: Mechanism, mode: OperatingMode, found: Sequence[Sequence[SteadyState]]
     ) -> tuple[Response, ...]:
         """Return the two-way responses: from rest and, where there are several steady states, from each of these."""
+        # The coupled motion may depend on its start, so it is started from each one-way motion.
         held = self.estimate.mechanism.plant.states
         tasks = [
             (here[0].rate, [_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1])
             for here in found
         ]
-        joined = map_tasks(partial(_reached, mechanism, mode, enough_substeps(mechanism, mode)), tasks, self.workers)
-        return tuple(_largest([self._respond(mode, state) for state in states]) for states in joined)
+        joined = map_tasks(
+            partial(_states_from, mechanism, mode, enough_substeps(mechanism, mode)), tasks, self.workers
+        )
+        return tuple(_largest_response([self._respond(mode, state) for state in states]) for states in joined)
 
     def _respond(self, mode: OperatingMode, state: SteadyState) -> Response:
         source = self.estimate.residual
@@ -216,8 +220,8 @@ class _Maker:
         return respond(state, self.file.structure, here, mode.highest_hz, self._side(mode, state))
 
     def _side(self, mode: OperatingMode, state: SteadyState) -> SideResponse | None:
-        """Return what was measured beside the torque, at a rate; None where nothing of it reaches the structure."""
-        if self.side is None or not self.side.flying:
+        """Return the response to the other components at a rate; None if none of them reaches the structure."""
+        if self.side is None or not self.side.flying_components:
             return None
         return side_response(state, self.side, self.side.at(mode.command, state.rate), mode.highest_hz)
 
@@ -230,6 +234,7 @@ class _Maker:
         if joined:
             moving = on_modes(mechanism, joined)
             two_way = run_profile(moving, mode, (), enough_substeps(moving, mode), file.structure)
+        # A profile has no fixed lines: the gain is searched over the whole band.
         frequency = np.linspace(1.0, mode.highest_hz, 2000)
         gain = largest_loop_gain(file.structure, mechanism, frequency, mode.command)
         levels = self._two_way_levels(two_way) if two_way else {}
@@ -237,24 +242,24 @@ class _Maker:
         return self._with_standings(made)
 
     def _joinable(self) -> Modes | None:
-        """Return the structure's modes that are joined with the mechanism; None where none are, or it cannot be."""
+        """Return the structural modes to couple with the mechanism; None without modes or for a fixed base."""
         if moving_base_objection(self.estimate.mechanism):
             return None
         return coupled_modes(self.file.structure, self.file.coupled_below_hz)
 
     def _two_way_levels(self, course: LineOfSight) -> dict[str, tuple[int, float]]:
-        """Return the level of a profile's joined response, by requirement."""
+        """Return the two-way level of a profile, by requirement."""
         return {r.name: (0, nominal_level(r, [(1.0, course)], self.file.errors)) for r in self.file.requirements}
 
     def _with_standings(self, made: ModeBudget) -> ModeBudget:
         self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
         tasks = [(r, [(1.0, made.worst_for(r))]) for r in self.file.requirements]
-        standings = map_tasks(partial(_stands, made.mode.name, self.estimate, self.ensemble), tasks, self.workers)
+        standings = map_tasks(partial(_assess, made.mode.name, self.estimate, self.ensemble), tasks, self.workers)
         return replace(made, standings=tuple(standings))
 
     def by_duty(self, modes: Sequence[ModeBudget]) -> tuple[Standing, ...]:
-        """Return how all modes together, each at its worst rate for its share of the time, stand; none without duty."""
-        if _without_duty(modes):
+        """Return the standings of all modes together, each at its worst rate; empty if a mode has no duty."""
+        if _lacks_duty(modes):
             return ()
         self.listener("all modes by duty")
         return tuple(
@@ -265,9 +270,9 @@ class _Maker:
         )
 
     def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
-        """Return the same of the two-way responses, of the nominal unit over time, rad; none where one lacks."""
+        """Return complete two-way levels of the nominal unit for all modes together, rad, by requirement."""
         out: dict[str, float] = {}
-        for r in () if _without_duty(modes) else self.file.requirements:
+        for r in () if _lacks_duty(modes) else self.file.requirements:
             parts = [(made.mode.duty or 0.0, worst) for made in modes if (worst := made.two_way_worst_for(r))]
             if len(parts) == len(modes):
                 out[r.name] = nominal_level(r, parts, self.file.errors)
@@ -275,12 +280,13 @@ class _Maker:
 
 
 def _with_deciding(made: ModeBudget) -> ModeBudget:
-    """Return a mode of steady rates with the levels over the rate that decide, and the rates to avoid."""
+    """Add the deciding levels over the rate and the rates to avoid to a mode of steady rates."""
     rates, curves = made.mode.rates, made.levels | made.two_way_curves
     deciding, avoid = {}, {}
     for s in made.standings:
         r = s.requirement
         decided = margins(s, made.two_way_levels.get(r.name, (0, None))[1])["decided"]
+        # A large margin is a low level: the ends of the interval change places.
         low, high = (r.limit_rad * (1.0 - margin) for margin in decided["margin95"][::-1])
         deciding[r.name] = deciding_curve(curves[r.name], decided["level_rad"], (low, high))
         if rates.size > 1:
@@ -288,36 +294,36 @@ def _with_deciding(made: ModeBudget) -> ModeBudget:
     return replace(made, deciding=deciding, avoid=avoid)
 
 
-def _reached(
+def _states_from(
     mechanism: Mechanism, mode: OperatingMode, substeps: int, task: tuple[float, Sequence[FloatArray]]
 ) -> list[SteadyState]:
-    """Return the steady states at a rate, from rest and from each of some states."""
+    """Return the steady states at a rate, one from rest and one from each given start."""
     rate, states = task
     return [steady_state(mechanism, mode, rate, (), substeps, start) for start in (None, *states)]
 
 
-def _stands(mode: str, estimate: Estimate, ensemble: Ensemble, task: tuple[Requirement, Parts]) -> Standing:
+def _assess(mode: str, estimate: Estimate, ensemble: Ensemble, task: tuple[Requirement, Parts]) -> Standing:
     requirement, parts = task
     return standing(requirement, mode, parts, estimate, ensemble)
 
 
-def _without_duty(modes: Sequence[ModeBudget]) -> bool:
+def _lacks_duty(modes: Sequence[ModeBudget]) -> bool:
     return any(made.mode.duty is None for made in modes)
 
 
-def _largest(responses: Sequence[Response]) -> Response:
-    """Return the response with the largest RMS along any line of sight, with what does not repeat."""
+def _largest_response(responses: Sequence[Response]) -> Response:
+    """Return the response with the largest RMS along any line of sight, the non-repeating part included."""
     return max(responses, key=lambda response: float(response.whole_rms().max()))
 
 
 def _on_resting_base(x: FloatArray, held: Sequence[Any], states: Sequence[Any]) -> FloatArray:
-    """Return a state of the mechanism on a held base as one on its modes, which rest."""
+    """Extend a state of the mechanism on a held base with structural modes at rest."""
     known = dict(zip(held, x, strict=True))
     return np.array([known.get(state, 0.0) for state in states])
 
 
-def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> OperatingMode:
-    """Return a mode with rates added around each crossing of an order and a mode of the structure or the mechanism."""
+def _refine_rates(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> OperatingMode:
+    """Add rates around each crossing of an order with a mode of the structure or the mechanism."""
     if not mode.refined:
         return mode
     ends = (float(mode.rates[0]), float(mode.rates[-1]))
@@ -336,7 +342,7 @@ def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
 
 
 def named_modes(structure: Structure, estimate: Estimate) -> list[tuple[str, float]]:
-    """Return the modes that orders may meet: of the mechanism with its rotor held, of the structure."""
+    """Return the modes that orders may cross: those of the mechanism with its rotor held and those of the structure."""
     named = [(r.name, r.frequency_hz) for r in resonances(estimate.mechanism)]
     if isinstance(structure.model, Modes):
         modes = structure.model

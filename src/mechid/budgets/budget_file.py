@@ -1,4 +1,4 @@
-"""BUDGET.toml: the estimate, what flies, the modes of operation, the structure, the requirements."""
+"""Reader of BUDGET.toml: estimate, flight values, modes of operation, structure and requirements."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "req
 
 @dataclass(frozen=True, kw_only=True)
 class BudgetFile:
-    """What a budget file asks for, its structure read; `frame` has the bench's axes in its frame as columns, (3, 3)."""
+    """Content of a budget file, its structure loaded.
+
+    `frame` holds the bench's axes as columns in the structure's frame, (3, 3).
+    """
 
     path: Path
     estimate: Path
@@ -43,36 +46,38 @@ class BudgetFile:
 
 
 def read_budget_file(path: Path | str, *, structure: Structure | None = None, has_estimate: bool = False) -> BudgetFile:
-    """Return what a budget file asks for.
+    """Read a budget file.
 
     Parameters
     ----------
     path : Path
     structure : Structure or None
-        In place of the file that the table ``structure`` names.
+        Replaces the file named by the table ``structure``.
     has_estimate : bool
-        Whether the estimate is given otherwise: then the file need not name one.
+        Whether the caller supplies the estimate; the file then need not name one.
 
     Raises
     ------
     InputFileError
-        The file or its structure is missing or wrong; one line with place, what was found and remedy.
+        The file or its structure is missing or wrong; the message is one line with place, value found and remedy.
     """
     path = Path(path)
-    return _asked(read_toml(path, "budget"), path, structure, has_estimate=has_estimate)
+    return _budget_from_table(read_toml(path, "budget"), path, structure, has_estimate=has_estimate)
 
 
 def budget_of_table(
     table: Mapping[str, Any], *, structure: Structure | None = None, has_estimate: bool = False
 ) -> BudgetFile:
-    """Return what the tables of a budget file ask for; names of files in them are taken from the working folder.
+    """Return the budget file that tables describe; relative file names refer to the working folder.
 
-    Parameters and errors as of `read_budget_file`.
+    Parameters and errors are those of `read_budget_file`.
     """
-    return _asked(plain(table), Path("budget"), structure, has_estimate=has_estimate)
+    return _budget_from_table(plain(table), Path("budget"), structure, has_estimate=has_estimate)
 
 
-def _asked(table: Mapping[str, Any], path: Path, structure: Structure | None, *, has_estimate: bool) -> BudgetFile:
+def _budget_from_table(
+    table: Mapping[str, Any], path: Path, structure: Structure | None, *, has_estimate: bool
+) -> BudgetFile:
     place = Place(path.name)
     refuse_unknown_keys(table, KEYS, place)
     structure, coupled_below_hz = read_structure_entry(table, place, path.parent, structure)
@@ -94,6 +99,6 @@ def _asked(table: Mapping[str, Any], path: Path, structure: Structure | None, *,
 
 
 def _estimate(table: Mapping[str, Any], place: Place) -> str:
-    remedy = 'write estimate = "estimate.json", as mechid identify leaves it'
+    remedy = 'write estimate = "estimate.json", the file that mechid identify writes'
     name = required(table, "estimate", place, remedy)
-    return text(name, place.key("estimate"), 'write the name of a file, as "estimate.json"')
+    return text(name, place.key("estimate"), 'write a file name such as "estimate.json"')

@@ -1,4 +1,4 @@
-"""Damping in a table of the budget file: as share of critical, or in percent."""
+"""Reader of the damping in a table of the budget file, as a fraction of critical or in percent."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from mechid.structure.damping import ASKED_ABOVE, damping_key, damping_ratio
 
 
 def required_damping(table: Mapping[str, Any], place: Place, remedy: str, *, asked_above: float = ASKED_ABOVE) -> float:
-    """Return the damping that a table states, as share of critical damping.
+    """Return the damping of a table as a fraction of critical damping.
 
     Raises
     ------
     InputFileError
-        There is none, it is no number from 0 on, or percent may be meant.
+        It is missing, it is not a number from 0 up, or it may be meant in percent.
     """
     key = damping_key(table, str(place))
     at = place.key(key)

@@ -1,4 +1,4 @@
-"""Model error beyond noise on held-out records: overall, and line by line."""
+"""Model discrepancy beyond noise on held-out records: overall, and line by line."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from mechid.identification.result.record_result import RecordFit
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """Relative errors of the model's torque.
+    """Relative errors of the modelled torque.
 
     Attributes
     ----------
     overall : float
-        Share of the torque that is missed.
+        Relative error of the torque.
     orders : mapping of float to float
-        The same of single lines, by their multiple of the step rate.
+        Relative error of single lines, by their multiple of the step rate.
     of_profiles_alone : bool
-        Whether what is missed of lines is known otherwise (`residual_source`), so that it counts for profiles alone.
+        Whether `residual_source` already accounts for the errors of lines, so that the discrepancy applies to profiles
+        only.
     """
 
     overall: float = 0.0
@@ -35,17 +36,17 @@ class Discrepancy:
     of_profiles_alone: bool = False
 
     def of_lines(self, orders: FloatArray) -> FloatArray:
-        """Return the relative error of lines at multiples of the step rate, (n,): their own where seen."""
+        """Return the relative error of lines at multiples of the step rate, (n,): measured if known, else overall."""
         if self.of_profiles_alone:
             return np.zeros(orders.size)
         return np.array([self.orders.get(float(q), self.overall) for q in orders], dtype=np.float64)
 
 
 def discrepancy_of(residuals: FitResiduals, *, of_profiles_alone: bool = False) -> Discrepancy:
-    """Return what validation records (without any: all that were fitted) say of the model.
+    """Return the discrepancy of the validation records or, without any, of all fitted records.
 
-    A record that contradicted the others and was left out is none of them: it may be wrong itself. Single lines are
-    those of the records' validation, where there is one.
+    A record that was left out because it contradicted the others is not used: it may itself be wrong. The errors of
+    single lines come from the validation of the records, if available.
     """
     records = {name: r for name, r in residuals.fit.records.items() if not r.reading.left_out}
     held_out = {name: r for name, r in records.items() if r.use == "validate"}
@@ -59,9 +60,9 @@ def discrepancy_of(residuals: FitResiduals, *, of_profiles_alone: bool = False) 
 
 
 def _beyond_noise(record: RecordFit) -> float:
-    """Return the share of the residual's power that is no noise, 0 within three standard errors of none.
+    """Return the share of the residual power that is not noise, 0 if within three standard errors of none.
 
-    Noise is what was known of it before the fit: a level that rests on the residual excuses nothing.
+    Only noise that was known before the fit counts: a noise level derived from the residual would explain any misfit.
     """
     rests_on_residual = record.noise_rests_on == NoiseSource.RESIDUAL
     noise = _number(record.noise_known if rests_on_residual else record.noise_sigma)
@@ -73,18 +74,20 @@ def _beyond_noise(record: RecordFit) -> float:
 
 
 def _number(value: float) -> float:
-    """Return a figure of a record, 0 where its simulation failed and there is none."""
+    """Return a value of a record, 0 if its simulation failed."""
     return value if math.isfinite(value) else 0.0
 
 
 def _line_errors(residuals: FitResiduals, seen: list[str], judged: int) -> dict[float, float]:
-    """Return the relative error of each order, the RMS over records; those within their noise count as none."""
+    """Return the relative error of each order, RMS over records; records within their noise contribute zero."""
     squares: dict[float, list[float]] = {}
     for name in seen:
         summary = residuals.summaries.get(name)
         for order in summary.channels[TORQUE].orders if summary and TORQUE in summary.channels else ():
             if order.amplitude_error_percent is not None:
+                # A small phase error moves the line's tip by its angle, at right angles to the amplitude error.
                 phase = np.radians(order.phase_error_deg or 0.0)
                 squares.setdefault(order.order, []).append((order.amplitude_error_percent / 100.0) ** 2 + phase**2)
+    # Records within their noise have no lines here, yet count in the mean.
     share = len(seen) / judged
     return {order: float(np.sqrt(np.mean(values) * share)) for order, values in squares.items()}

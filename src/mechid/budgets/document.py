@@ -1,4 +1,4 @@
-"""A budget as a document: verdict, requirements, each mode of operation, crossings, coupling, and its basis."""
+"""Budget document: verdict, requirements, modes of operation, crossings, coupling and basis."""
 
 from __future__ import annotations
 
@@ -30,20 +30,21 @@ from mechid.ink.presenter import Presenter
 from mechid.ink.text_table import PAGE
 
 SHOWN_CROSSINGS = 12
-"""On a terminal."""
+"""Number of crossings on a terminal."""
 RULE = (
     "A requirement is met where the **lower 95 % limit of its margin** is above 0: the bold number decides. The "
-    "two-way margin decides where it was computed, else the one-way margin; its coupling, and the margin with its 95 % "
-    "interval, stand beside it. Level: what the error stays below with the requirement's confidence, by its own "
-    "distribution, of the coupling that decides, at the worst rate, errors of other sources included; two-way it is "
-    "the one-way level scaled as the nominal unit's level is. ± σ: by the parameters' covariance, what is given as "
-    "uncertain, what the model misses on validation records, and the draws of the ensemble, whose part is given apart."
+    "two-way margin decides where it was computed, else the one-way margin; its coupling and the margin with its 95 % "
+    "interval are listed with it. Level: the quantile of the error at the requirement's confidence, from its own "
+    "distribution, for the coupling that decides, at the worst rate, errors of other sources included; two-way it is "
+    "the one-way level scaled as the nominal unit's level is. ± σ: from the covariance of the parameters, the values "
+    "given as uncertain, the model error on validation records, and the sampling error of the ensemble, which is also "
+    "listed separately."
 )
 SHARES = (
     "Shares in the variance of each level. With correlated parameters one may be negative: it offsets others. Nominal "
-    "unit and other sources alone are levels over time of the nominal unit; the level above, and the one-way level "
-    "here, are those over the ensemble, by the requirement's interpretation; of a temporal one that of the member that "
-    "so many of them do not exceed."
+    "unit and other sources alone are levels over time of the nominal unit; the level above and the one-way level "
+    "here are levels over the ensemble, by the requirement's interpretation. For a temporal interpretation it is the "
+    "level of the member that the stated share of members does not exceed."
 )
 COURSE = (
     "From rest through the profile: the line of sight with its reaction to the load's acceleration, and its RMS about "
@@ -52,24 +53,24 @@ COURSE = (
 STEADY = (
     "Rates at which there is more than one steady motion, or one that repeats only after several periods of two steps, "
     "or never, or in which the rotor does not follow the command. “Rising” and “falling” start from a steady motion at "
-    "the next lower or higher rate. The multiplier is what remains of a deviation when the motion repeats; the worse "
-    "motion counts in the levels."
+    "the next lower or higher rate. The multiplier is the factor by which a deviation shrinks when the motion repeats; "
+    "the levels use the worse motion."
 )
 ONE_STEADY = (
-    "One at each rate, reached from rest and from the neighbouring rates alike; it repeats with every two steps, and "
+    "One at each rate, reached both from rest and from the neighbouring rates; it repeats every two steps, and "
     "the slowest transient falls to 1/e in {0}."
 )
 THIRD_OCTAVES = (
-    "RMS in third octaves at the rate of the largest bound: what the model makes, what it lacks and the records have "
-    f"left, and what both together stay below with 95 %. Every rate is in {EMISSION}, every line with its bound in "
-    f"{HARMONICS}."
+    "RMS in third octaves at the rate of the largest bound: the modelled torque, the unmodelled torque in the "
+    f"residuals of the records, and the 95 % bound of both together. Every rate is in {EMISSION}, every line "
+    f"with its bound in {HARMONICS}."
 )
 BESIDE = (
     "Lines measured on the bench: those whose phase to the torque's line is known add to it, the others by their "
-    "magnitude, in whatever phase the rest has, as a bound. Everything else shown here but the torque itself is of all "
-    "of them together. Every rate is in components.csv."
+    "magnitude, in phase with the rest, as a bound. Everything else shown here except the torque itself includes all "
+    "of them. Every rate is in components.csv."
 )
-MEETS = "Where an order of the step rate (1: one line a full step) meets a mode, within the rates asked for."
+MEETS = "Where an order of the step rate (1: one line per full step) meets a mode, within the requested rates."
 CRITERION = (
     "One-way, the torque on a held base goes through the structure. Two-way, the structure's modes up to {0:g} Hz are "
     "joined with the mechanism and both move. One-way suffices where the driving-point receptance R times the "
@@ -93,7 +94,7 @@ STYLE = """
 
 
 def budget_document(data: Data) -> Document:
-    """Return the document of what `budget_numbers` made."""
+    """Return the document of the numbers of `budget_numbers`."""
     data = add_texts(data)
     of_modes = "Modes of operation, at the rate of the largest one-way line-of-sight RMS in full steps/s"
     return Document(
@@ -109,7 +110,7 @@ def budget_document(data: Data) -> Document:
             Section(of_modes, (Rows(mode_table(data)),), where=TEXTS),
             *map(_mode, data["modes"]),
             _crossings(data["crossings"]),
-            _coupling(data),
+            _coupling_section(data),
             Section("Basis", (Rows(basis_table(data)),), "basis", "Basis", where=IN_DOCUMENTS),
             Lines(data["notes"], "note", where=ON_TERMINAL),
         ),
@@ -141,7 +142,7 @@ def _mode(mode: Data) -> Section:
 
 
 def _of_mode(mode: Data) -> Iterator[Part]:
-    """Yield the parts of a mode's section; a terminal has its table of components alone."""
+    """Yield the parts of a mode's section; on a terminal it has only the table of components."""
     text, duty = mode["text"], "" if mode["duty"] is None else f"; {mode['text']['duty']} of the time"
     yield Words(f"{text['stepping']} stepping; {text['driven']}{duty}", "soft", where=IN_DOCUMENTS)
     yield Facts(mode_facts(mode), where=(PAGE,))
@@ -190,7 +191,7 @@ def _picture(mode: Data, kind: str, caption: str) -> Picture:
 
 
 def _crossings(crossings: list[Data]) -> Section:
-    """Return the section of crossings; a terminal has the first ones."""
+    """Return the section of crossings; a terminal shows the first ones only."""
     more = len(crossings) - SHOWN_CROSSINGS
     parts = (
         Words(MEETS if crossings else "No order of the step rate meets a mode.", where=IN_DOCUMENTS),
@@ -201,7 +202,7 @@ def _crossings(crossings: list[Data]) -> Section:
     return Section("Crossings of orders and modes", parts, "crossings", "Crossings")
 
 
-def _coupling(data: Data) -> Section:
+def _coupling_section(data: Data) -> Section:
     picture = Picture(figure_name("coupling"), "Receptance times dynamic stiffness over frequency")
     words = Words(CRITERION.format(data["coupling"]["joined_below_hz"]))
     parts: list[Part] = [words, Lines(coupling_lines(data)), *([picture] if is_gain_known(data) else [])]

@@ -1,7 +1,7 @@
-"""Torque on the base at a rate: the lines and bands of the model, what it lacks, and a bound of both.
+"""Torque on the base at one rate: modelled lines and bands, unmodelled torque, and a bound of both.
 
-The bound stays above a share of 95 % of what may be, line by line and band by band: parameters from their covariance,
-what the model lacks at phases of its own, its size by as many rates of the bench as tell it.
+The bound is a 95 % quantile of each line and each band. It includes the covariance of the parameters, unmodelled torque
+at random phases, and the uncertainty of its size, which follows from the number of bench rates that determine it.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from mechid.budgets.settings import LEVEL
 from mechid.budgets.steady_state import SteadyState
 
 RATIO, UPPER, DENSITY, WITHIN = "ratio", "upper bound", "density", "within noise"
-"""How what the model lacks is carried from bench to flight: by the known ratio or the larger one; of an order that was
-not tracked by the density there. Or it is not heard, and what noise may hide is in the bound alone."""
+"""How unmodelled torque is transferred from bench to flight: by the known ratio, by the larger ratio, or, for an order
+that was not tracked, by the density at its frequency. `WITHIN` is not above the noise: only the bound contains it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Emission:
-    """The torque on the base at one rate.
+    """Torque on the base at one rate.
 
     Attributes
     ----------
     orders : (n,)
-        Multiples of the step rate: the model's lines, then those that it lacks.
+        Multiples of the step rate: the modelled lines, followed by the unmodelled ones.
     frequency_hz : (n,)
     modelled : (n,) complex
-        N m; 0 of those that it lacks.
+        N m; 0 for unmodelled lines.
     residual : (n,)
-        Amplitude of what it lacks, N m, root mean square over what it may be.
+        Amplitude of the unmodelled torque, N m, root mean square of its distribution.
     bound : (n,)
-        The amplitude stays below with a probability of `LEVEL.bound`, N m.
-    carried : tuple of str, (n,)
-        `RATIO`, `UPPER`, `DENSITY` or `WITHIN`; empty where it lacks nothing.
+        Amplitude that is not exceeded with a probability of `LEVEL.bound`, N m.
+    transfer_rules : tuple of str, (n,)
+        `RATIO`, `UPPER`, `DENSITY` or `WITHIN`; empty where no torque is unmodelled.
     bands_hz : (b, 2)
-        Third octaves, from and to.
+        Third octaves, lower and upper edge.
     band_modelled, band_residual, band_bound : (b,)
-        RMS in them, N m.
+        RMS in each band, N m.
     """
 
     orders: FloatArray
@@ -51,7 +51,7 @@ class Emission:
     modelled: ComplexArray
     residual: FloatArray
     bound: FloatArray
-    carried: tuple[str, ...]
+    transfer_rules: tuple[str, ...]
     bands_hz: FloatArray
     band_modelled: FloatArray
     band_residual: FloatArray
@@ -61,8 +61,8 @@ class Emission:
 def emission(response: Response, estimate: Estimate, highest_hz: float, seed: int) -> Emission:
     """Return the emission at the rate of a response, up to a frequency."""
     state, here = response.state, response.residual
-    modelled = torque_samples(response, estimate, seed, response.lacking_limits())
-    more, drawn, scale = _beside(response, highest_hz, np.random.default_rng(seed))
+    modelled = torque_samples(response, estimate, seed, response.residual_limits())
+    more, drawn, scale = _unmodelled_lines(response, highest_hz, np.random.default_rng(seed))
     orders = np.concatenate([state.step_orders, more])
     frequency = np.concatenate([state.frequency_hz, abs(state.rate) * more])
     lines = np.concatenate([state.lines, np.zeros(more.size)])
@@ -74,7 +74,9 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
     bands = np.column_stack([EDGES_HZ[:-1], EDGES_HZ[1:]])[EDGES_HZ[:-1] < highest_hz]
     inside = (frequency[:, None] >= bands[:, 0]) & (frequency[:, None] < bands[:, 1])
     density = here.density[: len(bands)] * np.diff(bands).ravel() if here is not None else np.zeros(len(bands))
+    # An untracked order is part of the density already; counting it as a line too would double it.
     tracked = np.isin(orders, here.orders) if here is not None else np.zeros(orders.size, dtype=np.bool_)
+    # Lines within a band add in power: their phases are independent over the band.
     power = 0.5 * np.abs(samples) ** 2 @ inside + scale * density
     return Emission(
         orders=orders,
@@ -82,7 +84,7 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
         modelled=lines,
         residual=residual,
         bound=np.quantile(np.abs(samples), LEVEL.bound, axis=0) + np.concatenate([state.error, np.zeros(more.size)]),
-        carried=_carried(here, orders, residual, limit),
+        transfer_rules=_transfer_rules(here, orders, residual, limit),
         bands_hz=bands,
         band_modelled=np.sqrt(0.5 * np.abs(lines) ** 2 @ inside),
         band_residual=np.sqrt(0.5 * np.where(tracked, residual, 0.0) ** 2 @ inside + density),
@@ -91,18 +93,21 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
 
 
 def line_sigmas(estimate: Estimate, state: SteadyState) -> FloatArray:
-    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, error."""
+    """Return the standard error of each torque line's amplitude, (n,) N m.
+
+    It combines the covariance of the parameters, the model discrepancy and the numerical error.
+    """
     return _sigmas(estimate, state, 1.0)
 
 
 def phase_sigmas(estimate: Estimate, state: SteadyState) -> FloatArray:
-    """Return the standard error of each torque line's phase, (n,) rad, of the same as `line_sigmas`; pi at most."""
+    """Return the standard error of each torque line's phase, (n,) rad, at most pi; sources as in `line_sigmas`."""
     across = _sigmas(estimate, state, 1j)
     return np.asarray(np.minimum(across / np.maximum(np.abs(state.lines), 1e-300), np.pi), dtype=np.float64)
 
 
 def _sigmas(estimate: Estimate, state: SteadyState, turn: complex) -> FloatArray:
-    """Return the standard error along each line's own phasor, or across it where that is turned by 1j, (n,) N m."""
+    """Return the standard error along each line's own phasor, or across it for a turn of 1j, (n,) N m."""
     unit = turn * state.lines / np.maximum(np.abs(state.lines), 1e-300)
     slope = (np.conj(unit)[:, None] * state.gradient[:, : len(estimate.names)]).real
     own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
@@ -110,23 +115,26 @@ def _sigmas(estimate: Estimate, state: SteadyState, turn: complex) -> FloatArray
     return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + state.error**2), dtype=np.float64)
 
 
-def _beside(
+def _unmodelled_lines(
     response: Response, highest_hz: float, rng: np.random.Generator
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Return orders at which the model has no line and the records have one, draws of these, and factors of a density.
+    """Return the orders of lines that only the records have, draws of these lines, and factors of the density.
 
-    The factors, (k, 1), are what a power that so few rates tell may be, relative.
+    The factors, (k, 1), sample the relative uncertainty of a power that is estimated from few rates.
     """
     here = response.residual
     if here is None:
         return np.zeros(0), np.zeros((LEVEL.samples, 0), dtype=np.complex128), np.ones((LEVEL.samples, 1))
     lacking = (here.amplitude > 0.0) & (here.frequency_hz <= highest_hz)
     lacking &= ~np.isin(here.orders, response.state.step_orders)
+    # The mean of n powers scatters as a gamma variable of shape n; its inverse samples the power given the mean.
     drawn = here.draws(here.amplitude[lacking], LEVEL.samples, rng)
     return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(LEVEL.samples, 1))
 
 
-def _carried(here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray) -> tuple[str, ...]:
+def _transfer_rules(
+    here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray
+) -> tuple[str, ...]:
     known = {} if here is None else dict(zip(here.orders.tolist(), here.known.tolist(), strict=True))
     words = (DENSITY if q not in known else RATIO if known[q] else UPPER for q in orders.tolist())
     return tuple(

@@ -1,4 +1,4 @@
-"""Units and conditions: what spreads over the ensemble of a budget, and draws of its members."""
+"""Ensemble of units and conditions, and weighted draws of its members."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Members:
     Attributes
     ----------
     draws : (r, n, k)
-        Of what spreads, in standard deviations, by replica.
+        Values of the spread quantities, in standard deviations, by replica.
     weights : (r, n)
-        By how much each counts; they add to 1 in each replica.
+        Weight of each draw; they add to 1 in each replica.
     """
 
     draws: FloatArray
@@ -32,7 +32,7 @@ class Members:
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """What spreads over units and conditions.
+    """Spread over units and conditions.
 
     Attributes
     ----------
@@ -40,9 +40,9 @@ class Ensemble:
     spread : (s,)
         Standard deviations of parameters; their derivatives are the last columns of a response's.
     errors : tuple of OtherError, (e,)
-        Of other sources.
+        Errors of other sources.
     variables : tuple of str, (d,)
-        What varies independently: parameters, errors, groups of errors.
+        Independent variables: parameters, errors, groups of errors.
     follows : (d, s + e)
         1 where a parameter or an error follows a variable.
     seed : int
@@ -56,23 +56,25 @@ class Ensemble:
     seed: int
 
     def along(self, direction: FloatArray) -> Members:
-        """Return members that stand closest in a direction of the variables, (d,) of length 1.
+        """Return members concentrated along a direction of the variables, (d,) of length 1.
 
-        Each replica is a scrambled Sobol sequence of its own. Its first coordinate goes along the direction. What is
-        drawn further out than it is likely has the ratio of the densities as its weight, so that no choice of the
-        direction makes a result wrong; a good one makes it precise.
+        Each replica is a separate scrambled Sobol sequence whose first coordinate lies along the direction. Draws are
+        stretched outwards and weighted by the ratio of the densities (importance sampling). The result is therefore
+        unbiased for any direction; a good direction makes it precise.
         """
+        # Weights degenerate with the number of stretched axes: the stretch across is shared among them.
         across = 1.0 + LEVEL.stretch_across / max(direction.size - 1, 1)
         stretch = np.array([LEVEL.stretch, *[across] * (direction.size - 1)])
         white = self._white()
         far = white * stretch
         weights = np.exp(0.5 * np.sum(white**2 - far**2, axis=2))
-        return Members(far @ _turned_to(direction) @ self.follows, weights / weights.sum(axis=1, keepdims=True))
+        return Members(far @ _reflection_to(direction) @ self.follows, weights / weights.sum(axis=1, keepdims=True))
 
     def _white(self) -> FloatArray:
         """Return quasi-random normal draws, (r, n, d)."""
         seeds = np.random.SeedSequence(self.seed).spawn(LEVEL.replicas)
         uniform = [qmc.Sobol(len(self.variables), seed=np.random.default_rng(s)).random(LEVEL.members) for s in seeds]
+        # A Sobol point may be exactly 0 or 1, whose normal quantile is infinite.
         return np.asarray(ndtri(np.clip(uniform, 1e-12, 1.0 - 1e-12)), dtype=np.float64)
 
 
@@ -89,10 +91,11 @@ def make_ensemble(names: Sequence[str], spread: FloatArray, errors: Sequence[Oth
     return Ensemble(tuple(names), spread, tuple(errors), tuple(variables), follows, seed)
 
 
-def _turned_to(direction: FloatArray) -> FloatArray:
-    """Return an orthogonal matrix whose first row is the direction: Householder's reflection of the first axis."""
+def _reflection_to(direction: FloatArray) -> FloatArray:
+    """Return an orthogonal matrix whose first row is the direction: a Householder reflection of the first axis."""
     first = np.eye(direction.size)[0]
     normal = direction - first
     square = float(normal @ normal)
     reflection = np.eye(direction.size)
+    # A direction along the first axis needs no reflection, and has no normal to reflect by.
     return np.asarray(reflection - 2.0 * np.outer(normal, normal) / square if square > 1e-24 else reflection)

@@ -1,4 +1,4 @@
-"""The level of an ensemble by its draws, with the standard error that it has since they are no more than these."""
+"""Level of an ensemble estimated from draws, with its sampling standard error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mechid.budgets.settings import LEVEL
 
 @dataclass(frozen=True)
 class FromDraws:
-    """A value from draws, and its standard error by them."""
+    """Value estimated from draws, and its standard error."""
 
     value: float
     sigma: float
@@ -40,9 +40,10 @@ def ensemble_level(
     members : Members
         Their draws, (r, n, k).
     index, confidence, axis, interpretation
-        As of the requirement.
+        As in the requirement.
     """
     if interpretation == "mixed":
+        # A mixture of Gaussians needs no ranking of members.
         return _from_draws(*_all_times(member, members, index, axis), confidence)
     ranks = np.array(
         [
@@ -70,11 +71,11 @@ def _all_times(
 def _few_instants(
     member: Mixture, index: Index, axis: int | None, place: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return a member as few Gaussians of its mixture: centres, sigmas, weights, which add to 1.
+    """Return a member as a subset of the Gaussians of its mixture: centres, sigmas, weights, which add to 1.
 
-    Of each of its errors every so many-th instant is kept. The first of them, by a place from 0 to 1, is a later one
-    from member to member, so that these and the members' first coordinate fill their square evenly (Hammersley's
-    points), and another one from replica to replica.
+    Instants are kept at a fixed stride from each error. The offset of the first instant, a place from 0 to 1, increases
+    from member to member, so that offsets and first coordinates of the members fill the unit square evenly (Hammersley
+    points); it differs from replica to replica.
     """
     parts = [(w, *gaussians(e, index, axis, LEVEL.quick_points)) for w, e in member if w > 0.0]
     kept = [slice(int(place * (c.size // LEVEL.members)), None, c.size // LEVEL.members) for _, c, _ in parts]
@@ -84,12 +85,12 @@ def _few_instants(
 
 
 def _from_draws(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, share: float) -> FromDraws:
-    """Return a quantile of the mixture that replicas of members (r, n, q) are together, with its standard error.
+    """Return a quantile of the mixture of all replicas of members (r, n, q), with its standard error.
 
-    The replicas differ by the share that each has below the quantile: with as much as one member counts beyond it,
-    since draws that are laid out evenly may agree by chance, that gives the standard error of the share. Its 95 %
-    limits, taken to the quantile itself, are those of the quantile (Woodruff, Confidence intervals for medians and
-    other position measures, Journal of the American Statistical Association 47(260), 1952); the wider side counts.
+    The replicas differ in the share below the quantile. This scatter, plus the weight of one member beyond the quantile
+    because evenly placed draws may agree by chance, gives the standard error of the share. Its 95 % limits, mapped
+    to the quantile, are those of the quantile (Woodruff, Confidence intervals for medians and other position
+    measures, Journal of the American Statistical Association 47(260), 1952); the wider side is used.
     """
     replicas = len(weights)
     flat = centres.ravel(), sigmas.ravel(), weights.ravel() / replicas
@@ -99,5 +100,6 @@ def _from_draws(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, sh
     one = float(np.sum(weights * (1.0 - below), axis=2).max()) / replicas
     limit = float(stdtrit(replicas - 1, 0.975))
     reach = limit * float(np.hypot(scatter, one))
+    # The upper limit stays within half of the remaining tail: a share of 1 has no quantile.
     low, high = max(share - reach, 0.0), min(share + reach, 0.5 * (1.0 + share))
     return FromDraws(value, max(value - quantile(*flat, low), quantile(*flat, high) - value) / limit)

@@ -1,4 +1,4 @@
-"""The ``[[error]]`` tables of a budget file."""
+"""Reader of the ``[[error]]`` tables of a budget file."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ REMEDIES = {
     "size_rad": "write the bias, the standard deviation over time, or the amplitude, in rad",
 }
 OWN = {"random": "bandwidth_hz", "periodic": "frequency_hz"}
-"""The key that a kind needs, and no other has."""
+"""Key that one kind requires and the others refuse."""
 
 
 def read_errors(table: Mapping[str, Any], place: Place, axes: Sequence[str]) -> tuple[OtherError, ...]:
-    """Return the errors of other sources, none where there are none; `axes` are the structure's lines of sight.
+    """Return the errors of other sources, empty if there are none; `axes` are the structure's lines of sight.
 
     Raises
     ------
     InputFileError
-        A key is unknown or missing, or an entry wrong.
+        A key is unknown or missing, or an entry is wrong.
     """
     return tuple(_error(entry, at, axes) for entry, at in tables(table, "error", place))
 
@@ -51,9 +51,10 @@ def _error(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> Other
         if kind == owner:
             required(entry, key, place, f"a {kind} error needs it, in Hz")
         elif key in entry:
-            raise place.key(key).error(f"is of a {owner} error, this one is {kind}; leave it out")
+            raise place.key(key).error(f"belongs to a {owner} error; this one is {kind}; leave it out")
     chosen = one_of(entry["axis"], axes, place.key("axis")) if "axis" in entry else None
     hertz = {key: above_zero(entry[key], place.key(key), "Hz") for key in OWN.values() if key in entry}
+    # A bias has a sign; a standard deviation and an amplitude have none.
     checked = number if kind == "bias" else not_below_zero
     return OtherError(
         name=text(entry["name"], place.key("name"), REMEDIES["name"]),

@@ -1,4 +1,4 @@
-"""A budget file that runs as it is, beside an estimate: an assumed structure, modes and requirements."""
+"""Example budget file next to an estimate, with an assumed structure, modes and requirements; it runs unchanged."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ evaluation_period_s = 600.0
 
 
 def write_example(folder: Path) -> list[Path]:
-    """Write budget.toml and structure.toml beside an estimate.json; files that are there stay as they are."""
+    """Write budget.toml and structure.toml next to an estimate.json; existing files are kept."""
     written = []
     for name, content in ((BUDGET_NAME, BUDGET), (STRUCTURE_NAME, STRUCTURE)):
         if not (folder / name).exists():

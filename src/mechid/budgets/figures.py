@@ -1,4 +1,4 @@
-"""The figures of a budget, made with Matplotlib in the report's style from the dict of its numbers alone."""
+"""Figures of a budget, drawn with Matplotlib in the report's style from the plain data of its numbers."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from mechid.ink.quantities import FREQUENCY
 
 TORQUE = "torque amplitude, N m"
 DECADES = 4.0
-"""Of amplitude, that a map shows."""
+"""Decades of amplitude that a map shows."""
 RAYS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Orders drawn in a Campbell diagram."""
 SPECTRA, SEEN = 30, 0.02
-"""Of a waterfall: so many at most, up to the frequency of the last line above this share of the largest."""
+"""Largest number of spectra of a waterfall; share of the largest line above which a line extends its frequency axis."""
 SHOWN_SHARES, LEAST_SHARE = 7, 0.01
 SMALL: Any = {"handlelength": 1.4, "columnspacing": 1.2, "fontsize": 7.0}
 """Style of a legend of many entries."""
 NAME_IN = 2.5
-"""Of the names beside bars."""
+"""Width of the names next to bars, in."""
 
 
 def figure_name(kind: str) -> str:
@@ -45,7 +45,7 @@ def figure_name(kind: str) -> str:
 
 
 def budget_figures(data: Data) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of what `budget_numbers` made, with their names."""
+    """Yield the figures of the numbers of `budget_numbers`, with their names."""
     for kind, height, draw in _drawings(data):
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
             yield figure_name(kind), made(draw, height)
@@ -69,11 +69,11 @@ def _drawings(data: Data) -> Iterator[tuple[str, float, Drawing]]:
         yield f"{key}_envelope", 2.4, partial(_envelope, mode)
         yield f"{key}_line_of_sight", 5.4, partial(line_of_sight, data, mode)
     if is_gain_known(data):
-        yield "coupling", 2.4, partial(_coupling, data)
+        yield "coupling", 2.4, partial(_draw_coupling, data)
 
 
 def is_gain_known(data: Data) -> bool:
-    """Tell whether the criterion of one-way coupling is known at any frequency."""
+    """Return whether the criterion of one-way coupling is known at any frequency."""
     return bool(np.isfinite(number_array(data["coupling"]["loop_gain"])).any())
 
 
@@ -91,16 +91,16 @@ def _named_rows(figure: Any, rows: Sequence[Data]) -> Any:
 
 
 def _requirements(data: Data, figure: Any) -> None:
-    """Draw the level that decides over its limit with its 95 % band, the ECSS sum, and what does not decide."""
+    """Draw the deciding level relative to its limit with its 95 % band, the ECSS sum, and the one-way level."""
     rows = data["requirements"]
     axes = _named_rows(figure, rows)
     axes.axvline(1.0, color=LIMIT, linewidth=1.4, label="limit")
     for k, r in enumerate(rows):
         decided, ecss = r["decided"], r["ecss_summation_rad"] / r["limit_rad"]
         shown = np.array([1.0 - decided["margin"], *(1.0 - m for m in decided["margin95"])])
-        axes.barh(k, shown[0], height=0.5, color=series(0), label=_once(axes, "level that decides"))
-        axes.plot(shown[1:], [k, k], color=INK, linewidth=1.6, label=_once(axes, "95 % band"))
-        axes.plot(ecss, k, "D", color=series(1), markersize=4, label=_once(axes, "ECSS sum, one-way"))
+        axes.barh(k, shown[0], height=0.5, color=series(0), label=_label_once(axes, "level that decides"))
+        axes.plot(shown[1:], [k, k], color=INK, linewidth=1.6, label=_label_once(axes, "95 % band"))
+        axes.plot(ecss, k, "D", color=series(1), markersize=4, label=_label_once(axes, "ECSS sum, one-way"))
         if decided["coupling"] == "two-way":
             axes.plot(
                 1.0 - r["margin"],
@@ -109,9 +109,10 @@ def _requirements(data: Data, figure: Any) -> None:
                 color=series(2),
                 markersize=9,
                 markeredgewidth=1.4,
-                label=_once(axes, "one-way, does not decide"),
+                label=_label_once(axes, "one-way, does not decide"),
             )
     largest = max(max(1.0 - r["decided"]["margin95"][0], r["ecss_summation_rad"] / r["limit_rad"]) for r in rows)
+    # One level far above its limit would shrink all others to nothing on a linear axis.
     if largest > 4.0:
         axes.set_xscale("log")
         axes.set_xlim(left=min(0.05, *(0.5 - 0.5 * r["decided"]["margin"] for r in rows)))
@@ -119,13 +120,13 @@ def _requirements(data: Data, figure: Any) -> None:
     legend_above(figure, axes, 6, **SMALL)
 
 
-def _once(axes: Any, words: str) -> str | None:
-    """Return a label, or none where the legend has it already."""
+def _label_once(axes: Any, words: str) -> str | None:
+    """Return a label, or None if the legend already has it."""
     return None if words in axes.get_legend_handles_labels()[1] else words
 
 
 def _shares(data: Data, figure: Any) -> None:
-    """Draw who makes the band of each margin: shares of the variance, those below zero at the left."""
+    """Draw the contributions to the band of each margin: shares of the variance, negative ones at the left."""
     rows = data["requirements"]
     figure.subplots_adjust(top=1.0 - 0.6 / figure.get_figheight())
     axes = _named_rows(figure, rows)
@@ -136,6 +137,7 @@ def _shares(data: Data, figure: Any) -> None:
     seen = [name for name in weight if weight[name] >= LEAST_SHARE]
     shown = sorted(seen, key=lambda name: -weight[name])[:SHOWN_SHARES]
     for k, r in enumerate(rows):
+        # Correlated parameters may have negative shares: bars stack separately on both sides of zero.
         ends = {True: 0.0, False: 0.0}
         others = sum(s for name, s in r["variance_shares"].items() if name not in shown)
         parts = [*((name, r["variance_shares"].get(name, 0.0)) for name in shown), ("all others", others)]
@@ -159,7 +161,8 @@ def _shares(data: Data, figure: Any) -> None:
 def _map(mode: Data, figure: Any) -> None:
     """Draw the speed-harmonic map: torque amplitude over rate and order."""
     orders, amplitude = number_array(mode["map"]["orders"]), number_array(mode["map"]["torque_amplitude_Nm"])
-    whole = 2.0 * orders % 1.0 == 0.0  # lines between, of motions of several periods, would leave gaps
+    # Orders in between exist only at rates with a motion of several periods and would leave gaps in the map.
+    whole = 2.0 * orders % 1.0 == 0.0
     orders, amplitude = orders[whole], amplitude[:, whole]
     most = float(np.nanmax(amplitude)) or 1.0
     shown = max(int(np.searchsorted(orders, 16.0, side="right")), 2)
@@ -180,7 +183,7 @@ def _map(mode: Data, figure: Any) -> None:
 
 
 def _campbell(data: Data, mode: Data, figure: Any) -> None:
-    """Draw lines by size over rate and frequency, orders as rays, modes as horizontals, their crossings."""
+    """Draw torque lines by size over rate and frequency, orders as rays, modes as horizontals, and crossings."""
     rates, orders = number_array(mode["rates"]), number_array(mode["map"]["orders"])
     amplitude = number_array(mode["map"]["torque_amplitude_Nm"])
     top = 1.4 * max([m["frequency_hz"] for m in data["named_modes"]] + [rates[-1]])
@@ -204,7 +207,8 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
     )
     for k, m in enumerate(data["named_modes"]):
         axes.axhline(m["frequency_hz"], color=MARK, linewidth=0.8, linestyle="--")
-        place, side = ((0.995, "right"), (0.005, "left"))[k % 2]  # neighbours in frequency at opposite ends
+        # Modes close in frequency are labelled at opposite ends, so that their names do not overlap.
+        place, side = ((0.995, "right"), (0.005, "left"))[k % 2]
         axes.annotate(
             m["name"],
             (place, m["frequency_hz"]),
@@ -229,13 +233,14 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
 
 
 def _waterfall(mode: Data, figure: Any) -> None:
-    """Draw the torque's lines over the frequency, the rates behind one another."""
+    """Draw the torque's lines over the frequency, stacked by rate."""
     rates, orders = number_array(mode["rates"]), number_array(mode["map"]["orders"])
     amplitude = number_array(mode["map"]["torque_amplitude_Nm"])
     chosen = np.unique(np.abs(rates - np.linspace(rates[0], rates[-1], SPECTRA)[:, None]).argmin(axis=1))
     height = 4.0 * (rates[-1] - rates[0]) / max(len(chosen) - 1, 1) / np.nanmax(amplitude[chosen])
     top = 1.1 * float(np.outer(rates, orders)[amplitude > SEEN * np.nanmax(amplitude)].max())
     axes = figure.subplots()
+    # Drawn from the back, so that nearer spectra cover farther ones.
     for k in chosen[::-1]:
         f, known = rates[k] * orders, np.isfinite(amplitude[k])
         shown = known & (f <= top)
@@ -260,23 +265,23 @@ def _envelope(mode: Data, figure: Any) -> None:
     axes.set(xscale="log", yscale="log", xlabel=FREQUENCY, ylabel=TORQUE)
     axes.set_ylim(bottom=max(np.nanmin(size), np.nanmax(size) * 10.0**-DECADES) / 2.0)
     for which in ("major", "minor"):
-        getattr(axes.xaxis, f"set_{which}_formatter")(FuncFormatter(_leading))
+        getattr(axes.xaxis, f"set_{which}_formatter")(FuncFormatter(_tick_label))
     in_powers(axes.yaxis)
     legend_above(figure, axes, 2, **SMALL)
 
 
-def _leading(value: float, _: int | None = None) -> str:
-    """Return a frequency as text, where its first digit is 1, 2 or 5.
+def _tick_label(value: float, _: int | None = None) -> str:
+    """Return a frequency as text if its first digit is 1, 2 or 5.
 
     Examples
     --------
-    >>> _leading(20.0), _leading(30.0)
+    >>> _tick_label(20.0), _tick_label(30.0)
     ('20', '')
     """
     return f"{value:g}" if f"{value:e}"[0] in "125" else ""
 
 
-def _coupling(data: Data, figure: Any) -> None:
+def _draw_coupling(data: Data, figure: Any) -> None:
     """Draw the criterion of one-way coupling over the frequency."""
     coupling = data["coupling"]
     axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""The tables of a budget in CSV, and its numbers in budget.json."""
+"""Text files of a budget: its tables in CSV, its numbers in budget.json."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EMISSION, COMPONENTS = "emission.csv", "components.csv"
 
 
 def budget_texts(budget: Budget, numbers: Mapping[str, Any]) -> dict[str, str | Iterable[str]]:
-    """Return the content of each text file of a budget by name; `numbers` is what `budget_numbers` made."""
+    """Return the content of each text file by name; `numbers` is the result of `budget_numbers`."""
     texts: dict[str, str | Iterable[str]] = {
         HARMONICS: _harmonics(budget),
         LINES: _line_of_sight(budget),
@@ -31,7 +31,7 @@ def budget_texts(budget: Budget, numbers: Mapping[str, Any]) -> dict[str, str | 
         JSON: json_text(numbers),
     }
     if any(made.course is not None for made in budget.modes):
-        texts[WINDOWED] = _windowed(budget)
+        texts[WINDOWED] = _windowed_rms(budget)
     if any(made.states for made in budget.modes):
         texts[STATES] = _steady_states(budget)
     if any(response.side for made in budget.modes for response in made.responses):
@@ -40,10 +40,10 @@ def budget_texts(budget: Budget, numbers: Mapping[str, Any]) -> dict[str, str | 
 
 
 def _harmonics(budget: Budget) -> Iterator[str]:
-    """Yield the torque's lines: rate, order a full step, amplitude, phase, sigma; two-way; numerical error; bound.
+    """Yield the torque's lines: rate, order, amplitude, phase, sigma, two-way result, numerical error, bound.
 
-    Behind the model's lines at a rate stand those that it lacks and the bench's records have, without a phase.
-    Phases are those of Re(line e^(2 pi i f t)), t from the start of a motion's period, one-way and two-way alike.
+    The modelled lines of a rate are followed by unmodelled lines of the bench's records, which have no phase. Phases
+    are those of Re(line e^(2 pi i f t)), with t from the start of the motion's period, for one-way and two-way alike.
     """
     yield (
         "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm,"
@@ -52,15 +52,15 @@ def _harmonics(budget: Budget) -> Iterator[str]:
     for made in budget.modes:
         for k, response in enumerate(made.responses):
             s, exerted = response.state, made.emissions[k]
-            beside = [
+            unmodelled = [
                 f"{residual:.6e},{bound:.6e},{how}\n"
-                for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.carried, strict=True)
+                for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.transfer_rules, strict=True)
             ]
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
             sigmas = line_sigmas(budget.estimate, s)
             n = s.lines.size
             rows = zip(
-                s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True
+                s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, unmodelled[:n], strict=True
             )
             for order, f, line, sigma, two_way, error, floor, bound in rows:
                 phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
@@ -69,14 +69,15 @@ def _harmonics(budget: Budget) -> Iterator[str]:
                     f"{np.degrees(np.angle(line)):.4f},{sigma:.3e},{_number(abs(two_way))},{phase},{error:.3e},{floor:.3e},"
                     f"{s.samples_a_period:.9g},{bound}"
                 )
-            for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], beside[n:], strict=True):
+            # Unmodelled lines have a residual and a bound only; the columns of the model stay empty.
+            for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], unmodelled[n:], strict=True):
                 yield f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{0.0:.9e},,,,,,,,{bound}"
 
 
 def _components(budget: Budget) -> Iterator[str]:
-    """Yield the lines beside the drive torque that count: component, amplitude, phase to the torque's line, sigma, how.
+    """Yield the lines of the other components: amplitude, phase relative to the torque's line, sigma, rule.
 
-    Along the bench's axes, about the mounting point; those that noise explains are left out.
+    They lie along the bench's axes, about the mounting point; lines that noise explains are left out.
     """
     yield "mode,rate_steps_per_s,order,frequency_Hz,component,amplitude,unit,phase_deg,sigma,how\n"
     for made in budget.modes:
@@ -84,7 +85,7 @@ def _components(budget: Budget) -> Iterator[str]:
             here = side.here
             size, sigma = np.abs(here.lines) + here.bounds, here.sigma
             for k, j in np.argwhere(size > 0.0).tolist():
-                order, name, how = TRACKED[k], here.components[j], here.how(k, j)
+                order, name, how = TRACKED[k], here.components[j], here.line_use(k, j)
                 phase = f"{np.degrees(np.angle(here.lines[k, j])):.2f}" if how == COHERENT else ""
                 yield (
                     f"{made.mode.name},{rate:.9g},{order:g},{order * abs(rate):.9g},{name},{size[k, j]:.6e},"
@@ -93,12 +94,12 @@ def _components(budget: Budget) -> Iterator[str]:
 
 
 def _number(value: float) -> str:
-    """Return a number, nothing where there is none."""
+    """Return a number as text, empty for NaN."""
     return "" if np.isnan(value) else f"{value:.9e}"
 
 
 def _line_of_sight(budget: Budget) -> Iterator[str]:
-    """Yield the RMS at each rate, each with its 95 % interval: of the model's lines, two-way, and of all that flies."""
+    """Yield the RMS at each rate with its 95 % interval: modelled lines, two-way, and all sources together."""
     axes = budget.file.structure.line_of_sight
     parts = ("rms", "low95", "high95", "two_way", "total", "total_low95", "total_high95")
     yield "mode,rate_steps_per_s," + ",".join(f"{part}_{axis}_rad" for part in parts for axis in axes) + "\n"
@@ -112,7 +113,7 @@ def _line_of_sight(budget: Budget) -> Iterator[str]:
 
 
 def _steady_states(budget: Budget) -> Iterator[str]:
-    """Yield every steady state: how it was reached, after how many periods it repeats, how transients decay, RMS."""
+    """Yield every steady state: how it was reached, its periods, its slowest transient, its RMS."""
     axes = ",".join(f"rms_{axis}_rad" for axis in budget.file.structure.line_of_sight)
     columns = "reached,periods,largest_multiplier,decay_s,follows,worst,torque_rms_Nm"
     yield f"mode,rate_steps_per_s,{columns},{axes},steps_a_period,torque_rms_error_Nm\n"
@@ -127,18 +128,20 @@ def _steady_states(budget: Budget) -> Iterator[str]:
                 )
 
 
-def _windowed(budget: Budget) -> Iterator[str]:
+def _windowed_rms(budget: Budget) -> Iterator[str]:
     axes = budget.file.structure.line_of_sight
     yield "mode,time_s,torque_rms_Nm," + ",".join(f"rms_{axis}_rad" for axis in axes) + "\n"
     for made in budget.modes:
         if made.course is not None:
-            rows = zip(made.course.window_times_s, made.course.windowed_torque(), made.course.windowed(), strict=True)
+            rows = zip(
+                made.course.window_times_s, made.course.windowed_torque_rms(), made.course.windowed_rms(), strict=True
+            )
             for time, torque, rms in rows:
                 yield f"{made.mode.name},{time:.9g},{torque:.9e}," + ",".join(f"{v:.9e}" for v in rms) + "\n"
 
 
 def _envelope(budget: Budget) -> Iterator[str]:
-    """Yield the largest torque line in each band at any rate, mode by mode."""
+    """Yield the largest torque line of each band over all rates, by mode."""
     yield "mode,from_Hz,to_Hz,torque_amplitude_Nm\n"
     for made in budget.modes:
         if made.responses:
@@ -148,7 +151,7 @@ def _envelope(budget: Budget) -> Iterator[str]:
 
 
 def _emission(budget: Budget) -> Iterator[str]:
-    """Yield the torque's RMS in third octaves at each rate: the model's, what it lacks, and the bound of both."""
+    """Yield the torque's RMS in third octaves at each rate: modelled, unmodelled, and the bound of both."""
     yield "mode,rate_steps_per_s,from_Hz,to_Hz,modelled_rms_Nm,residual_rms_Nm,bound_rms_Nm\n"
     for made in budget.modes:
         for response, exerted in zip(made.responses, made.emissions, strict=True):

@@ -1,4 +1,4 @@
-"""Findings about a budget, one line each with its remedy."""
+"""Findings of a budget, one line each with a remedy."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def findings(
     """Yield the warnings of a budget."""
     yield from (f"{file.structure.name}: {line}" for line in file.structure.warnings)
     if estimate.outcome:
-        yield f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more"
-    yield from _doubted_values(file, estimate)
+        yield f"{file.estimate.name}: {estimate.outcome} A budget based on it is no more reliable"
+    yield from _doubtful_values(file, estimate)
     yield from _free_body(file)
     if estimate.residual is None:
         yield (
@@ -31,14 +31,14 @@ def findings(
             "lacks does not fly: mechid report makes it anew from records of the torque"
         )
     if side is not None:
-        yield from _side(file, side, modes)
+        yield from _side_findings(file, side, modes)
     if objection := moving_base_objection(estimate.mechanism):
         yield objection
     for made in modes:
-        yield from _cut(made.mode)
+        yield from _excluded_lines(made.mode)
         if made.responses:
-            yield from _steady(file, made)
-            yield from _lacking(estimate, made)
+            yield from _steady_findings(file, made)
+            yield from _residual_coverage(estimate, made)
             yield from steadiness_words(made)
         joined = bool(made.two_way) or made.two_way_course is not None
         if not joined and made.loop_gain > RESIDUALS.suffices:
@@ -48,15 +48,15 @@ def findings(
             )
 
 
-def _side(file: BudgetFile, side: SideSource, modes: Sequence[ModeBudget]) -> Iterator[str]:
-    """Tell what of the forces and moments beside the torque does not fly, or flies as a bound alone."""
+def _side_findings(file: BudgetFile, side: SideSource, modes: Sequence[ModeBudget]) -> Iterator[str]:
+    """Yield the components that are not included, or only as a bound."""
     if side.absent:
         needs = ", ".join(dict.fromkeys(side.absent.values()))
         yield (
             f"{', '.join(side.absent)}: measured beside the torque and not counted: {file.structure.name} has no "
             f"response to {needs} at the interface. Give the structure with these directions"
         )
-    for made in modes if side.flying else ():
+    for made in modes if side.flying_components else ():
         yield from _side_of_mode(side, made)
 
 
@@ -77,15 +77,15 @@ def _side_of_mode(side: SideSource, made: ModeBudget) -> Iterator[str]:
         )
     if any(at.outside for _, at in here):
         yield f'mode "{name}": above the rates measured, {what} are taken to grow with the rate squared'
-    if not side.stepped_alike(command):
+    if not side.has_same_stepping(command):
         yield (
             f'mode "{name}": no record with {what} is stepped as it is ({command.stepping}): those of the others '
             "count, by magnitude"
         )
 
 
-def _cut(mode: OperatingMode) -> Iterator[str]:
-    """Name the line of the microsteps where it is above what counts."""
+def _excluded_lines(mode: OperatingMode) -> Iterator[str]:
+    """Name the line of the microsteps if it lies above the highest frequency."""
     if mode.microstep_hz > mode.highest_hz:
         order = mode.command.steps_per_full_step
         yield (
@@ -94,8 +94,8 @@ def _cut(mode: OperatingMode) -> Iterator[str]:
         )
 
 
-def _doubted_values(file: BudgetFile, estimate: Estimate) -> Iterator[str]:
-    """Ask about values of the flight that may be meant in another unit."""
+def _doubtful_values(file: BudgetFile, estimate: Estimate) -> Iterator[str]:
+    """Yield flight values that may be meant in another unit."""
     declared = estimate.mechanism.plant.declarations
     for name, value in file.flight.values.items():
         if name in declared and (doubt := declared[name].doubt(value)):
@@ -112,10 +112,10 @@ def _free_body(file: BudgetFile) -> Iterator[str]:
         )
 
 
-def _lacking(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
-    """Tell where what the model lacks is known less well than its bound says."""
+def _residual_coverage(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
+    """Yield where the unmodelled torque is known less well than its bound indicates."""
     source, mode = estimate.residual, made.mode
-    measured = source.measured(mode.command) if source else None
+    measured = source.measured_range(mode.command) if source else None
     if source is None or measured is None:
         return
     outside = [r.residual.rate for r in made.responses if r.residual is not None and r.residual.outside]
@@ -125,14 +125,14 @@ def _lacking(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
             f"to {measured[1]:.4g} steps/s of the records: what the model lacks there is not known; above, it is taken "
             "to grow with the rate squared. Record the torque at these rates"
         )
-    if not source.stepped_alike(mode.command):
+    if not source.has_same_stepping(mode.command):
         yield (
             f'mode "{mode.name}": no record is stepped as it is ({mode.command.stepping}); what the model lacks is '
             "that of the others. Record the torque in this stepping"
         )
 
 
-def _steady(file: BudgetFile, made: ModeBudget) -> Iterator[str]:
+def _steady_findings(file: BudgetFile, made: ModeBudget) -> Iterator[str]:
     name, at = made.mode.name, made.responses[made.worst]
     if at.uncovered > RESIDUALS.uncovered:
         low, high = file.structure.coverage_hz

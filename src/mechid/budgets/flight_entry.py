@@ -1,4 +1,4 @@
-"""The ``[flight]`` table: what flies in place of the bench's test mass, and how far units and conditions spread."""
+"""Reader of the ``[flight]`` table: values that replace those of the bench, their uncertainty and their spread."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOAD_MODE_KEYS = ("frequency_hz", *DAMPING_KEYS, "inertia")
 
 @dataclass(frozen=True)
 class LoadMode:
-    """A cantilever mode of the load: frequency in Hz, damping, effective inertia in kg m2 about the axis."""
+    """Cantilever mode of the load: frequency in Hz, damping, effective inertia in kg m2 about the axis."""
 
     frequency_hz: float
     damping: float
@@ -40,20 +40,20 @@ class LoadMode:
 
 @dataclass(frozen=True)
 class Flight:
-    """What differs from the bench.
+    """Differences between flight and bench.
 
     Parameters
     ----------
     values : mapping of dotted name to value
-        In the mechanism file's units; other voltage, load, or temperature.
+        In the mechanism file's units: other voltage, load, or temperature.
     spread : mapping of dotted name to standard deviation
         From unit to unit, over temperature, of the voltage: the ensemble of the requirements.
     uncertain : mapping of dotted name to standard deviation
-        Of what is not estimated and not known exactly, as voltage or flight load: part of the band.
+        For values that are neither estimated nor exactly known, such as voltage or flight load: part of the band.
     load_modes : tuple of LoadMode
         Their inertias are part of the load's.
     place : str
-        Where it stands, for messages.
+        Position in the file, for messages.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
@@ -64,12 +64,12 @@ class Flight:
 
 
 def read_flight(entry: Any, place: Place) -> Flight:
-    """Return the table's content; names of parameters are checked against the estimate later.
+    """Return the table's content; parameter names are checked against the estimate later.
 
     Raises
     ------
     InputFileError
-        A key is unknown or an entry wrong.
+        A key is unknown or an entry is wrong.
     """
     if not is_table(entry):
         raise place.error(f"{found(entry)}; write a table, [flight]")
@@ -82,7 +82,7 @@ def read_flight(entry: Any, place: Place) -> Flight:
 
 
 def _numbers(entry: Any, place: Place) -> dict[str, float]:
-    """Return dotted names with numbers; tables within tables are joined, as TOML's dotted keys make them."""
+    """Return dotted names with numbers; nested tables, which TOML makes of dotted keys, are flattened."""
     if not is_table(entry):
         raise place.error(f'{found(entry)}; write a table, as {{ "stepper.coil_resistance" = 11.2 }}')
     out: dict[str, float] = {}

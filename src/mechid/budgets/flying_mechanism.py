@@ -1,4 +1,4 @@
-"""From a fit to the mechanism that flies: its mechanism, its covariance, what stays on the bench."""
+"""Flight configuration of a fit: mechanism, covariance, and the parts that stay on the bench."""
 
 from __future__ import annotations
 
@@ -30,30 +30,30 @@ from mechid.structure import Modes
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What a budget takes of an estimate.
+    """Parts of a fit that a budget uses.
 
     Attributes
     ----------
     mechanism : Mechanism
-        As it flies, on a held base.
+        In flight, on a held base.
     names : tuple of str, (n,)
-        Estimated parameters that fly, then those of `Flight.uncertain`.
+        Estimated parameters that fly, followed by those of `Flight.uncertain`.
     covariance : (n, n)
-        Of them, in the mechanism file's units.
+        Covariance of these parameters, in the mechanism file's units.
     discrepancy : Discrepancy
-        What the model misses on validation records.
+        Model error on validation records.
     left : mapping of str to str
-        What stays on the bench, tables and estimated parameters, each with the reason.
+        Tables and estimated parameters that stay on the bench, each with the reason.
     outcome : str
-        Why the fit is not to be relied on, empty where it has grade A or B.
+        Why the fit is not reliable, empty for grades A and B.
     residual : ResidualSource or None
-        What the fit left of the bench's torque records; None where identify left none beside the estimate.
+        Residual of the bench's torque records; None if identify left none with the estimate.
     side : SideRecords or None
-        Forces and moments that the bench measured beside the torque; None where it did not.
+        Other force and moment components measured on the bench; None without any.
     synthetic : bool
         Whether its records were simulated.
     digest : str
-        SHA-256 of the mechanism file that identify left with it; empty of a fit in memory.
+        SHA-256 of the mechanism file that identify wrote with it; empty for a fit in memory.
     """
 
     mechanism: Mechanism
@@ -69,13 +69,13 @@ class Estimate:
 
 
 def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
-    """Return the mechanism of a fit with what flies in place of the bench's.
+    """Return the mechanism of a fit in its flight configuration.
 
     Raises
     ------
     InputFileError
-        The fit has failed or lacks a standard error; what its folder holds of its residuals is wrong; the mechanism
-        cannot fly; or the flight names a parameter that it has not.
+        The fit has failed or lacks a standard error; the residual files in its folder are wrong; the mechanism cannot
+        fly; or the flight names an unknown parameter.
     UsageError
         The fit has neither a folder nor its campaign.
     """
@@ -83,7 +83,7 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
     bench = fit.mechanism
     modes = [(2.0 * np.pi * m.frequency_hz, m.damping, m.inertia) for m in flight.load_modes] or None
     plant = flying_plant(bench, None if modes is None else len(modes))
-    values = dict(_named(flight, plant))
+    values = dict(_values_by_name(flight, plant))
     _check_names(flight, plant, values)
     try:
         flying = to_flight(bench, values, modes)
@@ -93,7 +93,8 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
     names, covariance = error_covariance(fit)
     if names != fit.correlation_names or not (np.isfinite(covariance).all() and np.diag(covariance).all()):
         raise InputFileError(f"{fit.source}: correlation or a standard error is missing; identify to the end")
-    kept = [k for k, name in enumerate(names) if name in flying.parameters and _flies(name) and name not in values]
+    # A value given for the flight is exact: its error on the bench does not apply.
+    kept = [k for k, name in enumerate(names) if name in flying.parameters and _is_flying(name) and name not in values]
     known = tuple(names[k] for k in kept)
     for name in set(flight.uncertain) & set(known):
         raise InputFileError(
@@ -116,30 +117,30 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
 
 
 def on_modes(mechanism: Mechanism, modes: Modes) -> Mechanism:
-    """Return the mechanism of a held base on the modes of a structure.
+    """Couple a mechanism on a held base with the modes of a structure.
 
     Raises
     ------
     InputFileError
-        A block of the user's own does not say how it moves with its base.
+        A user-defined block does not specify how it moves with its base.
     """
     rows = np.column_stack([modes.omega, modes.damping, modes.interface]).tolist()
     return with_base(mechanism, Flying(base=Base.ON_MODES, modes=len(rows)), rows)
 
 
-def _flies(name: str) -> bool:
+def _is_flying(name: str) -> bool:
     return not bench_reason(name)
 
 
-def _named(flight: Flight, plant: Plant) -> Iterator[tuple[str, float]]:
-    """Yield the flight's values by dotted names of the plant; a load's inertia is that of what the plant moves."""
+def _values_by_name(flight: Flight, plant: Plant) -> Iterator[tuple[str, float]]:
+    """Yield the flight's values by names of the plant; the load's inertia may be that of the whole moved body."""
     whole = plant.names_with_role(Role.LOAD_INERTIA)
     for name, value in flight.values.items():
         yield (whole[0] if name == LOAD_INERTIA and name not in plant.declarations and whole else name), value
 
 
 def _check_names(flight: Flight, plant: Plant, values: Iterable[str]) -> None:
-    """Refuse names that are none of the flying mechanism's, with the nearest that is."""
+    """Refuse names that the flying mechanism does not have, and suggest the nearest."""
     own = [name for name in plant.declarations if name not in FILTER]
     for where, given in (("values", values), ("spread", flight.spread), ("uncertain", flight.uncertain)):
         for name in given:
@@ -158,7 +159,7 @@ def _refuse_tied(flight: Flight, flying: Mechanism) -> None:
 
 
 def _doubt(fit: Fit) -> str:
-    """Return why an estimate is not to be relied on; empty for grades A and B."""
+    """Return why an estimate is not reliable; empty for grades A and B."""
     if fit.grade.good:
         return ""
     return " ".join([GRADE_WORDS[fit.grade], *(reason.text for reason in fit.reasons)])

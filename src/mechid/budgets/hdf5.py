@@ -1,4 +1,4 @@
-"""Time series and densities of a budget as HDF5, with units (needs the extra ``formats``)."""
+"""Time series and spectral densities of a budget as HDF5, with units (needs the extra ``formats``)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FILE_NAME = "disturbance.h5"
 
 
 def is_available() -> bool:
-    """Whether h5py is there."""
+    """Return whether h5py is installed."""
     try:
         import h5py
     except ImportError:
@@ -26,9 +26,9 @@ def is_available() -> bool:
 
 
 def write_hdf5(budget: Budget, folder: Path) -> Path:
-    """Write torque and line of sight of each mode: a group a mode, every data set with its unit.
+    """Write torque and line of sight of each mode, one group per mode, every data set with its unit.
 
-    Of steady rates at the worst one; of a profile all of it.
+    A mode of steady rates is written at its worst rate, a profile in full.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def write_hdf5(budget: Budget, folder: Path) -> Path:
 
 
 def line_of_sight_series(mode: ModeBudget) -> FloatArray:
-    """Return the line of sight that the lines make at the worst rate, over the torque's samples, (N, m) rad."""
+    """Return the line of sight of the lines at the worst rate, at the torque's sample times, (N, m) rad."""
     at = mode.responses[mode.worst]
     t = np.arange(at.state.torque.size) / at.state.sample_rate_hz
     total = np.zeros((t.size, at.phasors.shape[1]))

@@ -1,4 +1,4 @@
-r"""Pointing error indices, a row each: what it does with an error, and what is left of a spectrum.
+r"""Pointing error indices, one row each: definition on a time series and weight on a spectrum.
 
 ECSS-E-ST-60-10C, 3.2, defines them in time, on an error e(t) and a window of T around it:
 
@@ -8,15 +8,16 @@ ECSS-E-ST-60-10C, 3.2, defines them in time, on an error e(t) and a window of T 
 - PDE, drift: the difference of two means, their windows a separation apart in one observation period
 - PRE, reproducibility: the same of windows in different observation periods
 
-Each of these is written once, as the `form` of its row, in terms of an error at an instant and of its means. Seen on a
-sampled series the form is the index itself (`Index.in_time`); seen on a line it is the number by which the line's
-phasor is multiplied (`Index.gains`). For a stationary error the variance of each is the integral of its spectrum by a
-weight, with s = sin(pi f T)/(pi f T) [Lucke1992]_, which ESSB-HB-E-003, 8.2, takes over:
+Each index is written once, as the `form` of its row, in terms of an error at an instant and of its means. Evaluated on
+a sampled series, the form is the index itself (`Index.in_time`); evaluated on a line, it is the gain of the line's
+phasor (`Index.gains`). For a stationary error the variance of each is the integral of its spectrum by a weight, with s
+= sin(pi f T)/(pi f T) [Lucke1992]_, which ESSB-HB-E-003, 8.2, takes over:
 
     APE 1,   MPE s^2,   RPE 1 - s^2,   PDE and PRE 4 sin^2(pi f S) s^2
 
-The weight is the mean of the squared gain over the instants of a window, which a test holds for every row. RPE's alone
-depends on the instant: tau from the window's centre it is 1 + s^2 - 2 s cos(2 pi f tau); a distribution needs that.
+The weight is the mean of the squared gain over the instants of a window; a test checks this for every row. Only RPE's
+squared gain depends on the instant: at tau from the window's centre it is 1 + s^2 - 2 s cos(2 pi f tau), which a
+distribution needs.
 
 .. [Lucke1992] Lucke, Sirlin, San Martin, New Definitions of Pointing Stability: AC and DC Effects, The Journal of the
    Astronautical Sciences 40(4), 1992.
@@ -38,43 +39,43 @@ from mechid.errors import InputFileError, did_you_mean
 AnyArray = NDArray[Any]
 
 
-class Seen(Protocol):
-    """An error as an index sees it from a window: a form is written in these terms, and linear in them."""
+class WindowedError(Protocol):
+    """Error as an index evaluates it in a window; a form is written in these terms and is linear in them."""
 
     def instant(self) -> AnyArray:
         """Return the error at an instant in the window."""
 
     def mean(self, later: int = 0) -> AnyArray:
-        """Return its mean over the window, or over the one so many separations later."""
+        """Return the mean over the window, or over the window a number of separations later."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """The row of an index.
+    """Definition of an index.
 
     Parameters
     ----------
     name, words : str
-        As in a budget file; what it is, in a few words.
+        Name in a budget file; a short description.
     form : callable
-        From the error as it is seen from a window to the index.
+        Index as a function of the windowed error.
     weight : callable
-        Share of the variance that is kept, of s = sinc(f T) and the phase pi f S, both (n,).
+        Share of the variance that is kept, as a function of s = sinc(f T) and the phase pi f S, both (n,).
     weight_words : str
-        The same as a formula.
+        The weight as a formula.
     has_window : bool
         Whether it needs a window T.
     separations : int
-        How many separations S lie between its first and its last window; 0: it has none.
+        Number of separations S between its first and its last window; 0 for an index without.
     one_period : bool
         Whether all of its windows lie in one observation period.
     needs_held_body : bool
-        Whether it counts a slow drift in full, so that a rigid body that nobody holds makes it grow without limit.
+        Whether it counts a slow drift in full, so that a free rigid body makes it grow without limit.
     """
 
     name: str
     words: str
-    form: Callable[[Seen], AnyArray]
+    form: Callable[[WindowedError], AnyArray]
     weight: Callable[[FloatArray, FloatArray], FloatArray]
     weight_words: str
     has_window: bool = True
@@ -137,12 +138,12 @@ KINDS = {
         ),
     )
 }
-"""All indices by their names. A new one is a row here: nothing else asks which index it has."""
+"""All indices by name. A new index is one row here; no other code distinguishes indices."""
 
 
 @dataclass(frozen=True)
 class Index:
-    """One pointing error index with its times.
+    """Pointing error index with its window and separation.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ class Index:
     Raises
     ------
     InputFileError
-        The kind is unknown, or a time is missing or one that it has not.
+        The kind is unknown, or a time is missing or not applicable.
     """
 
     kind: str
@@ -172,30 +173,31 @@ class Index:
 
     def _check(self, key: str, name: str, value: float, *, needed: bool) -> None:
         if not (value > 0.0 if needed else value == 0.0):
+            # Zero stands for "not given", so that an index without a window must have exactly 0.
             need = f"needs {key}, above 0" if needed else f"has no {name}"
             raise InputFileError(f"{key}: found {value:.9g}; {self.kind} {need}")
 
     @property
     def row(self) -> Kind:
-        """What holds for its kind."""
+        """Definition of its kind."""
         return KINDS[self.kind]
 
     @property
     def bias_gain(self) -> float:
-        """By what a constant error is multiplied; 0 where it does not count."""
+        """Gain of a constant error; 0 if it does not count."""
         return float(self.gains(np.zeros(1), np.zeros(1))[0, 0].real)
 
     @property
     def longest_s(self) -> float:
-        """Time from the first to the last instant that it needs, s."""
+        """Time from the first to the last instant needed, s."""
         return self.window_s + self.row.separations * self.separation_s
 
     def weight(self, frequency_hz: FloatArray) -> FloatArray:
-        """Return the share of the variance at each frequency that the index keeps, (n,); above 1 for differences."""
+        """Return the share of the variance that the index keeps at each frequency, (n,); above 1 for differences."""
         return self.row.weight(np.sinc(frequency_hz * self.window_s), np.pi * frequency_hz * self.separation_s)
 
     def gains(self, frequency_hz: FloatArray, position: FloatArray) -> ComplexArray:
-        """Return by what a line's phasor is multiplied, (p, n).
+        """Return the gain of a line's phasor, (p, n).
 
         Parameters
         ----------
@@ -207,7 +209,7 @@ class Index:
         return np.broadcast_to(gain.astype(np.complex128), (position.size, frequency_hz.size))
 
     def samples(self, sample_rate_hz: float) -> int:
-        """Return how many samples it needs, from the first of its first window to the last of its last."""
+        """Return the number of samples from the first one of the first window to the last one of the last window."""
         window, apart = self._in_samples(sample_rate_hz)
         return window + self.row.separations * apart
 
@@ -219,7 +221,7 @@ class Index:
         series : (M, m)
         sample_rate_hz : float
         start : (k,)
-            First sample of each window; from there on `samples` of them are needed.
+            First sample of each window; `samples` are needed from there on.
         position : (k,)
             Instant in each window, 0 to 1 of it.
         """
@@ -232,7 +234,7 @@ class Index:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Lines of unit phasor at frequencies (n,), seen at positions (p,) in a window around the time 0."""
+    """Lines of unit phasor at frequencies (n,), evaluated at positions (p,) in a window around time 0."""
 
     frequency_hz: FloatArray
     window_s: float
@@ -240,18 +242,18 @@ class _Line:
     position: FloatArray
 
     def instant(self) -> AnyArray:
-        return self._turned(self.position[:, None] * self.window_s)
+        return self._rotation(self.position[:, None] * self.window_s)
 
     def mean(self, later: int = 0) -> AnyArray:
-        return np.asarray(self._turned(later * self.separation_s) * np.sinc(self.frequency_hz * self.window_s))
+        return np.asarray(self._rotation(later * self.separation_s) * np.sinc(self.frequency_hz * self.window_s))
 
-    def _turned(self, time_s: float | FloatArray) -> AnyArray:
+    def _rotation(self, time_s: float | FloatArray) -> AnyArray:
         return np.asarray(np.exp(2j * np.pi * self.frequency_hz * time_s))
 
 
 @dataclass(frozen=True, eq=False)
 class _Series:
-    """A series (M, m), seen from windows of so many samples that begin at `start` (k,)."""
+    """Series (M, m), evaluated in windows of `window` samples that begin at `start` (k,)."""
 
     series: FloatArray
     window: int
@@ -268,4 +270,5 @@ class _Series:
 
     @cached_property
     def _sums(self) -> FloatArray:
+        # A cumulative sum makes the mean of a window the difference of two entries, whatever its length.
         return np.concatenate([np.zeros((1, self.series.shape[1])), np.cumsum(self.series, axis=0)])

@@ -1,17 +1,17 @@
-"""The level that a pointing error stays below with a given confidence, by its own distribution.
+"""Levels that a pointing error does not exceed with a given confidence, from its own distribution.
 
-ECSS-E-ST-60-10C's summation (`summation`) rests on the central limit theorem and says itself, in A.2.1, that it
-is poor where one or two errors dominate, as the lines of a stepper do. Here the distributions are convolved: the
+The summation of ECSS-E-ST-60-10C (`summation`) rests on the central limit theorem and is, as its A.2.1 states,
+inaccurate where one or two errors dominate, as the lines of a stepper do. Here the distributions are convolved: the
 periodic part's own (arcsine, for a single line) with the Gaussian of the random part.
 
-The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) says over what the confidence counts:
+The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) defines the population of the confidence:
 
 - temporal: over time, for the worst member of the ensemble;
 - ensemble: over the ensemble, at each member's worst time;
 - mixed: over both.
 
-No ensemble with Gaussian sizes has a worst member: the more one draws, the worse. What counts as worst is the member
-that a share `worst_share` of them does not exceed, which is mean + n_p sigma of a Gaussian size, as in `summation`.
+An ensemble with Gaussian sizes has no worst member: more draws give a worse one. The member that a share `worst_share`
+of them does not exceed is used instead; for a Gaussian size this is mean + n_p sigma, as in `summation`.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ CONE = "cone"
 
 
 Mixture: TypeAlias = Sequence[tuple[float, PointingError]]
-"""The errors of one member by the share of the time in which each is there; the shares add to 1."""
+"""Errors of one member with the share of the time for which each applies; the shares add to 1."""
 
 
-def always(error: PointingError) -> Mixture:
+def constant_member(error: PointingError) -> Mixture:
     """Return a member whose error is the same all the time."""
     return ((1.0, error),)
 
 
 def level(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
-    """Return the level in rad that the error of one member stays below for a share of the time.
+    """Return the level in rad that the error of one member does not exceed for a share of the time.
 
     Parameters
     ----------
@@ -54,9 +54,9 @@ def level(error: PointingError, index: Index, confidence: float, axis: int | Non
     confidence : float
         Share, between 0 and 1.
     axis : int or None
-        Of the line of sight; None takes the half angle of the cone, the root of the squares' sum.
+        Position of the line of sight; None takes the half angle of the cone, the root of the sum of squares.
     """
-    return mixed_level([always(error)], index, confidence, axis)
+    return mixed_level([constant_member(error)], index, confidence, axis)
 
 
 def mixed_level(
@@ -71,7 +71,7 @@ def mixed_level(
 
 
 def worst_share(confidence: float) -> float:
-    """Return the share of the members that are no worse than the one that counts as worst: that of mean + n_p sigma.
+    """Return the share of the members that do not exceed the reference worst member, mean + n_p sigma.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def worst_share(confidence: float) -> float:
 def member_level(
     member: Mixture, index: Index, confidence: float, axis: int | None, interpretation: str, points: int = LEVEL.points
 ) -> float:
-    """Return what one member is ranked by, rad: its level over time, or its error at its worst time.
+    """Return the ranking value of one member, rad: its level over time, or its error at its worst time.
 
     Raises
     ------
@@ -104,8 +104,8 @@ def worst_time(
 ) -> float:
     """Return the error in rad at its worst time.
 
-    The periodic part has a largest value. The random part has none; it counts with the level that it stays below
-    with the requirement's confidence.
+    The periodic part has a maximum. The random part has none and enters with the level that it does not exceed at the
+    requirement's confidence.
     """
     largest = ndtri(worst_share(confidence)) * error.sigma(index)
     total = np.abs(error.waveforms(index, points) + error.kept_bias(index)) + largest
@@ -113,7 +113,7 @@ def worst_time(
 
 
 def gaussians(error: PointingError, index: Index, axis: int | None, points: int) -> tuple[FloatArray, FloatArray]:
-    """Return an error as a mixture of Gaussians of equal weight: centres and sigmas, (n,) each."""
+    """Return an error as a mixture of equally weighted Gaussians: centres and sigmas, (n,) each."""
     return _cone(error, index, points) if axis is None else _axis(error, index, axis, points)
 
 
@@ -123,7 +123,7 @@ def _axis(error: PointingError, index: Index, axis: int, points: int) -> tuple[F
 
 
 def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, FloatArray]:
-    """Return the half angle as centres; the random part is drawn, quasi-randomly, since it is no sum here."""
+    """Return half angles as centres; the random part is drawn quasi-randomly, since a half angle is not a sum."""
     sigma, total = error.sigma(index), error.waveforms(index, points) + error.kept_bias(index)
     if np.any(sigma > 0.0):
         total = np.repeat(total, LEVEL.cone_draws, axis=0) + _gaussian(points * LEVEL.cone_draws, sigma.size) * sigma
@@ -134,29 +134,33 @@ def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, 
 @lru_cache(maxsize=8)
 def _gaussian(count: int, axes: int) -> FloatArray:
     """Return quasi-random normal draws, (count, axes), the same at each call."""
+    # The same draws at each call, so that differences of two levels do not contain sampling noise.
     draws = qmc.Sobol(axes, seed=0).random(count)
     return np.asarray(ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)), dtype=np.float64)
 
 
 def quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
-    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of no width; weights add to 1."""
+    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of zero width; weights add to 1."""
     if not np.any(sigmas > 0.0):
         size = np.abs(centres)
         if np.ptp(weights) <= 1e-12 * weights.max():
             return float(np.quantile(size, confidence, method="hazen"))
         order = np.argsort(size)
-        reached = np.cumsum(weights[order]) - 0.5 * weights[order]  # Hazen's plotting positions
+        # Hazen's plotting positions, so that weighted and equally weighted draws agree.
+        reached = np.cumsum(weights[order]) - 0.5 * weights[order]
         return float(np.interp(confidence, reached, size[order]))
 
-    def missing(x: float) -> float:
+    def excess(x: float) -> float:
         return float(weights @ share_below(x, centres, sigmas)) - confidence
 
-    return float(brentq(missing, 0.0, np.abs(centres).max() + 9.0 * sigmas.max(), xtol=1e-7 * sigmas.max()))
+    # Beyond nine sigmas of the widest part the probability is 1 to machine precision: the root is bracketed.
+    return float(brentq(excess, 0.0, np.abs(centres).max() + 9.0 * sigmas.max(), xtol=1e-7 * sigmas.max()))
 
 
 def share_below(x: float, centres: FloatArray, sigmas: FloatArray) -> FloatArray:
-    """Return P(|e| <= x) of each part of a mixture, some of no width."""
+    """Return P(|e| <= x) of each part of a mixture, some of zero width."""
     if not np.any(sigmas > 0.0):
         return np.asarray(np.abs(centres) <= x, dtype=np.float64)
+    # A part of zero width becomes a very narrow Gaussian: division by zero is avoided and the sum stays continuous.
     width = np.maximum(sigmas, 1e-9 * sigmas.max())
     return np.asarray(ndtr((x - centres) / width) - ndtr((-x - centres) / width))

@@ -1,12 +1,13 @@
-"""The lines of a flying torque without aliases: behind a steep filter whose response is divided out, with their error.
+"""Spectral lines of a flying torque without aliasing, from filtered samples with the filter's response divided out.
 
-Friction makes the torque jump, so that its lines fall off only as 1/f and samples of it fold them back: at 10 kHz a
-line of 460 Hz is off by parts in a hundred. Here the torque passes a Butterworth filter of order 8 in closed form,
-across steps and switches as the plant's other linear parts, before it is sampled: at ten samples for each period of its
-cut-off what folds back to a line has passed 1/9^8 of it. The lines are then divided by the filter's response.
+Friction makes the torque jump. Its lines therefore fall off only as 1/f, and plain sampling folds them back: at 10 kHz
+a line at 460 Hz is off by several percent. The torque instead passes a Butterworth filter of order 8 before sampling.
+The filter is integrated in closed form, across steps and switches, like the other linear parts of the plant. At ten
+samples per period of the cut-off, a component that folds back to a line has been attenuated to 1/9^8. The lines are
+then divided by the filter's response.
 
-What sampling and integration leave is not assumed but worked out: the same motion at twice as many samples and steps.
-Where the lines differ by more than `MOTION.promised` of the largest, samples and steps are doubled again.
+The error left by sampling and integration is measured: the same motion is computed with twice as many samples and
+steps. If the lines differ by more than `MOTION.promised` of the largest, both are doubled again.
 """
 
 from __future__ import annotations
@@ -39,14 +40,14 @@ class Lines:
     values : (n,) complex
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
-        Their derivatives to the parameters.
+        Their derivatives with respect to the parameters.
     error : (n,)
-        What they may be off by, N m: sampling and integration, or the scatter of a motion that does not repeat.
+        Error of the lines, N m: sampling and integration, or the scatter of a motion that does not repeat.
     power : float
-        Mean square of the whole torque about its mean, (N m)^2, without the error of first order that jumps within a
-        sample leave.
+        Mean square of the whole torque about its mean, (N m)^2, corrected for the first-order error that jumps within
+        a sample cause.
     torque : (N,)
-        The samples that they were made from, unfiltered, N m.
+        Unfiltered samples from which the lines were computed, N m.
     sample_rate_hz : float
     """
 
@@ -60,7 +61,7 @@ class Lines:
 
 
 def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
-    """Return the lines of a motion that repeats, over one time round behind as many as the filter takes to settle.
+    """Return the lines of a repeating motion over one repetition, after the filter has settled.
 
     Raises
     ------
@@ -71,6 +72,7 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
     skipped = m * math.ceil(_settling_s(period) / (m * period.duration_s))
     orders = _orders(period, m)
     coarse = period.stretch(State(orbit.x, orbit.by_parameter), skipped, m)
+    # Derivatives are taken at the coarse resolution only: doubling them would cost p + 1 times as much.
     found = _lines(period, coarse, 1, m, orders)
     values, plain, finer = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1
     rough = power = periodic_power(coarse.torque)
@@ -83,8 +85,9 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
         is_fine = error.max(initial=0.0) <= MOTION.promised * np.abs(values).max(initial=0.0)
         if is_fine and abs(power - rough) <= MOTION.power * power:
             break
-    kept = _kept(values, orders, period.steps * m)
-    power = 2.0 * power - rough  # half the sample leaves half of what jumps leave
+    kept = _is_kept(values, orders, period.steps * m)
+    # Richardson extrapolation: the error that jumps within a sample cause is halved with the sample.
+    power = 2.0 * power - rough
     return Lines(
         orders[kept], values[kept], found[kept, 1:], error[kept], power, fine.torque, finer * period.sample_rate_hz
     )
@@ -93,7 +96,7 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
 def lines_with_scatter(
     period: PeriodMap, start: State | None, skipped: int, periods: int
 ) -> tuple[Lines, FloatArray, float]:
-    """Return the lines of a motion that does not repeat, the torque beside them, and the standard error of its RMS.
+    """Return the lines of a motion that does not repeat, the torque between them, and the standard error of its RMS.
 
     Raises
     ------
@@ -101,11 +104,12 @@ def lines_with_scatter(
         The mechanism diverged.
     """
     skipped += math.ceil(_settling_s(period) / period.duration_s)
+    # A whole number of periods in each piece, so that the lines are bins of each piece's spectrum.
     periods = MOTION.pieces * math.ceil(periods / MOTION.pieces)
     stretch, orders = period.stretch(start, skipped, periods), _orders(period, 1)
     found = _lines(period, stretch, periods, 1, orders)
     pieces = np.split(stretch.below[:, :1], MOTION.pieces)
-    each = np.array([_transformed(period, piece, periods // MOTION.pieces, 1, orders)[:, 0] for piece in pieces])
+    each = np.array([_filtered_lines(period, piece, periods // MOTION.pieces, 1, orders)[:, 0] for piece in pieces])
     scatter = np.sqrt(np.mean(np.abs(each - each.mean(axis=0)) ** 2, axis=0) / (MOTION.pieces - 1))
     power = np.array([np.var(piece) for piece in np.split(stretch.torque, MOTION.pieces)])
     rms = float(np.std(stretch.torque))
@@ -115,17 +119,17 @@ def lines_with_scatter(
 
 
 def _settling_s(period: PeriodMap) -> float:
-    """Return how long the filters' slowest root keeps what it began with."""
+    """Return the time after which the initial state of the filters has decayed."""
     return MOTION.decayed * filter_decay_s(period.mechanism)
 
 
 def filter_decay_s(mechanism: Mechanism) -> float:
-    """Return the time in which the slowest transient of the filters behind the torque falls to 1/e, 0 without any.
+    """Return the time in which the slowest transient of the torque's filters falls to 1/e, 0 without filters.
 
     Raises
     ------
     FitError
-        One does not decay, as of a housing without damping.
+        One does not decay, for example that of a housing without damping.
     """
     plant = mechanism.plant
     if not plant.filter.states:
@@ -143,17 +147,17 @@ def filter_decay_s(mechanism: Mechanism) -> float:
 
 
 def _orders(period: PeriodMap, times: int) -> IntArray:
-    """Return the lines up to the mode's highest frequency, as multiples of a motion's fundamental."""
+    """Return the lines up to the mode's highest frequency, as multiples of the motion's fundamental."""
     highest = int(times * period.duration_s * period.mode.highest_hz)
     return np.arange(1, min(highest, period.samples * times // 2 - 1) + 1)
 
 
 def _lines(period: PeriodMap, stretch: Stretch, rounds: int, times: int, orders: IntArray) -> ComplexArray:
-    return _transformed(period, stretch.below, rounds, times, orders)
+    return _filtered_lines(period, stretch.below, rounds, times, orders)
 
 
-def _transformed(period: PeriodMap, y: FloatArray, rounds: int, times: int, orders: IntArray) -> ComplexArray:
-    """Return the lines (n, k) of filtered samples (N, k) over so many rounds, the filter's response divided out."""
+def _filtered_lines(period: PeriodMap, y: FloatArray, rounds: int, times: int, orders: IntArray) -> ComplexArray:
+    """Return the lines (n, k) of filtered samples (N, k) over a number of rounds, the filter's response divided out."""
     frequency = orders / (times * period.duration_s)
     through = anti_alias_response(LINE_ORDER, period.mechanism.value(CUT_OFF), frequency)
     found = 2.0 / len(y) * np.fft.rfft(y, axis=0)[orders * rounds]
@@ -161,8 +165,9 @@ def _transformed(period: PeriodMap, y: FloatArray, rounds: int, times: int, orde
 
 
 def _residual(y: FloatArray, rounds: int) -> FloatArray:
-    """Return what lies on no line of the rounds, (N,)."""
+    """Return the part of a torque that lies on no line of the rounds, (N,)."""
     spectrum = np.fft.rfft(y)
+    # Over whole rounds each line is exactly one bin; the mean is the bin of order 0.
     spectrum[::rounds] = 0.0
     return np.fft.irfft(spectrum, n=y.size)
 
@@ -178,7 +183,7 @@ def _smooth(differences: FloatArray) -> FloatArray:
     return np.asarray(MOTION.safety * np.sqrt(squares), dtype=np.float64)
 
 
-def _kept(values: ComplexArray, orders: IntArray, steps: int) -> BoolArray:
-    """Return which lines are kept, (n,): all at multiples of half the step rate, and what is not small between."""
+def _is_kept(values: ComplexArray, orders: IntArray, steps: int) -> BoolArray:
+    """Return which lines are kept, (n,): all multiples of half the step rate, and others that are not small."""
     loud = np.abs(values) > MOTION.kept_line * np.abs(values).max(initial=0.0)
     return np.asarray((2 * orders % steps == 0) | loud, dtype=np.bool_)

@@ -18,45 +18,45 @@ from mechid.budgets.requirement import Requirement, Standing
 
 @dataclass(frozen=True, eq=False)
 class ModeBudget:
-    """One mode of operation.
+    """Results of one mode of operation.
 
     Attributes
     ----------
     mode : OperatingMode
     responses : tuple of Response, (r,)
-        One-way, at each rate, of the steady state with the largest RMS; none of a profile.
+        One-way, at each rate, for the steady state with the largest RMS; empty for a profile.
     states : tuple of tuple of Response, (r,)
-        One-way, of all steady states found at each rate, the one from rest first.
+        One-way, for all steady states found at each rate, the one from rest first.
     course : ProfileResponse or None
-        Of a profile.
+        Response over a profile.
     worst : int
         Position of the rate with the largest RMS along any line of sight.
     rms_band : (r, m, 2)
         95 % interval of the RMS of the lines at each rate, rad.
     total_band : (r, m, 2)
-        The same of all: the lines, what does not repeat and what the model lacks.
+        95 % interval of the total RMS: lines, non-repeating part and unmodelled torque.
     emissions : tuple of Emission, (r,)
         The torque on the base at each rate, with its bound.
     two_way : tuple of Response, (r,) or none
-        At each rate, the structure's modes joined with the mechanism; of those reached the largest RMS.
+        At each rate, with the structure's modes coupled; of the motions reached, the one with the largest RMS.
     two_way_course : ProfileResponse or None
-        The same of a profile.
+        Two-way response over a profile.
     loop_gain : float
-        Largest |receptance x dynamic stiffness| at the lines of the worst rate, of a profile below the highest
-        frequency that counts; NaN where not known.
+        Largest |receptance x dynamic stiffness| at the lines of the worst rate, for a profile up to the highest
+        frequency; NaN if unknown.
     levels : mapping of requirement to LevelCurve
-        One-way, over the rates; of a steady mode.
+        One-way, over the rates of a steady mode.
     two_way_curves : mapping of requirement to LevelCurve
-        The same two-way, where the structure's modes are joined with the mechanism.
+        Two-way, if the structure's modes are coupled with the mechanism.
     two_way_levels : mapping of requirement to (position, level)
-        Of the nominal unit over time, rad, at the worst rate of the two-way responses.
+        Level of the nominal unit over time, rad, and the worst rate of the two-way responses.
     standings : tuple of Standing
         At the worst rate of each requirement.
     deciding : mapping of requirement to LevelCurve
-        Over the rates, of the coupling that decides, scaled to the level and band of the margin that decides.
+        Over the rates, for the deciding coupling, scaled to the level and band of the deciding margin.
     avoid : mapping of requirement to ranges
-        Rates, from and to, at which the upper 95 % end of the level that decides exceeds the limit; of a mode with
-        several rates.
+        Ranges of rate in which the upper 95 % end of the deciding level exceeds the limit; for a mode with several
+        rates.
     """
 
     mode: OperatingMode
@@ -86,10 +86,10 @@ class ModeBudget:
             lines[row, np.searchsorted(orders, response.state.step_orders)] = response.state.lines
         return OrderMap(self.mode.rates, orders, lines)
 
-    def differing(self, k: int) -> tuple[Response, ...]:
+    def differing_states(self, k: int) -> tuple[Response, ...]:
         """Return the steady states at rate k whose RMS is outside the 95 % interval of the worst one's.
 
-        What does not repeat is part of the RMS; the interval is that of the lines, shifted by it.
+        The RMS includes the non-repeating part; the interval is that of the lines, shifted by that part.
         """
         worst = self.responses[k]
         low, high = self.rms_band[k].T + (worst.whole_rms() - worst.rms())
@@ -97,26 +97,27 @@ class ModeBudget:
         return tuple(response for response, rms in others if np.any((rms < low) | (rms > high)))
 
     def two_way_lines(self, k: int) -> tuple[ComplexArray, ComplexArray]:
-        """Return torque (n,) and line of sight (n, m) of the two-way lines at rate k, NaN where there is none.
+        """Return torque (n,) and line of sight (n, m) of the two-way lines at rate k, NaN for a missing line.
 
-        They stand at the one-way lines' frequencies.
+        They correspond to the one-way lines' frequencies.
         """
         one, two = self.responses[k], self.two_way[k]
         torque = np.full(one.state.lines.size, np.nan, dtype=np.complex128)
         sight = np.full(one.phasors.shape, np.nan, dtype=np.complex128)
+        # A motion of several periods has lines between those of the other coupling: orders are matched, not positions.
         _, here, there = np.intersect1d(one.state.step_orders, two.state.step_orders, return_indices=True)
         torque[here], sight[here] = two.state.lines[there], two.phasors[there]
         return torque, sight
 
     def worst_for(self, requirement: Requirement) -> LineOfSight:
-        """Return the response at the rate of a requirement's largest level; a profile's course."""
+        """Return the response at the rate of a requirement's largest level, or a profile's course."""
         if self.course is not None:
             return self.course
         curve = self.levels[requirement.name]
         return curve.at[int(curve.level.argmax())]
 
     def two_way_worst_for(self, requirement: Requirement) -> LineOfSight | None:
-        """Return the same of the two-way responses; None where there are none."""
+        """Return the two-way response at that rate; None without two-way responses."""
         if self.two_way_course is not None:
             return self.two_way_course
         return self.two_way[self.two_way_levels[requirement.name][0]] if self.two_way else None

@@ -1,4 +1,4 @@
-"""The ``[[mode]]`` tables of a budget file."""
+"""Reader of the ``[[mode]]`` tables of a budget file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MOST_RATES, LONGEST_S = 2000, 600.0
 
 
 def read_modes(table: Mapping[str, Any], place: Place, folder: Path) -> tuple[OperatingMode, ...]:
-    """Return the modes of operation, one at least.
+    """Return the modes of operation, at least one.
 
     Raises
     ------
@@ -60,6 +60,7 @@ def _check_duties(modes: Sequence[OperatingMode], places: Sequence[Place]) -> No
             raise at.key("duty").error(
                 "missing; other modes have one: give each its own, 0 for one that does not count"
             )
+    # Decimal shares such as 0.7 + 0.2 + 0.1 add to 1 only up to rounding.
     if sum(duties) > 1.0 + 1e-9:
         raise places[-1].key("duty").error(f"found {sum(duties):.9g} over all modes; together they are 1 at most")
 
@@ -123,23 +124,26 @@ def _profile_times(entry: Mapping[str, Any], command: Command, place: Place) -> 
 
 
 def _rates(entry: Mapping[str, Any], command: Mapping[str, Any], place: Place) -> FloatArray:
-    """Return the rates of a steady mode: of its command, or of one of the two keys beside it."""
+    """Return the rates of a steady mode, from its command or from one of the two keys beside it."""
     given = [key for key in ("rates", "rate_range") if key in entry]
+    # The three keys exclude one another: a second one would silently replace the first.
     if len(given) + ("rate" in command) != 1:
         raise place.error(
             f"found {len(given) + ('rate' in command)} of command.rate, rates, rate_range; keep one, or give "
             "command.rate_profile"
         )
     if not given:
-        return _checked(np.array([number(command["rate"], place.key("command").key("rate"), "full steps/s")]), place)
+        return _positive_rates(
+            np.array([number(command["rate"], place.key("command").key("rate"), "full steps/s")]), place
+        )
     at = place.key(given[0])
     if given[0] == "rates":
         listed = entry["rates"]
         if not isinstance(listed, list) or not listed:
             raise at.error(f"{found(listed)}; write rates = [23.0, 46.0]")
         numbers = [number(rate, at.item(k), "full steps/s") for k, rate in enumerate(listed)]
-        return _checked(np.unique(np.array(numbers)), at)
-    return _checked(_range(entry["rate_range"], at), at)
+        return _positive_rates(np.unique(np.array(numbers)), at)
+    return _positive_rates(_range(entry["rate_range"], at), at)
 
 
 def _range(entry: Any, place: Place) -> FloatArray:
@@ -156,7 +160,7 @@ def _range(entry: Any, place: Place) -> FloatArray:
     return np.linspace(low, high, count)
 
 
-def _checked(rates: FloatArray, place: Place) -> FloatArray:
+def _positive_rates(rates: FloatArray, place: Place) -> FloatArray:
     if np.any(rates <= 0.0):
         raise place.error(f"found {rates.min():.9g}; a steady rate is above 0 full steps/s")
     return rates

@@ -1,4 +1,4 @@
-"""The figures of one mode of a budget: line of sight over rate, at its worst rate, and through a profile."""
+"""Figures of one mode of a budget: line of sight over the rate, at the worst rate, and over a profile."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from mechid.ink.figures import in_powers
 from mechid.ink.palette import INK, LIMIT, series
 
 LEVELS = 3
-"""Place in the series of the first requirement's colour, behind those of the lines of sight."""
+"""Position of the first requirement's colour in the series, after those of the lines of sight."""
 RATE = "rate, full steps/s"
 SMALLEST_SHARE = 1e-4
-"""Of the largest line: smaller ones are below the axis."""
+"""Share of the largest line below which lines are not drawn."""
 
 
 def over_rate(data: Data, mode: Data, figure: Any) -> None:
-    """Draw RMS and each requirement's level over its limit over the rate: what decides with its band, one-way dashed.
+    """Draw the RMS, and each requirement's level relative to its limit, over the rate with bands.
 
-    The band of a two-way RMS is the one-way band, scaled as the RMS is.
+    The deciding coupling is solid, the one-way curve dashed. The band of a two-way RMS is the one-way band, scaled by
+    the RMS.
     """
     rates, over = number_array(mode["rates"]), mode["over_rate"]
     rows = figure.subplots(2 if over["levels_rad"] else 1, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.22})
@@ -51,7 +52,7 @@ def _draw_one_way(axes: Any, rates: FloatArray, values: FloatArray, colour: str,
 
 
 def _other_states(mode: Data, axes: Any) -> None:
-    """Mark the steady states beside the worst one, where a rate has several."""
+    """Mark the other steady states at rates with several."""
     several = mode["steady_states"]["several"]
     others = [(here["rate"], rms) for here in several for s in here["states"] if not s["worst"] for rms in s["rms_rad"]]
     if others:
@@ -79,7 +80,7 @@ def _levels(data: Data, mode: Data, axes: Any) -> None:
 
 
 def _legend_above(axes: Any) -> None:
-    """Write the legend above the axes at the right, where no curve runs."""
+    """Place the legend above the axes at the right, outside the curves."""
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=6, fontsize=6.5, borderaxespad=0.1, borderpad=0.1)
 
 
@@ -121,7 +122,7 @@ def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
 
 
 def _density(random: Data, axes: Any) -> None:
-    """Draw the density of what does not repeat, on an axis of its own: it is no line's amplitude."""
+    """Draw the density of the non-repeating part on a separate axis: its unit differs from that of a line."""
     beside = axes.twinx()
     for k, column in enumerate(random["density_rad2_per_hz"]):
         root = np.sqrt(number_array(column))
@@ -170,5 +171,5 @@ def course(data: Data, mode: Data, figure: Any) -> None:
 
 
 def number_array(values: Any) -> FloatArray:
-    """Return numbers as an array, NaN where there is none."""
+    """Return numbers as an array, NaN for None."""
     return np.array(values, dtype=np.float64)

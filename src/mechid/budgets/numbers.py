@@ -1,4 +1,4 @@
-"""Every number of a budget that is shown, in one plain dict."""
+"""Results of a budget as one plain dict, which all outputs share."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from mechid.signal.power import cumulative_rms
 
 FORMAT = "mechid-budget/1"
 LOWEST_BAND_HZ, BANDS_PER_DECADE = 1.0, 10
-"""Of the envelope: third octaves, as their tenth of a decade."""
+"""Bands of the envelope: a third octave is taken as a tenth of a decade."""
 SHOWN_S, SHOWN_SAMPLES = 0.25, 1500
-"""Of the line of sight over time: so long, and so many samples at most."""
+"""Length of the line of sight over time, and its largest number of samples."""
 GAIN_POINTS = 500
 
 
 def budget_numbers(budget: Budget) -> dict[str, Any]:
-    """Return every number of the budget that is shown, as a plain dict; JSON can hold it."""
+    """Return every result of the budget as a plain dict that JSON can hold."""
     file = budget.file
     return {
         "format": FORMAT,
@@ -54,7 +54,7 @@ def budget_numbers(budget: Budget) -> dict[str, Any]:
             "left_on_bench": dict(budget.estimate.left),
         },
         "modes": [_mode(budget, made) for made in budget.modes],
-        "requirements": [_standing(budget, s) for s in budget.standings],
+        "requirements": [_standing_numbers(budget, s) for s in budget.standings],
         "errors": [
             {
                 "name": e.name,
@@ -71,7 +71,7 @@ def budget_numbers(budget: Budget) -> dict[str, Any]:
         "named_modes": [{"name": n, "frequency_hz": f} for n, f in named_modes(file.structure, budget.estimate)],
         "campbell_orders": list(LEVEL.campbell_orders),
         "crossings": [vars(c) for c in budget.crossings],
-        "coupling": _coupling(budget),
+        "coupling": _coupling_numbers(budget),
         "notes": _notes(budget),
         "warnings": list(budget.warnings),
         "provenance": {"fit": {DIGEST: budget.estimate.digest or None}},
@@ -79,11 +79,11 @@ def budget_numbers(budget: Budget) -> dict[str, Any]:
 
 
 def _notes(budget: Budget) -> list[str]:
-    return [f"left on the bench: {what}: {why}" for what, why in budget.estimate.left.items()]
+    return [f"left on the bench: {name}: {reason}" for name, reason in budget.estimate.left.items()]
 
 
-def _coupling(budget: Budget) -> dict[str, Any]:
-    """Return |receptance x dynamic stiffness| over the frequency, and what it says."""
+def _coupling_numbers(budget: Budget) -> dict[str, Any]:
+    """Return |receptance x dynamic stiffness| over the frequency, and the criterion."""
     file = budget.file
     low, high = file.structure.coverage_hz
     top = min(max(mode.highest_hz for mode in file.modes), high)
@@ -123,7 +123,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "torque_rms_Nm": at.state.rms,
         "torque_rms_error_Nm": at.state.rms_error,
         "line_of_sight_rms_rad": at.rms().tolist(),
-        "line_of_sight_rms_lacking_rad": at.lacking_rms().tolist(),
+        "line_of_sight_rms_lacking_rad": at.residual_rms().tolist(),
         "line_of_sight_rms_two_way_rad": two_way,
         "unsteady": at.state.unsteady,
         "steady_states": steadiness(made),
@@ -142,10 +142,10 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
 def _map(made: ModeBudget) -> dict[str, Any]:
     """Return the torque's amplitude by rate (rows) and order."""
     order_map = made.order_map
-    return {"orders": order_map.orders.tolist(), "torque_amplitude_Nm": _rounded(np.abs(order_map.lines))}
+    return {"orders": order_map.orders.tolist(), "torque_amplitude_Nm": _rounded_rows(np.abs(order_map.lines))}
 
 
-def _rounded(values: FloatArray) -> Any:
+def _rounded_rows(values: FloatArray) -> Any:
     """Return a matrix as lists, to six digits, NaN kept."""
     return [[float(f"{v:.6g}") for v in row] for row in values]
 
@@ -157,7 +157,7 @@ def band_edges(highest_hz: float) -> FloatArray:
 
 
 def _envelope(budget: Budget, made: ModeBudget) -> dict[str, Any]:
-    """Return the largest torque line at any rate in each band that has one, with its 95 % interval."""
+    """Return the largest torque line over all rates in each non-empty band, with its 95 % interval."""
     edges = band_edges(made.mode.highest_hz)
     rows = []
     bands = torque_bands(made.responses, budget.estimate, budget.file.seed)
@@ -177,7 +177,7 @@ def _envelope(budget: Budget, made: ModeBudget) -> dict[str, Any]:
 
 
 def _emission(made: ModeBudget) -> dict[str, Any]:
-    """Return in each third octave the largest bound of its RMS at any rate, with what it consists of there."""
+    """Return the largest bound of the RMS over all rates in each third octave, with its contributions."""
     rows = []
     for k in range(max((len(exerted.bands_hz) for exerted in made.emissions), default=0)):
         at = int(np.argmax([exerted.band_bound[k] for exerted in made.emissions]))
@@ -205,7 +205,7 @@ def _over_rate(made: ModeBudget) -> dict[str, Any]:
         "rms_ci95_rad": made.rms_band.tolist(),
         "total_rms_rad": [response.total_rms().tolist() for response in made.responses],
         "total_rms_ci95_rad": made.total_band.tolist(),
-        "rms_lacking_rad": [response.lacking_rms().tolist() for response in made.responses],
+        "rms_lacking_rad": [response.residual_rms().tolist() for response in made.responses],
         "rms_two_way_rad": two_way,
         "levels_rad": {name: curve.level.tolist() for name, curve in made.levels.items()},
         "levels_ci95_rad": {name: curve.band.tolist() for name, curve in made.levels.items()},
@@ -218,7 +218,7 @@ def _over_rate(made: ModeBudget) -> dict[str, Any]:
 
 
 def _series(made: ModeBudget) -> dict[str, Any]:
-    """Return a stretch of torque and line of sight at the worst rate: time in s."""
+    """Return a section of torque and line of sight at the worst rate: time in s."""
     state = made.responses[made.worst].state
     n = min(round(max(SHOWN_S, 4.0 / state.rate) * state.sample_rate_hz), state.torque.size)
     kept = slice(0, n, max(1, math.ceil(n / SHOWN_SAMPLES)))
@@ -228,7 +228,7 @@ def _series(made: ModeBudget) -> dict[str, Any]:
 
 
 def _lines(made: ModeBudget) -> dict[str, Any]:
-    """Return the lines at the worst rate, and the density of what does not repeat."""
+    """Return the lines at the worst rate, and the density of the non-repeating part."""
     at, exerted = made.responses[made.worst], made.emissions[made.worst]
     n = at.state.lines.size
     out: dict[str, Any] = {
@@ -239,7 +239,7 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
         "floor_Nm": at.state.floor.tolist(),
         "residual_Nm": exerted.residual[:n].tolist(),
         "bound_Nm": exerted.bound[:n].tolist(),
-        "residual_carried": list(exerted.carried[:n]),
+        "residual_carried": list(exerted.transfer_rules[:n]),
         "lacking": [
             {
                 "order": float(q),
@@ -253,7 +253,7 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
                 exerted.frequency_hz[n:],
                 exerted.residual[n:],
                 exerted.bound[n:],
-                exerted.carried[n:],
+                exerted.transfer_rules[n:],
                 strict=True,
             )
         ],
@@ -264,6 +264,7 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
     }
     if at.random is not None:
         frequency, density = at.random.frequency_hz[1:], at.random.density[1:]
+        # Neighbouring frequencies are averaged, not skipped: the mean of a density keeps its power.
         each = max(1, math.ceil(frequency.size / SHOWN_SAMPLES))
         whole = frequency.size // each * each
         out["random"] = {
@@ -275,7 +276,7 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
 
 
 def _cumulative(at: Response) -> dict[str, Any]:
-    """Return RMS of all lines at or below each line, at the worst rate."""
+    """Return the RMS of all lines at or below each line, at the worst rate."""
     rms = np.sqrt(np.cumsum(0.5 * np.abs(at.phasors) ** 2, axis=0))
     out: dict[str, Any] = {"frequency_Hz": at.state.frequency_hz.tolist(), "lines": rms.T.tolist()}
     if at.random is not None:
@@ -284,12 +285,13 @@ def _cumulative(at: Response) -> dict[str, Any]:
     return out
 
 
-def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
+def _standing_numbers(budget: Budget, s: Standing) -> dict[str, Any]:
     r = s.requirement
     two_way = budget.two_way_by_duty.get(r.name)
     if s.mode != BY_DUTY:
         two_way = next(m.two_way_levels.get(r.name, (0, None))[1] for m in budget.modes if m.mode.name == s.mode)
     both = margins(s, two_way)
+    # The rate of the largest level may differ between the couplings.
     both["decided"]["at_rate"] = _rate(budget, s, both["decided"]["coupling"])
     return {
         "requirement": r.name,
@@ -325,7 +327,7 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
 
 
 def _rate(budget: Budget, s: Standing, coupling: str) -> float | None:
-    """Return the rate of a mode's largest level, None of a profile and of all modes together."""
+    """Return the rate of a mode's largest level, None for a profile and for all modes together."""
     for made in budget.modes:
         if made.mode.name == s.mode and made.responses:
             curves = made.deciding if coupling == "two-way" else made.levels

@@ -1,4 +1,4 @@
-"""A way in which the mechanism is driven."""
+"""Mode of operation: steady rates or a rate profile, and its analysis settings."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from mechid.command import Command
 
 SETTLE_S, HIGHEST_HZ, RMS_WINDOW_S = 1.0, 500.0, 1.0
 MOST_HZ = 2000.0
-"""Up to here the lines of the microsteps are kept without being asked for."""
+"""Largest default for `highest_hz`: lines of the microsteps are included up to here."""
 BESIDE_MICROSTEPS = 2
-"""Orders above that of the microsteps that are kept with it."""
+"""Orders above that of the microsteps that the default includes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class OperatingMode:
-    """A way in which the mechanism is driven: at one steady rate, at each of several, or through a profile.
+    """Mode of operation: one steady rate, several steady rates, or a profile.
 
     Parameters
     ----------
     name : str
     command : Command
-        Of a steady mode the rate is replaced by each of `rates`.
+        In a steady mode its rate is replaced by each of `rates`.
     rates : (r,)
-        Full steps/s, ascending, not zero; none of a profile.
+        Full steps/s, ascending, not zero; empty for a profile.
     refined : bool
-        Whether rates are added where orders cross modes: of a range, whose steps may miss a narrow resonance.
+        Whether rates are added where orders cross modes, because the steps of a range may miss a narrow resonance.
     settle_s : float
-        Time from the start until a steady motion counts as such.
+        Time from the start until a motion is taken as steady.
     highest_hz : float
-        Lines above are left out; `usual_highest_hz` where the file does not say.
+        Lines above are left out; `usual_highest_hz` if the file gives none.
     duration_s : float
-        Of a profile, from the start at rest; 0 of a steady mode.
+        Of a profile, from the start at rest; 0 for a steady mode.
     rms_window_s : float
-        Of a profile: the windows in which its RMS is taken.
+        Window of a profile's RMS.
     duty : float or None
-        Share of the evaluation period in which this mode is run.
+        Share of the evaluation period in which this mode runs.
     """
 
     name: str
@@ -53,12 +53,12 @@ class OperatingMode:
 
     @property
     def microstep_hz(self) -> float:
-        """Frequency at which the voltages are switched at the highest rate: a line stands there."""
+        """Frequency of voltage switching at the highest rate, at which there is a line."""
         return self.command.steps_per_full_step * self.highest_rate
 
     @property
     def is_profile(self) -> bool:
-        """Whether the rate changes while it is run."""
+        """Whether the rate varies during the mode."""
         return self.rates.size == 0
 
     @property
@@ -68,7 +68,7 @@ class OperatingMode:
 
 
 def usual_highest_hz(command: Command, highest_rate: float) -> float:
-    """Return up to which frequency lines count where nothing is said: those of the microsteps and beside them too.
+    """Return the default highest frequency, which includes the lines of the microsteps and their neighbours.
 
     Examples
     --------
@@ -80,4 +80,5 @@ def usual_highest_hz(command: Command, highest_rate: float) -> float:
     500.0
     """
     wanted = (command.steps_per_full_step + BESIDE_MICROSTEPS) * highest_rate
+    # Fine microstepping would otherwise ask for lines far above any structural mode, and for as many samples.
     return min(max(HIGHEST_HZ, wanted), MOST_HZ)

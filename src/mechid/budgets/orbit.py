@@ -1,8 +1,8 @@
-"""The motion that repeats, by shooting: Newton's method on the period map, and the multipliers of what it finds.
+"""Periodic orbits by shooting: Newton's method on the period map, and Floquet multipliers.
 
-With F the map over m periods and M = dF/dx at its fixed point x*, a deviation grows by M in their time: the
-eigenvalues of M are the Floquet multipliers, and the motion is stable where all are inside the unit circle. The fixed
-point's derivative to the parameters is (I - M)^-1 F_p, also where transients take long.
+With F the map over m periods and M = dF/dx at its fixed point x*, a deviation is multiplied by M in that time: the
+eigenvalues of M are the Floquet multipliers, and the orbit is stable if all lie inside the unit circle. The derivative
+of the fixed point with respect to the parameters is (I - M)^-1 F_p, also where transients decay slowly.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from mechid.budgets.settings import MOTION
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """A motion that repeats.
+    """Motion that repeats.
 
     Attributes
     ----------
     x : (n,)
         State at its start.
     by_parameter : (n, p)
-        Derivative of that state to the parameters.
+        Derivative of that state with respect to the parameters.
     periods : int
-        It repeats after so many periods of the equations.
+        Number of periods of the equations after which it repeats.
     multipliers : (n,) complex
-        Over that time, largest first; of a coordinate on which nothing depends, as a free base's angle, there is none.
+        Over that time, largest first; without those of cyclic coordinates such as a free base's angle.
     size : (n,)
-        How much each state moves.
+        Range of each state.
     turns : int
-        Electrical periods that the rotor is off the command each time; 0 where it follows.
+        Electrical periods that the rotor slips per repetition; 0 if it follows the command.
     """
 
     x: FloatArray
@@ -46,13 +46,14 @@ class Orbit:
 
 
 def find_orbit(period: PeriodMap, x: FloatArray, most_periods: int = MOTION.most_periods) -> Orbit | None:
-    """Return the stable motion that a simulated state tends to, None where none repeats in so many periods at most.
+    """Return the stable orbit that a simulated state approaches, None if none repeats within `most_periods`.
 
     Raises
     ------
     FitError
         The mechanism diverged.
     """
+    # The shortest period first: a motion of period m is also one of period 2 m.
     for periods in range(1, most_periods + 1):
         found = _newton(period, x, periods)
         if found is not None and abs(found.multipliers).max(initial=0.0) < 1.0:
@@ -65,36 +66,39 @@ def _newton(period: PeriodMap, x: FloatArray, periods: int) -> Orbit | None:
     for _ in range(MOTION.iterations):
         image = period(x, periods)
         turns = period.turns_off(image.x - x)
-        step = _solved(image, period.modulo(image.x - x)[:, None])[:, 0]
+        step = _solve(image, period.modulo(image.x - x)[:, None])[:, 0]
         before, moved = moved, float(np.max(np.abs(step) / image.size))
+        # Written so that NaN also ends the iteration.
         if not moved < MOTION.shrinks * before:
             return None
         if moved < MOTION.closed:
-            if not _tends(period, start, x, image, periods):
+            if not _approaches(period, start, x, image, periods):
                 return None
-            by_parameter = _solved(image, image.by_parameter)
+            by_parameter = _solve(image, image.by_parameter)
             return Orbit(x, by_parameter, periods, multipliers(image.by_state), image.size, turns)
+        # A state that friction holds at exactly zero stays there: a Newton step would release it.
         x = np.where((image.x == 0.0) & (x == 0.0), 0.0, x + step)
     return None
 
 
-def _solved(image: Image, right: FloatArray) -> FloatArray:
-    """Return (I - M)^-1 right, (n, k); of coordinates on which nothing depends the smallest change."""
+def _solve(image: Image, right: FloatArray) -> FloatArray:
+    """Return (I - M)^-1 right, (n, k); in neutral directions the solution of least norm."""
+    # States have different units; scaled by their range, one tolerance serves all of them.
     scaled = image.by_state * image.size / image.size[:, None]
     moved = np.linalg.lstsq(np.eye(len(right)) - scaled, right / image.size[:, None], rcond=MOTION.neutral)[0]
     return np.asarray(moved * image.size[:, None], dtype=np.float64)
 
 
-def _tends(period: PeriodMap, start: FloatArray, x: FloatArray, image: Image, periods: int) -> bool:
-    """Return whether the simulated start goes towards the fixed point as the linear map at that says.
+def _approaches(period: PeriodMap, start: FloatArray, x: FloatArray, image: Image, periods: int) -> bool:
+    """Return whether the simulated start approaches the fixed point as the linear map predicts.
 
-    It is followed until the linear map leaves little of its distance: Newton's method may have found a motion that is
-    stable too, but is another.
+    The simulation continues until the linear map leaves little of the distance: Newton's method may have converged to
+    another stable orbit.
     """
     slowest = float(abs(multipliers(image.by_state)).max(initial=MOTION.little))
     times = min(math.ceil(math.log(MOTION.little) / math.log(slowest)), MOTION.most_followed) if slowest < 1.0 else 1
     off = period.modulo(start - x)
-    end = period.modulo(period.settled(start, times * periods) - x)
+    end = period.modulo(period.state_after(start, times * periods) - x)
     missed = end - np.linalg.matrix_power(image.by_state, times) @ off
     size = float(np.max(np.abs(off) / image.size))
     return float(np.max(np.abs(missed) / image.size)) <= MOTION.reach * size + MOTION.integrated
@@ -103,7 +107,8 @@ def _tends(period: PeriodMap, start: FloatArray, x: FloatArray, image: Image, pe
 def multipliers(by_state: FloatArray) -> ComplexArray:
     """Return the eigenvalues of a period map's derivative, (k,) complex, the largest first.
 
-    A coordinate whose change stays what it is and moves nothing else is left out, and then what only moves such ones.
+    Neutral coordinates, which keep their deviation and move nothing else, are removed, and then those that move only
+    neutral ones.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Lines of a torque that repeats with the steps: over the rate, against modes, and rates to avoid.
+"""Orders of a periodic torque: amplitudes over the rate, crossings with modes, and rates to avoid.
 
-At r full steps/s the electrical angle turns once in 4/r s; the mechanism repeats with half of that, mirrored, in
-its torques up to a sign, so that its lines stand at k r/2, k = 1, 2, ... (k = 2 is one line a step).
+At r full steps/s the electrical angle completes one turn in 4/r s. The mechanism repeats after half of that with its
+torques mirrored in sign, so that its lines lie at k r/2, k = 1, 2, ... (k = 2 is one line per step).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mechid.arrays import ComplexArray, FloatArray
 
 
 def phasors(y: FloatArray, sample_rate: float, frequency_hz: FloatArray) -> ComplexArray:
-    """Return the lines that fit samples best together, beside a constant, by least squares.
+    """Return the phasors of lines at given frequencies, fitted together with a constant by least squares.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def phasors(y: FloatArray, sample_rate: float, frequency_hz: FloatArray) -> Comp
     sample_rate : float
         Hz.
     frequency_hz : (n,)
-        Of the lines, below half the sample rate, apart by a reciprocal of the samples' duration at least.
+        Frequencies of the lines, below half the sample rate, separated by at least the reciprocal of the duration.
 
     Returns
     -------
@@ -32,6 +32,8 @@ def phasors(y: FloatArray, sample_rate: float, frequency_hz: FloatArray) -> Comp
         Peak amplitude and phase: y = Re(phasor e^(2 pi i f t)).
     """
     angle = 2.0 * np.pi / sample_rate * np.outer(np.arange(len(y)), frequency_hz)
+    # The constant is fitted too: over a duration that is not a whole number of periods it is not orthogonal to the
+    # lines.
     columns = np.hstack([np.cos(angle), np.sin(angle), np.ones((len(y), 1))])
     fitted = np.linalg.solve(columns.T @ columns, columns.T @ y)
     n = frequency_hz.size
@@ -47,9 +49,9 @@ class OrderMap:
     rates : (r,)
         Full steps/s, ascending.
     orders : (k,)
-        A line's frequency is its order times the rate.
+        The frequency of a line is its order times the rate.
     lines : (r, k) complex
-        Peak amplitudes and phases, NaN where none is known.
+        Peak amplitudes and phases, NaN if unknown.
     """
 
     rates: FloatArray
@@ -58,7 +60,7 @@ class OrderMap:
 
     @property
     def frequency_hz(self) -> FloatArray:
-        """Of each line, (r, k)."""
+        """Frequency of each line, (r, k)."""
         return np.outer(self.rates, self.orders)
 
     def envelope(self, edges_hz: FloatArray) -> FloatArray:
@@ -70,7 +72,7 @@ class OrderMap:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where an order meets a mode: at `rate` full steps/s, order times rate is `frequency_hz`."""
+    """Crossing of an order with a mode: at `rate` full steps/s, order times rate is `frequency_hz`."""
 
     order: float
     mode: str
@@ -97,21 +99,21 @@ def crossings(
 def rates_to_avoid(rates: FloatArray, values: FloatArray, limit: float) -> Iterator[tuple[float, float]]:
     """Yield the ranges of rate, from and to, in which values at ascending rates, (r,), exceed a limit.
 
-    The ends are interpolated linearly; at the first and last rate a range ends there.
+    The ends are interpolated linearly; a range ends at the first and last rate.
     """
     over = values > limit
     start: float | None = None
     for k, rate in enumerate(rates):
         if over[k] and start is None:
-            start = float(rate) if k == 0 else _crossed(rates, values, limit, k)
+            start = float(rate) if k == 0 else _crossing_rate(rates, values, limit, k)
         if not over[k] and start is not None:
-            yield start, _crossed(rates, values, limit, k)
+            yield start, _crossing_rate(rates, values, limit, k)
             start = None
     if start is not None:
         yield start, float(rates[-1])
 
 
-def _crossed(rates: FloatArray, values: FloatArray, limit: float, k: int) -> float:
-    """Return the rate at which the line from k - 1 to k meets the limit."""
+def _crossing_rate(rates: FloatArray, values: FloatArray, limit: float, k: int) -> float:
+    """Return the rate at which the segment from k - 1 to k crosses the limit."""
     share = (limit - values[k - 1]) / (values[k] - values[k - 1])
     return float(rates[k - 1] + share * (rates[k] - rates[k - 1]))

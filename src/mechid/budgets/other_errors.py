@@ -1,4 +1,4 @@
-"""Errors of other sources than the mechanism: the user's bias, random and periodic entries of the budget."""
+"""Errors of sources other than the mechanism: the user's bias, random and periodic entries of the budget."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mechid.errors import UsageError
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OtherError:
-    """An error of another source along the lines of sight.
+    """Error of another source along the lines of sight.
 
     Parameters
     ----------
@@ -28,11 +28,11 @@ class OtherError:
     size_rad, spread_rad : float
         Mean and standard deviation of the size over the ensemble.
     frequency_hz : float
-        Of a periodic one.
+        Of a periodic error.
     bandwidth_hz : float
-        Of a random one, whose density is flat up to it.
+        Of a random error, whose density is flat up to this frequency.
     group : str
-        Errors of one group are fully correlated in the ECSS sum, and drawn together; empty: alone.
+        Errors of one group are fully correlated in the ECSS sum and drawn together; empty for an independent error.
 
     Raises
     ------
@@ -50,16 +50,16 @@ class OtherError:
     group: str = ""
 
     def __post_init__(self) -> None:
-        if self.kind not in _ADDED:
+        if self.kind not in _ADDERS:
             raise UsageError(f'{self.name}: unknown kind "{self.kind}"; write one of {", ".join(KINDS)}')
 
-    def added(self, error: PointingError, draw: float) -> PointingError:
-        """Return an error with this one added, its size `draw` standard deviations from its mean."""
-        return _ADDED[self.kind](error, self, np.where(self.axes, self.size_rad + draw * self.spread_rad, 0.0))
+    def add_to(self, error: PointingError, draw: float) -> PointingError:
+        """Return a pointing error with this one added, its size `draw` standard deviations from its mean."""
+        return _ADDERS[self.kind](error, self, np.where(self.axes, self.size_rad + draw * self.spread_rad, 0.0))
 
     def contribution(self, index: Index, axis: int) -> Contribution | None:
-        """Return what the index keeps of it along an axis, for the ECSS sum; None where that is nothing."""
-        kept = _KEPT[self.kind](self, index) if self.axes[axis] else 0.0
+        """Return the contribution along an axis for the ECSS sum, as the index keeps it; None if it is zero."""
+        kept = _KEPT_SHARES[self.kind](self, index) if self.axes[axis] else 0.0
         if kept == 0.0:
             return None
         return Contribution(
@@ -85,10 +85,10 @@ def _with_line(error: PointingError, source: OtherError, size: FloatArray) -> Po
     return replace(error, parts=(*error.parts, line))
 
 
-_ADDED = {"bias": _with_bias, "random": _with_noise, "periodic": _with_line}
-_KEPT: dict[str, Callable[[OtherError, Index], float]] = {
+_ADDERS = {"bias": _with_bias, "random": _with_noise, "periodic": _with_line}
+_KEPT_SHARES: dict[str, Callable[[OtherError, Index], float]] = {
     "bias": lambda _, index: index.bias_gain,
     "random": lambda source, index: float(np.sqrt(flat_share(index, source.bandwidth_hz))),
     "periodic": lambda source, index: float(np.sqrt(index.weight(np.array([source.frequency_hz]))[0])),
 }
-"""By `KINDS`: a kind without a line here is refused, it does not become another's."""
+"""Share that an index keeps, by kind. A kind without an entry is refused instead of treated as another."""

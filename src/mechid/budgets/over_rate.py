@@ -1,4 +1,4 @@
-"""Line of sight over the steady rates of a mode: RMS and levels with their bands."""
+"""Line of sight over the steady rates of a mode: RMS and levels with 95 % bands."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from mechid.budgets.standing import axis_of, nominal_level, others_square
 
 @dataclass(frozen=True, eq=False)
 class LevelCurve:
-    """A requirement's level over the rate.
+    """Level of a requirement over the rate.
 
     Attributes
     ----------
     level : (r,)
-        Over time, of the nominal unit, rad.
+        Over time, for the nominal unit, rad.
     band : (r, 2)
         Its 95 % interval.
     at : tuple of Response, (r,)
-        At each rate the steady state of the largest level.
+        At each rate the steady state with the largest level.
     """
 
     level: FloatArray
@@ -41,17 +41,16 @@ class LevelCurve:
 def sampled_phasors(
     response: Response, estimate: Estimate, seed: int, lacking: FloatArray | None = None
 ) -> ComplexArray:
-    """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad.
+    """Return phasors for parameter samples drawn from the covariance, model discrepancy included, (k, n, m) rad.
 
     Parameters
     ----------
     response : Response
-        What was measured beside the torque is drawn with its errors.
+        Its other components are drawn with their errors.
     estimate : Estimate
     seed : int
     lacking : (n,) or None
-        Amplitude of what the model lacks at each of its lines, N m, added at phases of their own. None leaves the
-        model's lines alone.
+        Amplitude of the unmodelled torque at each line, N m, added at random phases; None adds nothing.
     """
     rng, alone = np.random.default_rng(seed), response.of_drive()
     by = deviations(estimate.covariance, LEVEL.samples, rng)
@@ -63,8 +62,8 @@ def sampled_phasors(
         drive = drive + response.residual.draws(lacking, LEVEL.samples, rng)[:, :, None] * response.transfer
     if response.side is None:
         return drive
-    turned = phase + response.state.turned(by @ response.state.gradient[:, : len(estimate.names)].T)
-    return response.side.drawn(drive, turned, rng)
+    turned = phase + response.state.phase_changes(by @ response.state.gradient[:, : len(estimate.names)].T)
+    return response.side.draw(drive, turned, rng)
 
 
 def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> FloatArray:
@@ -90,7 +89,7 @@ def _total_limits(
 ) -> FloatArray:
     """Return the 95 % limits of the mean square of `Response.total_square`, (2, ...) rad^2.
 
-    The upper one counts what noise may hide of the lines that the model lacks, too; that is no part of the value.
+    The upper limit also includes unmodelled lines that noise may hide, which are not part of the value.
 
     Parameters
     ----------
@@ -99,7 +98,7 @@ def _total_limits(
     index : Index
     seed : int
     of_axes : callable
-        From mean squares along each line of sight, (k, m), to what is wanted of them, (k, ...).
+        Reduces mean squares along each line of sight, (k, m), to the quantity needed, (k, ...).
     """
     ends = []
     for hidden, limit in zip((False, True), LEVEL.limits95, strict=True):
@@ -111,25 +110,27 @@ def _total_limits(
 def _total_squares(response: Response, estimate: Estimate, index: Index, seed: int, *, hidden: bool) -> FloatArray:
     """Return samples of `Response.total_square`, (k, m) rad^2.
 
-    What the model lacks adds to its lines at phases of their own; elsewhere its power alone is drawn, as that of a
-    level that few rates tell. What is `hidden` by noise may add to the lines too.
+    Unmodelled torque adds to the lines at random phases. Elsewhere only its power is drawn, as a level that few rates
+    determine. Torque `hidden` by noise may also add to the lines.
     """
     weight, here = index.weight(response.state.frequency_hz), response.residual
-    heard = np.zeros(weight.size) if here is None else _tracked(here, response, here.amplitude)
-    sizes = _tracked(here, response, here.limit) if here is not None and hidden else heard
+    heard = np.zeros(weight.size) if here is None else _tracked_sizes(here, response, here.amplitude)
+    sizes = _tracked_sizes(here, response, here.limit) if here is not None and hidden else heard
     lines = 0.5 * np.abs(sampled_phasors(response, estimate, seed, sizes)) ** 2
     drawn = np.einsum("n,knm->km", weight, lines)
     at_lines = weight @ (0.5 * heard[:, None] ** 2 * np.abs(response.transfer) ** 2)
     beside = sum((part.variance(index) for part in response.randoms if part is not response.lacking), np.zeros(1))
     if here is None or response.lacking is None:
         return np.asarray(drawn + beside)
+    # The part at the lines is in `drawn` already, coherently.
     rest = np.maximum(response.lacking.variance(index) - at_lines, 0.0)
+    # A separate stream: the draws of the lines stay the same with and without unmodelled torque.
     scale = here.rates / np.random.default_rng((seed, 1)).gamma(here.rates, size=(LEVEL.samples, 1))
     return np.asarray(drawn + scale * rest + beside)
 
 
-def _tracked(here: ResidualHere, response: Response, sizes: FloatArray) -> FloatArray:
-    """Return what the model lacks at those of its lines that were tracked, (n,) N m; 0 at the others."""
+def _tracked_sizes(here: ResidualHere, response: Response, sizes: FloatArray) -> FloatArray:
+    """Return the unmodelled torque at those lines that were tracked, (n,) N m; 0 at the others."""
     own = dict(zip(here.orders.tolist(), sizes.tolist(), strict=True))
     return np.array([own.get(order, 0.0) for order in response.state.step_orders.tolist()], dtype=np.float64)
 
@@ -137,14 +138,15 @@ def _tracked(here: ResidualHere, response: Response, sizes: FloatArray) -> Float
 def torque_samples(
     response: Response, estimate: Estimate, seed: int, lacking: FloatArray | None = None
 ) -> ComplexArray:
-    """Return samples of the torque's lines as `sampled_phasors`, (k, n) N m."""
+    """Return samples of the torque's lines as in `sampled_phasors`, (k, n) N m."""
     ones, lines = np.ones((response.state.lines.size, 1), dtype=np.complex128), response.state.lines[:, None]
+    # The torque itself, as a line of sight with a transfer function of 1.
     torque = Response(("torque",), response.state, ones, lines, 0.0, None, response.residual)
     return sampled_phasors(torque, estimate, seed, lacking)[:, :, 0]
 
 
 def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> list[FloatArray]:
-    """Return the 95 % interval of each of the model's torque lines at each rate, amplitudes, (n, 2) N m each."""
+    """Return the 95 % interval of each modelled torque line at each rate, amplitudes, (n, 2) N m each."""
     return [np.quantile(np.abs(torque_samples(r, estimate, seed)), LEVEL.limits95, axis=0).T for r in responses]
 
 
@@ -155,10 +157,10 @@ def level_curve(
     errors: Sequence[OtherError],
     seed: int,
 ) -> LevelCurve:
-    """Return the level over the rate, of the worst of the steady states at each.
+    """Return the level over the rate, at each rate of the worst steady state.
 
-    The band takes the level to be moved as the RMS under the index is, what the model lacks and the other errors
-    included in both, by the same parameter samples.
+    The band assumes that the level changes in proportion to the RMS under the index, unmodelled torque and other errors
+    included in both, over the same parameter samples.
     """
     levels, bands, worst = [], [], []
     for here in states:
@@ -173,9 +175,9 @@ def level_curve(
 def two_way_curve(
     requirement: Requirement, one_way: LevelCurve, joined: Sequence[Response], errors: Sequence[OtherError]
 ) -> LevelCurve:
-    """Return the level over the rate with the structure's modes joined, which decides where it was computed.
+    """Return the two-way level over the rate, which decides where it was computed.
 
-    Its band is the one-way band, scaled at each rate as the nominal unit's level is. `joined` are the two-way
+    Its band is the one-way band, scaled at each rate by the level of the nominal unit. `joined` are the two-way
     responses, (r,).
     """
     level = np.array([nominal_level(requirement, [(1.0, response)], errors) for response in joined])
@@ -186,15 +188,15 @@ def two_way_curve(
 
 
 def deciding_curve(curve: LevelCurve, level: float, ends: tuple[float, float]) -> LevelCurve:
-    """Return a curve scaled so that its largest level and the band there are those that decide the margin.
+    """Return a curve scaled so that its largest level and the band there match those of the deciding margin.
 
-    A margin counts the ensemble and what the model misses at the worst rate alone; other rates are taken to move as
-    that one does. So a requirement is met where the band exceeds its limit at no rate.
+    A margin includes the ensemble and the model discrepancy at the worst rate only; other rates are assumed to change
+    in proportion. A requirement is therefore met if the band exceeds its limit at no rate.
 
     Parameters
     ----------
     curve : LevelCurve
-        Of the coupling that decides, of the nominal unit.
+        Of the deciding coupling, for the nominal unit.
     level : float
         rad.
     ends : (lower, upper)
@@ -209,7 +211,7 @@ def deciding_curve(curve: LevelCurve, level: float, ends: tuple[float, float]) -
 
 
 def _scaled_end(end: FloatArray, k: int, wanted: float, levels: FloatArray) -> FloatArray:
-    """Return an end of a band scaled to a value at rate k; that of the levels where it is zero there."""
+    """Return an end of a band scaled to a value at rate k; the levels if it is zero there."""
     return np.asarray(end * wanted / end[k] if end[k] > 0.0 else levels)
 
 

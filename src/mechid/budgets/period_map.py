@@ -1,9 +1,9 @@
-"""The motion over one period of the steps as a map of the state, with its exact derivatives across switches.
+"""Map of the state over one period of the steps, with exact derivatives across switches.
 
-After n full steps, n/r at r full steps/s, the mechanism is the same but for a sign and a turn of its states, which
-`simulation.repetition` finds: of the paper's after two steps with the currents' signs turned (i -> -i), the rotor
-3.6 deg and the load 3.6 deg/G further, and the rotor may stand any number of 7.2 deg (the load of 7.2 deg/G) elsewhere.
-States are taken modulo that: a motion that repeats is a fixed point.
+After n full steps, n/r s at r full steps/s, the mechanism is the same except for a sign and a turn of its states, which
+`simulation.repetition` finds. In the paper's mechanism this is after two steps: the currents change sign, the rotor is
+3.6 deg and the load 3.6 deg/G further, and the rotor may stand any multiple of 7.2 deg (the load of 7.2 deg/G)
+elsewhere. States are taken modulo these shifts, so that a repeating motion is a fixed point.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Where a state leads to in some periods.
+    """Image of a state after some periods.
 
     Attributes
     ----------
     x : (n,)
-        The state then.
+        Final state.
     by_state : (n, n)
-        Its derivative to the state at the start.
+        Its derivative with respect to the initial state.
     by_parameter : (n, p)
-        Its derivative to the parameters at a fixed start, or along what the start's own were.
+        Its derivative with respect to the parameters, for a fixed start or including the start's own derivatives.
     size : (n,)
-        How much each state moves on the way.
+        Range of each state on the way.
     """
 
     x: FloatArray
@@ -51,14 +51,14 @@ class Image:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The torque over some periods.
+    """Torque over some periods.
 
     Attributes
     ----------
     torque : (N,)
-        N m; the last sample is before the last period's end.
+        N m; the last sample is before the end of the last period.
     below : (N, 1 + p)
-        The torque behind the filter before its lines, then its derivatives to the parameters.
+        Low-pass filtered torque, followed by its derivatives with respect to the parameters.
     """
 
     torque: FloatArray
@@ -66,26 +66,26 @@ class Stretch:
 
 
 def directions(mechanism: Mechanism, names: Sequence[str]) -> FloatArray:
-    """Return what each of these parameters moves of the kernel's, (n_p, p)."""
+    """Return the derivative of the kernel's parameters with respect to each named parameter, (n_p, p)."""
     slopes, count = mechanism.kernel_jacobian(), mechanism.kernel_values().size
     return np.column_stack([np.zeros((count, 0)), *(slopes[name] for name in names)])
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodMap:
-    """A mechanism stepped at one rate.
+    """Mechanism stepped at one rate.
 
     Parameters
     ----------
     mechanism : Mechanism
-        In flight; `plant.flight.with_line_filter` makes it give its torque below a cut-off too.
+        In flight; `plant.flight.with_line_filter` adds the torque below a cut-off to its outputs.
     mode : OperatingMode
     rate : float
         Full steps/s.
     names : tuple of str, (p,)
-        Parameters to which derivatives are wanted.
+        Parameters whose derivatives are needed.
     substeps : int
-        Integration steps a sample.
+        Integration steps per sample.
     """
 
     mechanism: Mechanism
@@ -96,45 +96,45 @@ class PeriodMap:
 
     @cached_property
     def repetition(self) -> Repetition:
-        """How the motion may repeat within a time that is worth a look."""
+        """Symmetry after which the motion may repeat within `MOTION.longest_s`."""
         return repetition(self.mechanism, MOTION.longest_s * self.rate)
 
     @property
     def repeats(self) -> bool:
-        """Whether the motion may repeat; on a step clock with a tick none does."""
+        """Whether the motion may repeat; it cannot on a step clock with a tick."""
         return bool(self.repetition.steps) and not self.mode.command.clock_tick_s
 
     @property
     def steps(self) -> int:
-        """Full steps in a period; of a motion that cannot repeat those after which the voltages do."""
+        """Full steps in a period; for a motion that cannot repeat, the period of the voltages."""
         return self.repetition.steps or MIRRORED
 
     @property
     def duration_s(self) -> float:
-        """Of a period."""
+        """Duration of a period."""
         return self.steps / self.rate
 
     @property
     def samples(self) -> int:
-        """Of a period: a whole number for each step, so that lines are bins and all step edges fall on samples."""
+        """Samples in a period, a whole number per step, so that lines are bins and step edges fall on samples."""
         each = self.steps * self.mode.command.steps_per_full_step
         wanted = max(MOTION.sample_rate_hz, MOTION.above_cut_off * self.mode.highest_hz) * self.duration_s
         return each * math.ceil(wanted / each)
 
     @property
     def sample_rate_hz(self) -> float:
-        """Of the samples."""
+        """Sample rate."""
         return self.samples / self.duration_s
 
     @cached_property
     def _held(self) -> BoolArray:
-        """Whether a state may be held at zero by friction, (n,)."""
+        """Whether friction may hold a state at zero, (n,)."""
         switches = self.mechanism.plant.switches
         at_rest = {s for switch in switches for guards in switch.guards.values() for g in guards for s in g.resets}
         return np.array([s in at_rest for s in self.mechanism.plant.states])
 
-    def settled(self, x: FloatArray | None, periods: int) -> FloatArray:
-        """Return the state after some periods from a state, or from rest.
+    def state_after(self, x: FloatArray | None, periods: int) -> FloatArray:
+        """Return the state some periods after a given state, or after rest.
 
         Raises
         ------
@@ -145,10 +145,10 @@ class PeriodMap:
         for _ in run.blocks():
             pass
         self._check(run)
-        return self._back(run.state.x, periods)
+        return self._to_start_frame(run.state.x, periods)
 
     def __call__(self, x: FloatArray, periods: int = 1, by_parameter: FloatArray | None = None) -> Image:
-        """Return where a state leads to in some periods.
+        """Return the image of a state after some periods.
 
         Raises
         ------
@@ -157,7 +157,10 @@ class PeriodMap:
         """
         n, p = x.size, len(self.names)
         seen = [x]
-        lanes = np.hstack([np.zeros((n, p)) if by_parameter is None else by_parameter, np.diag(1.0 - self.pinned(x))])
+        # A held state does not move with its own deviation: its column of the derivative is zero.
+        lanes = np.hstack(
+            [np.zeros((n, p)) if by_parameter is None else by_parameter, np.diag(1.0 - self.pinned_states(x))]
+        )
         run = self._run(periods, State(x, lanes), self.names, n)
         for _ in run.blocks():
             seen.append(run.state.x)
@@ -165,26 +168,27 @@ class PeriodMap:
         lanes = self.repetition.sign[:, None] ** periods * run.state.lanes
         size = np.ptp(np.array(seen), axis=0)
         return Image(
-            x=self._back(run.state.x, periods),
+            x=self._to_start_frame(run.state.x, periods),
             by_state=lanes[:, p:],
             by_parameter=lanes[:, :p],
+            # A state that does not move has no scale of its own; 1 avoids division by zero.
             size=np.where(size > 0.0, size, 1.0),
         )
 
     def stretch(
         self, start: State | None, skipped: int, periods: int, *, slopes: bool = True, finer: int = 1
     ) -> Stretch:
-        """Return the torque over some periods behind others, from a state or from rest.
+        """Return the torque over some periods after a number of skipped ones, from a state or from rest.
 
         Parameters
         ----------
         start : State or None
-            Its lanes are derivatives to the parameters; none where there are no slopes.
+            Its lanes are derivatives with respect to the parameters; none without slopes.
         skipped, periods : int
         slopes : bool
-            Whether derivatives to the parameters are wanted.
+            Whether derivatives with respect to the parameters are needed.
         finer : int
-            So many times the samples of a period, and so many times the steps.
+            Factor on the number of samples and of steps per period.
 
         Raises
         ------
@@ -208,39 +212,40 @@ class PeriodMap:
         self._check(run)
         return Stretch(torque, below)
 
-    def pinned(self, x: FloatArray) -> FloatArray:
+    def pinned_states(self, x: FloatArray) -> FloatArray:
         """Return 1 for each state that friction holds, (n,), 0 for the others."""
         return np.asarray(self._held & (x == 0.0), dtype=np.float64)
 
     def turns_off(self, apart: FloatArray) -> int:
-        """Return by how many electrical periods of the rotor two states are apart, as a whole number."""
-        return _times(apart, self.repetition.electrical)
+        """Return the distance of two states in electrical periods of the rotor, as a whole number."""
+        return _whole_shifts(apart, self.repetition.electrical)
 
     def modulo(self, apart: FloatArray) -> FloatArray:
-        """Return what two states are apart by, (n,), modulo the shifts that change nothing."""
-        return np.asarray(apart - _times(apart, self.repetition.whole) * self.repetition.whole, dtype=np.float64)
+        """Return the difference of two states, (n,), modulo the shifts that change nothing."""
+        return np.asarray(apart - _whole_shifts(apart, self.repetition.whole) * self.repetition.whole, dtype=np.float64)
 
     def simulator(self, samples: int, lanes: int, finer: int = 1) -> Simulator:
-        """Return the simulator of the steps at this rate, sampled so many times finer."""
+        """Return the simulator of the steps at this rate, with a factor on the sample rate."""
         command = replace(self.mode.command, rate=RateProfile.constant(self.rate))
         return Simulator(self.mechanism.plant, command, TimeBase(finer * self.sample_rate_hz, samples), capacity=lanes)
 
     @property
     def lanes(self) -> int:
-        """Derivatives that are carried at most."""
+        """Largest number of derivatives that are integrated."""
         return len(self.names) + len(self.mechanism.plant.states)
 
     def _run(self, periods: int, start: State | None, names: Sequence[str], state_lanes: int) -> Run:
         simulator = self.simulator(periods * self.samples + 1, self.lanes)
         own = directions(self.mechanism, names)
         lanes = np.hstack([own, np.zeros((len(own), state_lanes))])
+        # The range of each state is taken over the ends of the blocks.
         block = math.ceil(self.samples / MOTION.looks) if state_lanes else None
         run = simulator.run(self.mechanism.kernel_values(), substeps=self.substeps, directions=lanes, block=block)
         if start is not None:
             run.restart(start)
         return run
 
-    def _back(self, x: FloatArray, periods: int) -> FloatArray:
+    def _to_start_frame(self, x: FloatArray, periods: int) -> FloatArray:
         own = self.repetition
         return np.asarray(own.sign**periods * x - periods * own.turn, dtype=np.float64)
 
@@ -249,7 +254,7 @@ class PeriodMap:
             raise FitError(f"at {self.rate:.6g} steps/s: {run.outcome.value}")
 
 
-def _times(apart: FloatArray, shift: FloatArray) -> int:
-    """Return how many times a shift is nearest to what two states are apart by, told by the state it moves most."""
+def _whole_shifts(apart: FloatArray, shift: FloatArray) -> int:
+    """Return the multiple of a shift nearest to a difference of states, by the state that the shift moves most."""
     at = int(np.argmax(np.abs(shift)))
     return round(float(apart[at] / shift[at]))

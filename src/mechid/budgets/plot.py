@@ -1,4 +1,4 @@
-"""Plots of a budget: the level of each requirement over its limit, the line of sight of a mode."""
+"""Plots of a budget: level of each requirement relative to its limit, and line of sight of a mode."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FULL_STEPS = "rate, full steps/s"
 
 
 def plot_requirements(rows: Sequence[Mapping[str, Any]], ax: Axes | None) -> Axes:
-    """Draw each requirement's level over its limit, with its 95 % interval, as decides."""
+    """Draw each requirement's deciding level relative to its limit, with its 95 % interval."""
     axes, decided = axes_or_new(ax), [row["decided"] for row in rows]
     share = 1.0 - np.array([[*reversed(one["margin95"]), one["margin"]] for one in decided])
     places = np.arange(len(rows))
@@ -34,10 +34,10 @@ def plot_requirements(rows: Sequence[Mapping[str, Any]], ax: Axes | None) -> Axe
 
 
 def plot_mode(made: ModeBudget, ax: Axes | None) -> Axes:
-    """Draw the RMS of the line of sight over the rate, or over time of a profile."""
+    """Draw the RMS of the line of sight over the rate, or over time for a profile."""
     axes = axes_or_new(ax)
     if made.course is not None:
-        times, levels, over = made.course.window_times_s, made.course.windowed(), TIME
+        times, levels, over = made.course.window_times_s, made.course.windowed_rms(), TIME
         names = made.course.axes
     else:
         times, levels, over = made.mode.rates, np.array([r.rms() for r in made.responses]), FULL_STEPS

@@ -1,4 +1,4 @@
-"""An error of the line of sight: a bias, periodic parts by source, and a random part; and what an index makes of it."""
+"""Pointing error of the line of sight, a sum of bias, periodic and random parts, and its value under an index."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mechid.budgets.settings import LEVEL
 
 @dataclass(frozen=True)
 class Instants:
-    """Where one of several parts is looked at, (p,): all are equidistributed over the parts' phases and the window.
+    """Instants at which one of several parts is evaluated, (p,), equidistributed over all phases and the window.
 
     Parameters
     ----------
@@ -32,25 +32,25 @@ class Instants:
 
     @property
     def phase(self) -> FloatArray:
-        """Of the part, in turns, (p,)."""
+        """Phase of the part, in turns, (p,)."""
         return phases(self.parts + 1, self.points)[self.part]
 
     @property
     def position(self) -> FloatArray:
-        """In the index's window, 0 to 1, (p,); the same of all parts."""
+        """Position in the index's window, 0 to 1, (p,); the same for all parts."""
         return phases(self.parts + 1, self.points)[-1]
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A periodic error: lines at whole multiples of one frequency, added coherently.
+    """Periodic error: lines at integer multiples of one frequency, added coherently.
 
     Parameters
     ----------
     name : str
     fundamental_hz : float
     orders : (n,) int
-        Of each line, from 1.
+        Order of each line, from 1.
     phasors : (n, m) complex
         Peak amplitude and phase along each of m lines of sight, rad: the error is Re(phasor e^(2 pi i f t)).
     """
@@ -62,34 +62,34 @@ class Source:
 
     @property
     def frequency_hz(self) -> FloatArray:
-        """Of each line, (n,)."""
+        """Frequency of each line, (n,)."""
         return np.asarray(self.orders * self.fundamental_hz, dtype=np.float64)
 
     def waveform(self, index: Index, at: Instants) -> FloatArray:
-        """Return what it is under an index, (p, m) rad."""
-        turned = _turned if at.points > LEVEL.quick_points else _kept_turned
+        """Return the values under an index, (p, m) rad."""
+        turned = _line_values if at.points > LEVEL.quick_points else _cached_line_values
         lines = turned(tuple(self.orders.tolist()), self.fundamental_hz, index, at)
         return np.asarray((lines @ self.phasors).real, dtype=np.float64)
 
     def square(self, index: Index) -> FloatArray:
-        """Return its mean square under an index, (m,) rad^2, by the index's weights."""
+        """Return the mean square under an index, (m,) rad^2, by the index's weights."""
         return np.asarray(index.weight(self.frequency_hz) @ (0.5 * np.abs(self.phasors) ** 2), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """A part that is known at instants: its values under one index, which is that of every call.
+    """Part known at instants, by its values under one index; every call must use that index.
 
     Parameters
     ----------
     values : (n, m)
-        rad; equidistributed over the time, in no order.
+        rad; equidistributed over time, in any order.
     """
 
     values: FloatArray
 
     def waveform(self, index: Index, at: Instants) -> FloatArray:
-        """Return the values, (p, m) rad, at places in the list that are the phases of the instants."""
+        """Return the values, (p, m) rad, at the positions in the list given by the instants' phases."""
         del index
         return np.asarray(self.values[(at.phase * len(self.values)).astype(np.int64)], dtype=np.float64)
 
@@ -100,18 +100,18 @@ class Sampled:
 
 
 class Part(Protocol):
-    """What an error consists of beside bias and noise: something whose value is known up to one phase."""
+    """Part of an error besides bias and noise: its value is known up to one phase."""
 
     def waveform(self, index: Index, at: Instants) -> FloatArray:
-        """Return what it is under an index, (p, m) rad."""
+        """Return the values under an index, (p, m) rad."""
 
     def square(self, index: Index) -> FloatArray:
-        """Return its mean square under an index, (m,) rad^2."""
+        """Return the mean square under an index, (m,) rad^2."""
 
 
 @dataclass(frozen=True, eq=False)
 class Random:
-    """A Gaussian part: its one-sided power spectral density.
+    """Gaussian part with a one-sided power spectral density.
 
     Parameters
     ----------
@@ -125,39 +125,39 @@ class Random:
     density: FloatArray
 
     def variance(self, index: Index) -> FloatArray:
-        """Return its variance under an index, (m,) rad^2."""
+        """Return the variance under an index, (m,) rad^2."""
         return _variance(self, index)
 
 
 @lru_cache(maxsize=16)
 def _variance(random: Random, index: Index) -> FloatArray:
-    """Return a variance that all members of an ensemble have in common."""
+    """Return a variance shared by all members of an ensemble."""
     step = float(random.frequency_hz[1] - random.frequency_hz[0])
     return np.asarray(index.weight(random.frequency_hz) @ random.density * step, dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
 class Incoherent:
-    """Lines whose phases are not known, many enough that together they are taken as Gaussian.
+    """Lines of unknown phases, numerous enough to be treated together as Gaussian.
 
     Parameters
     ----------
     frequency_hz : (k,)
     power : (k, m)
-        Mean square of each along each line of sight, rad^2.
+        Mean square of each line along each line of sight, rad^2.
     """
 
     frequency_hz: FloatArray
     power: FloatArray
 
     def variance(self, index: Index) -> FloatArray:
-        """Return their variance under an index, (m,) rad^2."""
+        """Return the variance under an index, (m,) rad^2."""
         return np.asarray(index.weight(self.frequency_hz) @ self.power, dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
 class FlatRandom:
-    """A Gaussian part with a density that is flat up to a frequency.
+    """Gaussian part with a density that is flat up to a frequency.
 
     Parameters
     ----------
@@ -170,27 +170,27 @@ class FlatRandom:
     sigma: FloatArray
 
     def variance(self, index: Index) -> FloatArray:
-        """Return its variance under an index, (m,) rad^2."""
+        """Return the variance under an index, (m,) rad^2."""
         return flat_share(index, self.bandwidth_hz) * self.sigma**2
 
 
 @lru_cache(maxsize=64)
 def flat_share(index: Index, bandwidth_hz: float) -> float:
-    """Return the share of the variance of noise, flat up to a frequency, that an index keeps."""
+    """Return the share of the variance that an index keeps of noise that is flat up to a frequency."""
     points = max(LEVEL.least_points, int(LEVEL.points_a_lobe * bandwidth_hz * index.longest_s))
     return float(np.mean(index.weight(np.linspace(0.0, bandwidth_hz, points))))
 
 
 @dataclass(frozen=True, eq=False)
 class PointingError:
-    """The error along m lines of sight; its parts are not synchronous with one another.
+    """Error along m lines of sight; its parts are not synchronous with one another.
 
     Parameters
     ----------
     bias : (m,)
         rad.
     parts : tuple of Part
-        `Source` for lines, `Sampled` for a course over time.
+        `Source` for lines, `Sampled` for a time series.
     randoms : tuple of Random, FlatRandom or Incoherent
     """
 
@@ -217,9 +217,9 @@ class PointingError:
         return np.asarray(np.sqrt(square), dtype=np.float64)
 
     def waveforms(self, index: Index, points: int = LEVEL.points) -> FloatArray:
-        """Return what the parts are together under an index, (points, m) rad, without bias and random part.
+        """Return the sum of the parts under an index, (points, m) rad, without bias and random part.
 
-        The instants are equidistributed over all parts' phases and over the index's window.
+        The instants are equidistributed over the phases of all parts and over the index's window.
         """
         total = np.zeros((points, self.bias.size))
         for k, part in enumerate(self.parts):
@@ -227,26 +227,27 @@ class PointingError:
         return total
 
 
-def _turned(orders: tuple[int, ...], fundamental_hz: float, index: Index, at: Instants) -> ComplexArray:
+def _line_values(orders: tuple[int, ...], fundamental_hz: float, index: Index, at: Instants) -> ComplexArray:
     """Return lines of unit phasor under an index, (p, n)."""
     turning = np.exp(2j * np.pi * np.outer(at.phase, orders))
     return np.asarray(turning * index.gains(fundamental_hz * np.array(orders, dtype=np.float64), at.position - 0.5))
 
 
-_kept_turned = lru_cache(maxsize=32)(_turned)
-"""The members of an ensemble differ in their phasors alone. Some MB each, and only where the instants are few."""
+_cached_line_values = lru_cache(maxsize=32)(_line_values)
+"""Cached for the members of an ensemble, which differ only in phasors; for few instants: an entry takes some MB."""
 
 
 @lru_cache(maxsize=16)
 def phases(count: int, points: int) -> tuple[FloatArray, ...]:
-    """Return positions in turns, `count` times (points,): a Kronecker sequence, equidistributed on their torus.
+    """Return positions in turns, `count` times (points,): a Kronecker sequence, equidistributed on the torus.
 
-    The first walks evenly through its period, the others in steps of the powers of one irrational number, the
-    root of x^d = x + 1 with d the number of the others (Roberts' R_d sequence).
+    The first coordinate covers its period evenly. The others advance by the powers of one irrational number, the root
+    of x^d = x + 1 with d the number of the others (Roberts' R_d sequence).
     """
     k, others = np.arange(points, dtype=np.float64), max(count - 1, 1)
     root = 2.0
     for _ in range(60):
+        # Fixed-point iteration; it contracts by more than half, so that 60 steps reach machine precision.
         root = (1.0 + root) ** (1.0 / (others + 1))
     steps = [1.0 / points, *(root**-d for d in range(1, count))]
     return tuple((0.5 / points + k * step) % 1.0 for step in steps)

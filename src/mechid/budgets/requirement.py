@@ -1,4 +1,4 @@
-"""A requirement on the line of sight, and how an error stands against it."""
+"""Requirement on the line of sight, and the result of a mode against it."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from mechid.budgets.shares import Band
 
 @dataclass(frozen=True, kw_only=True)
 class Requirement:
-    """A line of the requirements.
+    """Requirement on one pointing error index.
 
     Parameters
     ----------
     name : str
     index : Index
     axis : str
-        A line of sight of the structure, or ``"cone"``: the angle between wanted and actual direction.
+        A line of sight of the structure, or ``"cone"``: the angle between desired and actual direction.
     limit_rad : float
     interpretation : str
         "temporal", "ensemble" or "mixed".
     confidence : float
     evaluation_period_s : float
-        Over which the error is looked at; windows fit into it.
+        Period of evaluation; all windows fit into it.
     """
 
     name: str
@@ -38,30 +38,30 @@ class Requirement:
 
     @property
     def worst_member_share(self) -> float | None:
-        """Share of an ensemble's members that are no worse than the worst one that counts; None where none does."""
+        """Share of an ensemble's members that do not exceed the reference worst one; None if no member is ranked."""
         return worst_share(self.confidence) if self.interpretation == "temporal" else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """How a mode of operation stands against a requirement.
+    """Result of a mode of operation against a requirement.
 
     Attributes
     ----------
     level : Band
         rad at the requirement's confidence.
     nominal_rad : float
-        The level over time of the nominal unit.
+        Level over time of the nominal unit.
     sampling_rad : float
-        Standard error that the level has since the ensemble is drawn; it is part of the band.
+        Sampling standard error of the level over the drawn ensemble; part of the band.
     ecss_rad : float
-        The same as `level` by the standard's own summation, |mean| + n_p sigma.
+        The level by the standard's own summation, |mean| + n_p sigma.
     others_rad : float
-        The level over time of the other sources alone, while the mechanism rests.
+        Level over time of the other sources alone, while the mechanism rests.
     residual_rad : float
-        By how much the level is larger for what the model lacks and the bench's records have left.
+        Increase of the level due to unmodelled torque in the residuals of the bench's records.
     spread_shares : mapping of str to float
-        Who makes the levels differ within the ensemble: shares of their variance.
+        Shares in the variance of the levels within the ensemble.
     """
 
     requirement: Requirement
@@ -76,11 +76,11 @@ class Standing:
 
     @property
     def margin(self) -> float:
-        """Share of the limit that is left; negative where it is exceeded."""
+        """Remaining share of the limit; negative if the limit is exceeded."""
         return 1.0 - self.level.value / self.requirement.limit_rad
 
     @property
     def margin95(self) -> tuple[float, float]:
-        """95 % interval of the margin by the level's band."""
+        """95 % interval of the margin, from the level's band."""
         low, high = self.level.ci95
         return 1.0 - high / self.requirement.limit_rad, 1.0 - low / self.requirement.limit_rad

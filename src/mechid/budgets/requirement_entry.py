@@ -1,4 +1,4 @@
-"""The ``[[requirement]]`` tables of a budget file."""
+"""Reader of the ``[[requirement]]`` tables of a budget file."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ REMEDIES = {
     "name": 'write name = "stability over an exposure"',
     "index": f"write one of {', '.join(KINDS)}",
     "axis": "write a line of sight of the structure, or cone",
-    "limit_rad": "write the limit in rad, as 1e-6",
+    "limit_rad": "write the limit in rad, such as 1e-6",
     "interpretation": f"write one of {', '.join(INTERPRETATIONS)}",
-    "confidence": "write the share, as 0.9973",
-    "evaluation_period_s": "write the time in s over which the error is looked at",
+    "confidence": "write the share, such as 0.9973",
+    "evaluation_period_s": "write the time in s over which the error is evaluated",
 }
 
 
 def read_requirements(table: Mapping[str, Any], place: Place, axes: Sequence[str]) -> tuple[Requirement, ...]:
-    """Return the requirements, none where there are none; `axes` are the structure's lines of sight.
+    """Return the requirements, empty if there are none; `axes` are the structure's lines of sight.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) ->
         raise place.key("evaluation_period_s").error(f"found {period:.9g}; the windows take {index.longest_s:.9g} s")
     confidence = number(entry["confidence"], place.key("confidence"), "1")
     if not 0.0 < confidence < 1.0:
-        raise place.key("confidence").error(f"found {confidence:.9g}; write a share between 0 and 1, as 0.9973")
+        raise place.key("confidence").error(f"found {confidence:.9g}; write a share between 0 and 1, such as 0.9973")
     return Requirement(
         name=text(entry["name"], place.key("name"), REMEDIES["name"]),
         index=index,

@@ -1,4 +1,4 @@
-"""Public function that predicts the line of sight's error against requirements."""
+"""Public function for predicting the line-of-sight error and comparing it with requirements."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ def budget(
     executor: Executor | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Budget:
-    """Predict the line of sight's error against requirements.
+    """Predict the line-of-sight error and compare it with requirements.
 
     Parameters
     ----------
     source : Path or mapping
         BUDGET.toml, or the tables that it would hold (docs/budget.md): ``flight``, ``structure``, ``mode``,
-        ``requirement``, ``error``; names of files are taken from the working folder then.
+        ``requirement``, ``error``. File names in tables are relative to the working folder.
     fit : Fit, Path or None
-        What flies, in place of the file that ``estimate`` names: a fit that holds its campaign, or a result folder.
+        Fit of the mechanism that flies, in place of the file that ``estimate`` names: a fit that holds its campaign, or
+        a result folder.
     structure : Structure or None
-        What it is mounted on, in place of the file that ``structure`` names.
+        Structure that carries the mechanism, in place of the file that ``structure`` names.
     workers : int
-        Threads.
+        Number of threads.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor, as `distributed.Client.get_executor()`; None uses threads.
     say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
@@ -61,14 +62,14 @@ def budget(
     --------
     >>> import mechid
     >>> made = mechid.budget("mechid-demo/budget.toml")  # doctest: +SKIP
-    >>> [standing.level.estimate_rad for standing in made.standings]  # doctest: +SKIP
+    >>> [standing.level.value for standing in made.standings]  # doctest: +SKIP
     """
     if isinstance(source, Mapping):
-        asked = budget_of_table(source, structure=structure, has_estimate=fit is not None)
+        requested = budget_of_table(source, structure=structure, has_estimate=fit is not None)
     else:
-        asked = read_budget_file(source, structure=structure, has_estimate=fit is not None)
+        requested = read_budget_file(source, structure=structure, has_estimate=fit is not None)
     if not isinstance(fit, Fit):
-        asked = asked if fit is None else replace(asked, estimate=estimate_path(fit))
-        fit = read_fit(asked.estimate)
+        requested = requested if fit is None else replace(requested, estimate=estimate_path(fit))
+        fit = read_fit(requested.estimate)
     with telling(say) as tell:
-        return make_budget(asked, fit, workers, tell, executor=executor)
+        return make_budget(requested, fit, workers, tell, executor=executor)

@@ -1,4 +1,4 @@
-"""Settings of the budget: motions that repeat and their lines, levels and their draws, and what the residual adds."""
+"""Settings of the budget: periodic motions and their lines, levels and their draws, residual torque."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class MotionSettings:
-    """How a steady motion is found at a rate, and its lines."""
+    """Settings of the search for a steady motion at a rate, and of its lines."""
 
     # Lines, held against long direct simulations (docs/budget.md).
 
@@ -65,10 +65,10 @@ class MotionSettings:
     sample_rate_hz: float = 10_000.0
     """Least sample rate."""
     above_cut_off: float = 10.0
-    """Least samples a second over the highest frequency of a line: what folds back to a line lies nine times higher,
-    where the filter before the lines lets 1/9^8 of it through."""
+    """Least ratio of the sample rate to the highest frequency of a line: components that alias to a line lie nine times
+    higher, where the anti-alias filter passes 1/9^8."""
     looks: int = 16
-    """States looked at in a period, for their size."""
+    """States sampled in a period for their range."""
     longest_s: float = 120.0
     """Period above which a motion is taken as one that does not repeat."""
     least_s: float = 0.5
@@ -83,7 +83,7 @@ class MotionSettings:
 
 @dataclass(frozen=True)
 class LevelSettings:
-    """Numbers of draws and instants for levels. Each error that they leave is reported or far below the level."""
+    """Numbers of draws and instants for levels; each error that they cause is reported or far below the level."""
 
     points: int = 8192
     """Instants at which the sum of the sources is looked at; a level is good to some 1e-4 with one source."""
@@ -106,7 +106,7 @@ class LevelSettings:
     stretch_across: float = 0.5
     """Excess over 1 shared by all other directions: the worst of two equal biases at right angles are on a circle."""
     missed_draws: int = 128
-    """Draws of what the model misses."""
+    """Draws of the model discrepancy."""
     share_draws: int = 512
     """Draws of the variance shares, a power of two for Sobol's sequence."""
     samples: int = 200
@@ -139,7 +139,7 @@ class LevelSettings:
 
 @dataclass(frozen=True)
 class ResidualRules:
-    """When what a fit leaves on the bench counts as a source in flight, and how it is carried over."""
+    """Rules for using the residual of a fit as a source in flight, and for its transfer."""
 
     noise_error: float = 3.7
     """Relative standard error of residual power over noise power, times the root of the samples: sqrt(2) of the one and

@@ -1,4 +1,4 @@
-"""A band from the parameters' covariance, and whose uncertainty makes it: linear, or by quasi-random draws."""
+"""Bands from the covariance of the parameters, with the share of each parameter in the variance."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from mechid.budgets.settings import LEVEL
 
 TWO_SIDED_95 = 1.959964
 CURVATURE = "curvature"
-"""The share of a drawn variance that no straight line in the parameters explains."""
+"""Share of a sampled variance that is not linear in the parameters."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """A value with its standard error, and each parameter's share of the variance.
+    """Value with its standard error, and each parameter's share of the variance.
 
     The shares are g_i (C g)_i / (g' C g), g the gradient and C the covariance: they add to 1. With correlated
-    parameters one may be negative: it offsets others.
+    parameters a share may be negative: it offsets others.
     """
 
     value: float
@@ -42,21 +42,24 @@ def deviations(covariance: FloatArray, count: int, rng: np.random.Generator) -> 
     return np.asarray(rng.normal(size=(count, len(sizes))) @ root.T, dtype=np.float64)
 
 
-def drawn(value: float, function: Callable[[FloatArray], float], covariance: FloatArray, names: Sequence[str]) -> Band:
-    """Return the band of a function that a gradient at one point would not do justice, as a quantile with its kinks.
+def band_from_draws(
+    value: float, function: Callable[[FloatArray], float], covariance: FloatArray, names: Sequence[str]
+) -> Band:
+    """Return the band of a function with kinks, such as a quantile, where a gradient at one point is not sufficient.
 
     The parameters' deviations are drawn from their covariance by a scrambled Sobol sequence. The
-    gradient behind the shares is the straight line through the draws, and what it leaves is `CURVATURE`.
+    gradient of the shares comes from a linear regression through the draws; the remaining variance is `CURVATURE`.
 
     Parameters
     ----------
     value : float
     function : callable
-        From deviations of the parameters, (n,), to the value.
+        Value as a function of the parameters' deviations, (n,).
     covariance : (n, n)
     names : sequence of str, (n,)
     """
     sizes, axes = np.linalg.eigh(covariance)
+    # A singular covariance has directions without variance, which need no coordinate of the sequence.
     keep = sizes > 1e-12 * sizes.max(initial=0.0)
     if not keep.any():
         return Band(value, 0.0, dict.fromkeys(names, 0.0))

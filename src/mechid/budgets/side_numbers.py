@@ -1,4 +1,4 @@
-"""The forces and moments beside the torque as a budget shows them, as plain dicts."""
+"""Other force and moment components of a budget as plain dicts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mechid.units import unit_words
 
 
 def side_of_bench(source: SideSource | None) -> dict[str, Any]:
-    """Return how the mechanism stood on a table of several components, and which of them fly; nothing without one."""
+    """Return the mounting of the mechanism on the bench and the components that fly; empty without any."""
     if source is None:
         return {}
     mounting = source.measured.mounting
@@ -21,14 +21,14 @@ def side_of_bench(source: SideSource | None) -> dict[str, Any]:
             "drive_axis": mounting.drive_axis,
             "mounting_point_m": list(mounting.point_m),
             "frame": source.frame.tolist(),
-            "flying": list(source.flying),
+            "flying": list(source.flying_components),
             "left_out": dict(source.absent),
         }
     }
 
 
 def side_of_mode(made: ModeBudget) -> dict[str, Any]:
-    """Return what drive torque and each component beside it make of the line of sight at the worst rate; or nothing."""
+    """Return the line-of-sight RMS of drive torque and each component at the worst rate; empty without any."""
     at = made.responses[made.worst]
     if at.side is None:
         return {}

@@ -1,8 +1,8 @@
-"""What the forces and moments beside the drive torque make of the line of sight at one rate.
+"""Line-of-sight response to the other force and moment components at one rate.
 
-Lines with a phase to the drive torque add to it, coherently. Those without add by their magnitudes, in whatever phase
-the rest has: a bound of each line along each line of sight. At orders at which the model has no line there is no phase
-to add to; they are a source of their own.
+Lines with a phase relative to the drive torque are added coherently. Lines without are added by magnitude, in phase
+with the rest, as a bound of each line along each line of sight. At orders without a modelled line there is no phase to
+add to; these lines form a separate source.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from mechid.budgets.steady_state import SteadyState
 
 @dataclass(frozen=True, eq=False)
 class SideResponse:
-    """The components at the lines of a steady torque.
+    """Components at the lines of a steady torque.
 
     Attributes
     ----------
     here : SideHere
     at : (n,) of int
-        The place of each of the model's lines among the orders tracked, -1 where it is none of them.
+        Position of each modelled line among the tracked orders, -1 for an untracked one.
     phase : (n,) complex
-        Of the model's lines, of magnitude 1; 0 where a line is no larger than its own error.
+        Phase factors of the modelled lines, of magnitude 1; 0 for a line below its own error.
     transfer : (n, m, s) complex
         Line of sight per component, rad/N or rad/(N m).
     alone : Incoherent or None
-        What stands at orders at which the model has no line; None where nothing does.
+        Components at orders without a modelled line; None if there are none.
     """
 
     here: SideHere
@@ -46,47 +46,47 @@ class SideResponse:
 
     @property
     def lines(self) -> ComplexArray:
-        """Components with their phase, (n, s) N or N m; 0 where it is not known."""
-        return np.asarray(_taken(self.here.lines, self.at) * self.phase[:, None])
+        """Components with a known phase, (n, s) N or N m; 0 otherwise."""
+        return np.asarray(_rows_or_zero(self.here.lines, self.at) * self.phase[:, None])
 
     @property
     def bounds(self) -> FloatArray:
-        """Amplitudes of those without, (n, s)."""
-        without = np.where(self.phase[:, None] == 0.0, np.abs(_taken(self.here.lines, self.at)), 0.0)
-        return np.asarray(_taken(self.here.bounds, self.at) + without, dtype=np.float64)
+        """Amplitudes of components without a known phase, (n, s)."""
+        without = np.where(self.phase[:, None] == 0.0, np.abs(_rows_or_zero(self.here.lines, self.at)), 0.0)
+        return np.asarray(_rows_or_zero(self.here.bounds, self.at) + without, dtype=np.float64)
 
     @property
     def coherent(self) -> ComplexArray:
-        """Line of sight of those with their phase, (n, m) rad."""
+        """Line of sight of the components with a known phase, (n, m) rad."""
         return np.asarray(np.einsum("nms,ns->nm", self.transfer, self.lines))
 
     def parts(self) -> ComplexArray:
-        """Return the line of sight of each component by itself, (n, m, s) rad; of one without phase its magnitude."""
+        """Return the line of sight of each component alone, (n, m, s) rad; the magnitude if its phase is unknown."""
         return np.asarray(self.transfer * self.lines[:, None, :] + np.abs(self.transfer) * self.bounds[:, None, :])
 
-    def added(self, drive: ComplexArray) -> ComplexArray:
-        """Return what drive torque and components make of the line of sight together, (n, m) rad."""
+    def add_to(self, drive: ComplexArray) -> ComplexArray:
+        """Return the line of sight of drive torque and components together, (n, m) rad."""
         return _with_bound(drive + self.coherent, np.einsum("nms,ns->nm", np.abs(self.transfer), self.bounds))
 
     def slopes(self, turning: FloatArray) -> ComplexArray:
-        """Return the derivative of the coherent part, (p, n, m) rad: phases follow the drive torque's.
+        """Return the derivative of the coherent part, (p, n, m) rad: its phases follow those of the drive torque.
 
         Parameters
         ----------
         turning : (p, n)
-            Derivative of the phases of the drive torque's lines to the parameters, rad.
+            Derivative of the phases of the drive torque's lines with respect to the parameters, rad.
         """
         return np.asarray(1j * turning[:, :, None] * self.coherent[None, :, :])
 
-    def drawn(self, drive: ComplexArray, turned: FloatArray, rng: np.random.Generator) -> ComplexArray:
-        """Return draws of what both may be together, (k, n, m) rad.
+    def draw(self, drive: ComplexArray, turned: FloatArray, rng: np.random.Generator) -> ComplexArray:
+        """Return draws of drive torque and components together, (k, n, m) rad.
 
         Parameters
         ----------
         drive : (k, n, m) complex
-            Draws of what the drive torque makes, rad.
+            Draws of the line of sight due to the drive torque, rad.
         turned : (k, n)
-            By how much the drive torque's phase is off in each, rad: the components follow it.
+            Phase error of the drive torque in each draw, rad; the components follow it.
         rng : Generator
         """
         k, (n, s) = len(drive), self.lines.shape
@@ -94,7 +94,7 @@ class SideResponse:
         for line, order in enumerate(self.at):
             if order >= 0:
                 errors[:, line] = _complex_gaussian(self.here.covariance[order], k, rng)
-        turn = turned + rng.normal(size=(k, n)) * _taken(self.here.turn[:, None], self.at)[:, 0]
+        turn = turned + rng.normal(size=(k, n)) * _rows_or_zero(self.here.turn[:, None], self.at)[:, 0]
         counts = np.abs(self.lines) > 0.0
         lines = (self.lines + np.where(counts, errors * self.phase[:, None], 0.0)) * np.exp(1j * turn)[:, :, None]
         coherent = np.einsum("nms,kns->knm", self.transfer, lines)
@@ -107,12 +107,13 @@ def side_response(state: SteadyState, source: SideSource, here: SideHere, highes
     orders = list(TRACKED)
     at = np.array([orders.index(q) if q in orders else -1 for q in state.step_orders.tolist()], dtype=np.int64)
     size = np.abs(state.lines)
+    # The phase of a line within its numerical error is arbitrary: components there count by magnitude.
     phase = np.where(size > state.error, state.lines / np.where(size > 0.0, size, 1.0), 0.0)
     return SideResponse(here, at, phase, source.transfer(state.frequency_hz), _alone(state, source, here, highest_hz))
 
 
 def _alone(state: SteadyState, source: SideSource, here: SideHere, highest_hz: float) -> Incoherent | None:
-    """Return what stands where the model has no line: the components' magnitudes added."""
+    """Return the components at orders without a modelled line, their magnitudes added."""
     size, frequency = np.abs(here.lines) + here.bounds, abs(state.rate) * np.array(TRACKED)
     kept = ~np.isin(TRACKED, state.step_orders) & size.any(axis=1) & (frequency <= highest_hz)
     if not kept.any():
@@ -121,20 +122,21 @@ def _alone(state: SteadyState, source: SideSource, here: SideHere, highest_hz: f
     return Incoherent(frequency[kept], 0.5 * amplitude**2)
 
 
-def _taken(values: NDArray[Any], at: IntArray) -> NDArray[Any]:
-    """Return rows by their places, zero for a place of -1."""
+def _rows_or_zero(values: NDArray[Any], at: IntArray) -> NDArray[Any]:
+    """Return rows by position, zero for a position of -1."""
     known = (at >= 0).reshape(-1, *[1] * (values.ndim - 1))
     return np.where(known, values[at], 0.0)
 
 
 def _with_bound(total: ComplexArray, bound: FloatArray) -> ComplexArray:
-    """Return phasors made longer by a magnitude."""
+    """Return phasors lengthened by a magnitude."""
     size = np.abs(total)
+    # A total of zero has no direction; the bound then takes the real one.
     return np.asarray(total + bound * np.where(size > 0.0, total / np.where(size > 0.0, size, 1.0), 1.0))
 
 
 def _complex_gaussian(covariance: ComplexArray, count: int, rng: np.random.Generator) -> ComplexArray:
-    """Return draws of circular complex Gaussians, (count, s), of a covariance E[e e^H]."""
+    """Return draws of circular complex Gaussians, (count, s), with covariance E[e e^H]."""
     values, vectors = np.linalg.eigh(covariance)
     unit = rng.normal(size=(2, count, values.size)) / np.sqrt(2.0)
     return np.asarray((unit[0] + 1j * unit[1]) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T)

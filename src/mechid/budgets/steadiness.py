@@ -1,4 +1,4 @@
-"""Steadiness of a mode's motions in numbers and words: transients, several motions at a rate, none that repeats."""
+"""Steadiness of a mode's motions: slow transients, coexisting motions, non-repeating motions, and their warnings."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from mechid.budgets.line_of_sight import Response
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.settings import MOTION
 
-TOLD_RATES = 6
-"""Rates named in a line; all are in the table and in the files."""
+SHOWN_RATES = 6
+"""Largest number of rates in a line; all are in the table and in the files."""
 
 
 def steadiness(made: ModeBudget) -> dict[str, Any]:
-    """Return what is shown of a mode's steady states: at each rate how transients decay, and where there are several.
+    """Return the results on a mode's steady states: decay of transients at each rate, and rates with several states.
 
-    `slowest` is the rate at which a transient takes longest, NaN where no motion repeats; `several` has the rates with
-    more than one steady state, or with one that repeats only after several periods, or never, or in which the rotor
-    does not follow.
+    `slowest` is the rate with the slowest transient, NaN if no motion repeats. `several` lists the rates with more than
+    one steady state, with one that repeats only after several periods or never, or in which the rotor does not follow.
     """
     every = [(r.state.decay_s, r.state.rate) for here in made.states for r in here if r.state.periods]
     decay_s, rate = max(every, default=(math.nan, math.nan))
@@ -30,7 +29,7 @@ def steadiness(made: ModeBudget) -> dict[str, Any]:
         "several": [
             {
                 "rate": float(made.mode.rates[k]),
-                "differs": bool(made.differing(k)),
+                "differs": bool(made.differing_states(k)),
                 "states": [_state(r, made.responses[k]) for r in here],
             }
             for k, here in enumerate(made.states)
@@ -54,42 +53,47 @@ def _state(response: Response, worst: Response) -> dict[str, Any]:
 
 
 def steadiness_words(made: ModeBudget) -> Iterator[str]:
-    """Yield what must be known of a mode's steady states before its margins are relied on."""
+    """Yield the cautions about a mode's steady states that affect its margins."""
     name, every = made.mode.name, [(r.state.rate, r.state) for here in made.states for r in here]
-    ratios = {at.state.rate: _ratio(at, made.differing(k)) for k, at in enumerate(made.responses) if made.differing(k)}
+    ratios = {
+        at.state.rate: _ratio(at, made.differing_states(k))
+        for k, at in enumerate(made.responses)
+        if made.differing_states(k)
+    }
     if ratios:
         yield (
-            f'mode "{name}": at {_named(list(ratios))} the disturbance depends on how the rate was reached, '
+            f'mode "{name}": at {_list_rates(list(ratios))} the disturbance depends on how the rate was reached, '
             f"by a factor of up to {max(ratios.values()):.2g}; the worse counts"
         )
     divided = sorted({rate for rate, s in every if s.periods > 1 and s.follows})
     if divided:
-        yield f'mode "{name}": at {_named(divided)} the motion repeats only after several periods, with lines between'
+        rates_words = _list_rates(divided)
+        yield f'mode "{name}": at {rates_words} the motion repeats only after several periods, with lines between'
     lost = sorted({rate for rate, s in every if not s.follows})
     if lost:
-        yield f'mode "{name}": at {_named(lost)} the rotor does not follow the command, or not from each start'
+        yield f'mode "{name}": at {_list_rates(lost)} the rotor does not follow the command, or not from each start'
     slow = sorted({rate for rate, s in every if s.decay_s > MOTION.slow * made.mode.settle_s})
     if slow:
         longest = max(s.decay_s for _, s in every if not math.isnan(s.decay_s))
         yield (
-            f'mode "{name}": at {_named(slow)} transients decay in up to {longest:.2g} s; a run shorter than some '
+            f'mode "{name}": at {_list_rates(slow)} transients decay in up to {longest:.2g} s; a run shorter than some '
             "times that is not steady"
         )
 
 
 def _ratio(worst: Response, others: Sequence[Response]) -> float:
-    """Return the RMS of the worst steady state over that of the least of the others, along the largest axis."""
+    """Return the RMS of the worst steady state over the least of the others, along the largest axis."""
     axis = int(worst.whole_rms().argmax())
     return float(worst.whole_rms()[axis] / min(other.whole_rms()[axis] for other in others))
 
 
-def _named(rates: Sequence[float]) -> str:
+def _list_rates(rates: Sequence[float]) -> str:
     """Return rates in words.
 
     Examples
     --------
-    >>> _named([23.0, 46.25])
+    >>> _list_rates([23.0, 46.25])
     '23, 46.25 steps/s'
     """
-    more = f" and {len(rates) - TOLD_RATES} further rates" if len(rates) > TOLD_RATES else ""
-    return ", ".join(f"{rate:.5g}" for rate in rates[:TOLD_RATES]) + f" steps/s{more}"
+    more = f" and {len(rates) - SHOWN_RATES} further rates" if len(rates) > SHOWN_RATES else ""
+    return ", ".join(f"{rate:.5g}" for rate in rates[:SHOWN_RATES]) + f" steps/s{more}"

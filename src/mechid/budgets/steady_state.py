@@ -1,4 +1,4 @@
-"""A mechanism stepped at one rate until it repeats: its lines, their derivatives, and what does not repeat."""
+"""Steady state of a mechanism at one step rate: lines, their derivatives, and the non-repeating part."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 @dataclass(frozen=True, eq=False)
 class SteadyState:
-    """The torque on the base at one rate.
+    """Torque on the base at one rate.
 
     Attributes
     ----------
@@ -35,35 +35,35 @@ class SteadyState:
     steps : int
         Full steps after which the mechanism's equations are the same.
     periods : int
-        It repeats after so many times those; 0 where it does not.
+        Number of such periods after which the motion repeats; 0 if it does not.
     orders : (n,) int
-        The lines stand at these multiples of `fundamental_hz`.
+        Lines, as multiples of `fundamental_hz`.
     lines : (n,) complex
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
-        Derivative of the lines to the parameters asked for.
+        Derivative of the lines with respect to the requested parameters.
     error : (n,)
-        What the lines may be off by, N m: sampling and integration, of a motion that does not repeat the scatter over
-        its stretch.
+        Error of the lines, N m: sampling and integration, or, for a motion that does not repeat, the scatter over its
+        section.
     sample_rate_hz : float
     samples_a_period : float
-        Of the finest samples that the lines were made from.
+        Of the finest samples from which the lines were computed.
     torque : (N,)
-        Of a stretch of the motion, N m.
+        Section of the motion, N m.
     residual : (N,)
-        What does not repeat, N m.
+        Non-repeating part, N m.
     rms : float
-        Of the torque about its mean, N m.
+        RMS of the torque about its mean, N m.
     rms_error : float
-        Standard error of `rms`, N m: of a motion that does not repeat, over its stretch; else 0.
+        Standard error of `rms`, N m, over the section of a motion that does not repeat; otherwise 0.
     x : (n_x,)
-        State at the stretch's start.
+        State at the start of the section.
     multipliers : (k,) complex
-        Floquet multipliers over `periods`, largest first; none where it does not repeat.
+        Floquet multipliers over `periods`, largest first; empty for a motion that does not repeat.
     follows : bool
         Whether the rotor keeps up with the command.
     size : (n_x,)
-        How much each state moves.
+        Range of each state.
     reached : tuple of str
         Ways in which the motion was reached: from rest, or from that of the next lower or higher rate.
     """
@@ -89,38 +89,38 @@ class SteadyState:
 
     @property
     def fundamental_hz(self) -> float:
-        """Of which all lines are multiples: half the rate where the mechanism repeats after two steps."""
+        """Frequency of which all lines are multiples: half the rate if the mechanism repeats after two steps."""
         return self.rate / (self.steps * max(self.periods, 1))
 
     @property
     def largest_multiplier(self) -> float:
-        """Modulus of the largest Floquet multiplier; NaN where the motion does not repeat."""
+        """Modulus of the largest Floquet multiplier; NaN if the motion does not repeat."""
         return float(np.abs(self.multipliers[0])) if self.multipliers.size else math.nan
 
     @property
     def decay_s(self) -> float:
-        """Time in which the slowest transient falls to 1/e; NaN where the motion does not repeat."""
+        """Time in which the slowest transient falls to 1/e; NaN if the motion does not repeat."""
         largest = self.largest_multiplier
         return -self.steps * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
 
     @property
     def frequency_hz(self) -> FloatArray:
-        """Of each line, (n,)."""
+        """Frequency of each line, (n,)."""
         return np.asarray(self.fundamental_hz * self.orders, dtype=np.float64)
 
     @property
     def step_orders(self) -> FloatArray:
-        """Of each line, (n,): its multiple of the step rate."""
+        """Multiple of the step rate of each line, (n,)."""
         return np.asarray(self.orders / (self.steps * max(self.periods, 1)), dtype=np.float64)
 
-    def turned(self, moved: ComplexArray) -> FloatArray:
-        """Return by how much small changes of the lines, (k, n) N m, turn their phases, (k, n) rad; 0 of no line."""
+    def phase_changes(self, moved: ComplexArray) -> FloatArray:
+        """Return the phase changes of the lines, (k, n) rad, for small changes (k, n) N m; 0 for a line of zero."""
         here = self.lines != 0.0
         return np.asarray(np.imag(moved * np.where(here, 1.0 / np.where(here, self.lines, 1.0), 0.0)))
 
     @property
     def floor(self) -> FloatArray:
-        """Amplitude above which each line is right to `MOTION.relative`, (n,) N m, down to `MOTION.verified`."""
+        """Amplitude above which each line is accurate to `MOTION.relative`, (n,) N m, at least `MOTION.verified`."""
         least = MOTION.verified * float(np.abs(self.lines).max(initial=0.0))
         return np.maximum(self.error / MOTION.relative, least)
 
@@ -138,11 +138,11 @@ def steady_state(
     substeps: int,
     start: FloatArray | None = None,
 ) -> SteadyState:
-    """Return the lines of a mode at one rate, on a base that holds or on its modes.
+    """Return the lines of a mode at one rate, on a held base or coupled with structural modes.
 
-    The motion is simulated until it tends to one that repeats, which shooting then finds: however slowly the rest of
-    the transient decays, it is gone. A motion that does not repeat, as any on a clock with a tick, is analysed over
-    whole periods of the equations; what lies on no line of those does not repeat.
+    The motion is simulated until it approaches a periodic one, which shooting then determines, so that slow transients
+    are removed. A motion that does not repeat, such as any on a clock with a tick, is analysed over whole periods of
+    the equations; the part that lies on none of their lines is the non-repeating part.
 
     Parameters
     ----------
@@ -151,11 +151,11 @@ def steady_state(
     rate : float
         Full steps/s.
     names : sequence of str, (p,)
-        Parameters to which the derivative is wanted; may be empty.
+        Parameters whose derivatives are needed; may be empty.
     substeps : int
-        Integration steps a sample.
+        Integration steps per sample.
     start : (n_x,) or None
-        State from which it is run; None is at rest.
+        Initial state; None is at rest.
 
     Raises
     ------
@@ -165,33 +165,35 @@ def steady_state(
     period = PeriodMap(with_line_filter(mechanism, cut_off(mode)), mode, rate, tuple(names), substeps)
     settle = periods_to_settle(mode, period.duration_s)
     if not period.repeats:
-        return _not_repeating(period, start, settle)
+        return _non_repeating_state(period, start, settle)
     x = start
     for k in range(MOTION.rounds):
-        x = period.settled(x, settle)
+        # Longer repetitions are searched in the last round only: a slow transient of period one looks like one of
+        # period two.
+        x = period.state_after(x, settle)
         orbit = find_orbit(period, x, MOTION.most_periods if k + 1 == MOTION.rounds else 1)
         if orbit is not None:
-            return _repeating(period, orbit)
-    return _not_repeating(period, start, MOTION.rounds * settle)
+            return _repeating_state(period, orbit)
+    return _non_repeating_state(period, start, MOTION.rounds * settle)
 
 
 def cut_off(mode: OperatingMode) -> float:
-    """Return the cut-off of the filter before a mode's lines, rad/s: at the highest that counts."""
+    """Return the cut-off of the anti-alias filter of a mode's lines, rad/s: its highest frequency."""
     return 2.0 * math.pi * mode.highest_hz
 
 
 def periods_to_settle(mode: OperatingMode, duration_s: float) -> int:
-    """Return the periods of a duration that a mode takes until it counts as steady."""
+    """Return the number of periods until a mode is taken as steady."""
     return math.ceil(mode.settle_s / duration_s)
 
 
-def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
-    """Return the steady state of a motion that repeats, worked out over one time round."""
+def _repeating_state(period: PeriodMap, orbit: Orbit) -> SteadyState:
+    """Return the steady state of a repeating motion, computed over one repetition."""
     found = lines_of_repeating(period, orbit)
     times = math.ceil(MOTION.least_s / (period.duration_s * orbit.periods))
     torque = np.tile(found.torque, max(times, 1))
     return SteadyState(
-        **_of_lines(period, found),
+        **_line_fields(period, found),
         periods=orbit.periods,
         torque=torque,
         residual=np.zeros(torque.size),
@@ -203,15 +205,15 @@ def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
     )
 
 
-def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
-    """Return what a motion that does not repeat is over a stretch behind so many periods."""
+def _non_repeating_state(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
+    """Return the steady state of a motion that does not repeat, over a section after skipped periods."""
     periods = math.ceil(MOTION.endless_s / period.duration_s)
     at_rest = None if start is None else State(start, np.zeros((start.size, len(period.names))))
     found, residual, rms_error = lines_with_scatter(period, at_rest, skipped, periods)
-    x = period.settled(start, skipped)
+    x = period.state_after(start, skipped)
     on = period(x, periods)
     return SteadyState(
-        **_of_lines(period, found),
+        **_line_fields(period, found),
         periods=0,
         torque=found.torque,
         residual=residual,
@@ -223,7 +225,7 @@ def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) ->
     )
 
 
-def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
+def _line_fields(period: PeriodMap, found: Lines) -> dict[str, Any]:
     return {
         "rate": period.rate,
         "steps": period.steps,
@@ -238,19 +240,19 @@ def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
 
 
 def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str] = ()) -> int:
-    """Return the integration steps a sample that the promised accuracy needs at the mode's highest rate.
+    """Return the integration steps per sample that the promised accuracy needs at the mode's highest rate.
 
-    With the `names` of the derivatives that are wanted later the same kernel serves.
+    Given the `names` of the derivatives that are needed later, it compiles the kernel that they use.
     """
     period = PeriodMap(with_line_filter(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
     simulator = period.simulator(round(0.2 * MOTION.sample_rate_hz), period.lanes)
     return simulate_accurately(simulator, period.mechanism.kernel_values()).substeps
 
 
-def simulated(
+def simulate_torque(
     simulator: Simulator, mechanism: Mechanism, names: Sequence[str], substeps: int, start: State | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return torque (n, 1) and its derivatives (n, p) to the parameters named.
+    """Return torque (n, 1) and its derivatives (n, p) with respect to named parameters.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The ``[structure]`` table of a budget file."""
+"""Reader of the ``[structure]`` table of a budget file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ KEYS = (
     "frame",
 )
 OF_BUDGET = ("attitude_control", "coupled_below_hz", "frame")
-"""Keys that are no matter of the structure's file."""
+"""Keys that apply with a structure from memory too."""
 TABLE_REMEDY = "write a table, [structure]"
 LOCATION_KEYS = ("node", "direction", "factor")
 LINE_KEYS = ("name", *LOCATION_KEYS)
@@ -47,9 +47,9 @@ COUPLED_BELOW_HZ = 150.0
 def read_structure_entry(
     table: Mapping[str, Any], place: Place, folder: Path, given: Structure | None = None
 ) -> tuple[Structure, float]:
-    """Return the structure, and up to which frequency in Hz its modes are joined with the mechanism.
+    """Return the structure, and the frequency in Hz up to which its modes are coupled with the mechanism.
 
-    One that is `given` takes the place of the file's.
+    A structure that is `given` replaces the file's.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def read_structure_entry(
     refuse_unknown_keys(entry, KEYS if given is None else OF_BUDGET, at)
     coupled = number(entry.get("coupled_below_hz", COUPLED_BELOW_HZ), at.key("coupled_below_hz"), "Hz")
     if given is not None:
-        return _controlled(given, entry, at), coupled
+        return _with_attitude_control(given, entry, at), coupled
     file = text(required(entry, "file", at, 'write file = "structure.toml"'), at.key("file"), "write a file's name")
     axis = one_of(table["axis"], ROTATIONS, place.key("axis")) if "axis" in table else ""
     try:
@@ -72,7 +72,7 @@ def read_structure_entry(
         raise InputFileError(
             str(error) if str(error).startswith(place.file) else f"{at.key('file')}: {error}"
         ) from error
-    return _controlled(structure, entry, at), coupled
+    return _with_attitude_control(structure, entry, at), coupled
 
 
 def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
@@ -99,7 +99,7 @@ def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
 
 
 def _named_directions(entry: Mapping[str, Any], place: Place) -> dict[str, str]:
-    """Return which of a file's columns are the interface's further directions."""
+    """Return the columns of a file for the interface's further directions."""
     named, remedy = entry.get("directions", {}), 'write the names of columns, as { tx = "phi_x", ry = "theta_y" }'
     if not is_table(named):
         raise place.error(f"{found(named)}; {remedy}")
@@ -113,7 +113,7 @@ def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
     Raises
     ------
     InputFileError
-        They are no three directions at right angles to one another, right-handed.
+        They are not three right-handed directions at right angles to one another.
     """
     entry, at = table.get("structure", {}).get("frame"), place.key("structure").key("frame")
     if entry is None:
@@ -126,6 +126,7 @@ def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
         raise at.error("the axes are not of length 1 and at right angles to one another; write their cosines")
     if np.linalg.det(frame) < 0.0:
         raise at.error("the axes are left-handed: z is not x turned into y; check their signs")
+    # The nearest rotation: cosines typed with few digits are not exactly orthogonal.
     left, _, right = np.linalg.svd(frame)
     return np.asarray(left @ right)
 
@@ -144,8 +145,8 @@ def _location(entry: Mapping[str, Any], place: Place) -> Location:
     return Location(int(node), direction, number(entry.get("factor", 1.0), place.key("factor"), "1 or rad/m"))
 
 
-def _controlled(structure: Structure, entry: Mapping[str, Any], place: Place) -> Structure:
-    """Return the structure with its rigid body held, where attitude control is given."""
+def _with_attitude_control(structure: Structure, entry: Mapping[str, Any], place: Place) -> Structure:
+    """Return the structure with its rigid body held, if attitude control is given."""
     if "attitude_control" not in entry:
         return structure
     at, control = place.key("attitude_control"), entry["attitude_control"]

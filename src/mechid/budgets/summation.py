@@ -1,4 +1,4 @@
-"""Summation by ECSS-E-ST-60-10C: bias, random and periodic errors to a mean and a standard deviation.
+"""Summation by ECSS-E-ST-60-10C: mean and standard deviation of bias, random and periodic errors.
 
 Annex B gives each kind's distribution for APE by statistical interpretation; with B its bias, s its standard
 deviation over time, A its amplitude, each with mean mu and standard deviation sigma over the ensemble:
@@ -16,7 +16,7 @@ periodic   mu_A        0              0
 
 Worst is the mean and n_p standard deviations. Means add, standard deviations add linearly within a correlated group
 and by their squares between groups (4.2, A.2): total = |mean| + n_p sigma. A line's arcsine distribution enters by its
-standard deviation A/2^1/2 alone; where lines dominate, `levels` is exact and this an upper bound for n_p > 1.41.
+standard deviation A/2^1/2 only; where lines dominate, `levels` is exact and this is an upper bound for n_p > 1.41.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ KINDS = ("bias", "random", "periodic")
 
 @dataclass(frozen=True, kw_only=True)
 class Contribution:
-    """One error of a budget.
+    """Error of a budget.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Contribution:
     group : str
         Contributions of one group are correlated; empty is a group of its own.
     form : float
-        Of a periodic one: root mean square over largest value; of a single line that of a sine.
+        Of a periodic error: root mean square over largest value; the default is that of a sine.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Contribution:
 
 
 def moments(c: Contribution, interpretation: str, n_p: float) -> tuple[float, float]:
-    """Return mean and standard deviation of a contribution to APE, rad, as the table above.
+    """Return mean and standard deviation of a contribution to APE, rad, by the table above.
 
     Raises
     ------
@@ -80,20 +80,21 @@ def moments(c: Contribution, interpretation: str, n_p: float) -> tuple[float, fl
 
 
 def total(contributions: Sequence[Contribution], interpretation: str, confidence: float) -> float:
-    """Return |mean| + n_p sigma of a sum, rad; n_p is the two-sided Gaussian one of the confidence."""
+    """Return |mean| + n_p sigma of a sum, rad; n_p is the two-sided Gaussian factor of the confidence."""
     n_p = coverage_factor(confidence)
     groups: dict[str, float] = {}
     mean = 0.0
     for position, c in enumerate(contributions):
         mu, sigma = moments(c, interpretation, n_p)
         mean += mu
+        # A leading space cannot occur in a group's name, so that a single error never joins a group.
         key = c.group or f" {position}"
         groups[key] = groups.get(key, 0.0) + sigma
     return abs(mean) + n_p * math.sqrt(sum(sigma**2 for sigma in groups.values()))
 
 
 def coverage_factor(confidence: float, *, cone: bool = False) -> float:
-    """Return n_p of a confidence: of a Gaussian two-sided; for a cone about two equal axes of a Rayleigh.
+    """Return n_p of a confidence: two-sided Gaussian, or Rayleigh for a cone about two equal axes.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The tables of a budget."""
+"""Tables of a budget."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row,
 
 TEXTS = (TERMINAL, MARKDOWN)
 WIDE = "word shares"
-"""Style of a page's cells that list parameters."""
+"""Style of cells on a page that list parameters."""
 
 
 def _below(text: str, *more: str) -> Markup:
-    """Return a text with more of it in small letters below, a line each."""
+    """Return a text with further lines in small letters below."""
     lines = Markup("").join(Markup('<span class="range">{}</span>').format(line) for line in more)
     return Markup("<span>{} {}</span>").format(text, lines)
 
 
 def _with_range(key: str, header: str = "") -> OnPage:
-    """Return how a cell is shown on a page whose text has a range in brackets."""
+    """Return the display on a page of a cell whose text has a range in brackets."""
 
     def ink(row: Row) -> Markup:
         text, bracket, more = row["text"][key].partition(" (")
@@ -33,8 +33,8 @@ def _with_range(key: str, header: str = "") -> OnPage:
     return OnPage(ink=ink, header=header)
 
 
-def _sure(row: Row) -> Markup:
-    """Return a level with its error, and what of the error is that of the draws."""
+def _level_with_error(row: Row) -> Markup:
+    """Return a level with its error, and the sampling part of the error."""
     text = row["text"]
     level = f"{text['level']} ± {text['sigma']}" if text["sigma"] else text["level"]
     if not row["decided"]["sampling_sigma_rad"]:
@@ -42,8 +42,8 @@ def _sure(row: Row) -> Markup:
     return _below(level, f"(± {text['sampling']} by draws)")
 
 
-def _deciding(row: Row) -> Markup:
-    """Return the number that decides, and below it of which coupling it is, with the margin and its interval."""
+def _deciding_margin(row: Row) -> Markup:
+    """Return the deciding number, and below it the coupling and the margin with its interval."""
     text = row["text"]
     margin = text["two_way_margin" if text["coupling"] == "two-way" else "one_way_margin"]
     return _below(text["deciding"], text["coupling"], margin)
@@ -74,7 +74,7 @@ REQUIREMENTS = (
     Column("at, steps/s", "rate", where=IN_DOCUMENTS),
     Column("level rad", "level", said="level, rad", where=TEXTS),
     Column("+- sigma", "sigma", said="± σ", where=TEXTS),
-    Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_sure)),
+    Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_level_with_error)),
     Column("by draws", "sampling", said="of it by draws", where=TEXTS),
     Column("lacking rad", "lacking", said="of it lacking in the model (of the limit)", where=TEXTS),
     Column("limit rad", "limit", said="limit, rad"),
@@ -84,7 +84,7 @@ REQUIREMENTS = (
         style="bold",
         said="decides, %",
         strong=True,
-        on_page=OnPage(ink=_deciding, style="estimate"),
+        on_page=OnPage(ink=_deciding_margin, style="estimate"),
     ),
     Column("of", "coupling", words=True, said="coupling that decides", where=TEXTS),
     Column("two-way %", "two_way_margin", said="two-way margin, %", where=TEXTS),
@@ -151,7 +151,7 @@ def requirement_table(data: Data) -> Table:
 
 
 def share_table(data: Data) -> Table:
-    """Return which parameters drive each margin, and the levels beside that which decides."""
+    """Return the parameters that drive each margin, and the levels that do not decide."""
     return Table(SHARES, data["requirements"])
 
 
@@ -167,7 +167,7 @@ def mode_facts(mode: Data) -> list[tuple[str, str]]:
 
 
 def steady_table(mode: Data) -> Table:
-    """Return the steady states of a mode at the rates that have several, or an odd one."""
+    """Return the steady states of a mode at rates with several, or with an unusual one."""
     return Table(STEADY, mode["steady_rows"])
 
 
@@ -177,12 +177,12 @@ def emission_table(mode: Data) -> Table:
 
 
 def side_table(mode: Data) -> Table:
-    """Return the line-of-sight RMS of a mode from the torque and from each component beside it."""
+    """Return the line-of-sight RMS of a mode from the torque and from each other component."""
     return Table(SIDE, mode["side_rows"])
 
 
 def crossing_table(crossings: Sequence[Data]) -> Table:
-    """Return the rates at which orders of the step rate meet modes."""
+    """Return the rates at which orders of the step rate cross modes."""
     rows = [
         {
             "rate": f"{c['rate']:.4g}",

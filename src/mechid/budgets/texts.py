@@ -1,4 +1,4 @@
-"""Texts of a budget's numbers: the cells of its tables, and the sentences that several parts of it share."""
+"""Formatted texts of a budget's numbers: table cells, and sentences that several sections share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
 
 def add_texts(data: Data) -> dict[str, Any]:
-    """Return what `budget_numbers` made with the texts of requirements and modes."""
+    """Return the data of `budget_numbers` with the texts of requirements and modes."""
     modes = [
         {
             **mode,
@@ -36,7 +36,7 @@ def add_texts(data: Data) -> dict[str, Any]:
 
 
 def mode_key(position: int, name: str) -> str:
-    """Return the name of a mode in files and addresses.
+    """Return the name of a mode for files and addresses.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def mode_key(position: int, name: str) -> str:
 
 
 def requirement_text(r: Data) -> dict[str, str]:
-    """Return the texts of a requirement's row, `deciding` the one to stand out."""
+    """Return the texts of a requirement's row; `deciding` is the one in bold."""
     decided = r["decided"]
     level, sigma = with_sigma(decided["level_rad"], decided["sigma_rad"])
     worst = r["worst_member_share"]
@@ -63,7 +63,7 @@ def requirement_text(r: Data) -> dict[str, str]:
         "one_way": plain(r["level_rad"], 4),
         "nominal": plain(r["nominal_rad"], 4),
         "others": plain(r["others_rad"], 3),
-        "lacking": _lacking(r),
+        "lacking": _residual_text(r),
         "two_way": NO_NUMBER if r["two_way_rad"] is None else plain(r["two_way_rad"], 4),
         "ecss": plain(r["ecss_summation_rad"], 3),
         "limit": plain(r["limit_rad"], 3),
@@ -78,8 +78,8 @@ def requirement_text(r: Data) -> dict[str, str]:
     }
 
 
-def _lacking(r: Data) -> str:
-    """Return by how much the level is larger for what the model lacks, and its share of the limit."""
+def _residual_text(r: Data) -> str:
+    """Return the increase of the level due to unmodelled torque, and its share of the limit."""
     lacking = r["decided"]["residual_rad"]
     return f"{plain(lacking, 2)} ({100.0 * lacking / r['limit_rad']:.2g} %)" if lacking else NO_NUMBER
 
@@ -104,14 +104,14 @@ def _mode_text(data: Data, mode: Data) -> dict[str, str]:
         "torque": plain(mode["torque_rms_Nm"], 3),
         "one_way": _per_axis(data, mode["line_of_sight_rms_rad"]),
         "two_way": _per_axis(data, mode["line_of_sight_rms_two_way_rad"]),
-        "lacking": _per_axis(data, _lacking_rms(mode)),
+        "lacking": _per_axis(data, _residual_rms(mode)),
         "gain": plain(mode["loop_gain"], 2),
         "slowest": _slowest(mode),
     }
 
 
-def _lacking_rms(mode: Data) -> Any:
-    """Return the RMS along each line of sight of what the model lacks; None where nothing is known of it."""
+def _residual_rms(mode: Data) -> Any:
+    """Return the RMS along each line of sight due to unmodelled torque; None if unknown."""
     rms = mode["line_of_sight_rms_lacking_rad"] if mode["kind"] == "steady" else None
     return rms if rms and any(rms) else None
 
@@ -132,7 +132,7 @@ def emission_rows(mode: Data) -> list[dict[str, str]]:
 
 
 def side_rows(data: Data, mode: Data) -> list[dict[str, str]]:
-    """Return a row of texts for the torque, each component beside it, and all together."""
+    """Return a row of texts for the torque, for each other component, and for all together."""
     side = mode.get("side")
     if side is None:
         return []
@@ -154,7 +154,7 @@ def _side_row(data: Data, name: str, coherent: str, magnitude: str, rms: Any) ->
 
 
 def side_words(data: Data) -> str:
-    """Return how the bench's six components reach the structure, in a sentence; nothing where there are none."""
+    """Return a sentence on the transfer of the bench's six components to the structure; empty without any."""
     side = data.get("side")
     if side is None:
         return ""
@@ -170,7 +170,7 @@ def side_words(data: Data) -> str:
 
 
 def _slowest(mode: Data) -> str:
-    """Return the slowest transient in words; nothing of a profile, or where no motion repeats."""
+    """Return the slowest transient in words; empty for a profile, or if no motion repeats."""
     slowest = mode["steady_states"]["slowest"] if mode["kind"] == "steady" else None
     if slowest is None or slowest["decay_s"] is None:
         return NO_NUMBER
@@ -178,7 +178,7 @@ def _slowest(mode: Data) -> str:
 
 
 def steady_rows(data: Data, mode: Data) -> list[dict[str, str]]:
-    """Return a row of texts for each steady state at the rates that have several, or an odd one."""
+    """Return a row of texts for each steady state at rates with several, or with an unusual one."""
     several = mode["steady_states"]["several"] if mode["kind"] == "steady" else []
     rows = [
         {

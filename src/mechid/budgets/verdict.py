@@ -1,4 +1,4 @@
-"""The verdict on a budget: are the requirements met, what drives the margin, where is it worst, is one-way enough."""
+"""Verdict on a budget: requirements met, drivers of the margin, worst rate, and sufficiency of one-way coupling."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ HEADLINE = {
     CAUTION: "No requirement is exceeded; read the cautions before this is relied on.",
     BAD: "Not all requirements are met.",
 }
-NOTHING_ASKED = "No requirement is given; the disturbance alone is shown."
+NO_REQUIREMENT = "No requirement is given; the disturbance alone is shown."
 SHOWN_SHARES, LEAST_SHARE = 3, 0.01
 SHOWN_ROWS = 4
-"""Of the requirements, those of the least margins first; all are in the table."""
+"""Requirements listed, the least margins first; all are in the table."""
 NEAR = 0.03
 DIFFERS = 0.05
-"""Relative difference of two-way and one-way from which on it is told as one."""
+"""Relative difference of two-way and one-way results from which it is reported."""
 
 
 def budget_verdict(data: Data) -> Verdict:
-    """Return the verdict on what `budget_numbers` made."""
+    """Return the verdict on the data of `budget_numbers`."""
     rows = sorted(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
     tone = _tone(data)
     return Verdict(
-        HEADLINE[tone] if rows else NOTHING_ASKED,
+        HEADLINE[tone] if rows else NO_REQUIREMENT,
         (
             ("Are the requirements met?", _all_met(rows)),
             ("What drives the margin?", _drivers(rows)),
@@ -55,7 +55,7 @@ def _all_met(rows: Sequence[Data]) -> list[str]:
         if more > 0
         else []
     )
-    return [*(_met(r) for r in rows[:SHOWN_ROWS]), *rest] or [NOTHING_ASKED]
+    return [*(_met(r) for r in rows[:SHOWN_ROWS]), *rest] or [NO_REQUIREMENT]
 
 
 def _met(r: Data) -> str:
@@ -70,7 +70,7 @@ def _met(r: Data) -> str:
 
 
 def standing_word(decided: Data) -> str:
-    """Return how a requirement stands, in a word or two."""
+    """Return the result of a requirement in a word or two."""
     if decided["met"]:
         return "met"
     return "exceeded" if decided["margin"] < 0.0 else "not sure"
@@ -100,7 +100,7 @@ def _drivers(rows: Sequence[Data]) -> list[str]:
             line += f"; what the model lacks takes {100.0 * lacking:.2g} % of the limit"
         spread = drivers(r["spread_shares"])
         out.append(f"{line}; the ensemble by {spread}" if spread else line)
-    return out or [NOTHING_ASKED]
+    return out or [NO_REQUIREMENT]
 
 
 def _worst(data: Data) -> list[str]:
@@ -121,7 +121,7 @@ def _worst(data: Data) -> list[str]:
 def _largest_rms(mode: Data) -> tuple[float, Sequence[float], str]:
     """Return the rate of the largest RMS, the RMS along each line of sight there, and its coupling.
 
-    Of steady rates two-way where that was computed, since it decides; the instant of a profile is one-way.
+    At steady rates this is the two-way result if computed, since it decides; for a profile it is one-way.
     """
     two_way = mode["over_rate"]["rms_two_way_rad"] if mode["kind"] == "steady" else None
     if two_way is None:
@@ -131,7 +131,7 @@ def _largest_rms(mode: Data) -> tuple[float, Sequence[float], str]:
 
 
 def deciding_coupling(mode: Data) -> str:
-    """Return the coupling of the levels over the rate that decide, "one-way" or "two-way"."""
+    """Return the coupling of the deciding levels over the rate, "one-way" or "two-way"."""
     return str(mode["over_rate"]["decided"]["coupling"])
 
 
@@ -145,10 +145,10 @@ def _nearest_crossing(data: Data, rate: float) -> str:
 
 
 def coupling_lines(data: Data) -> list[str]:
-    """Say whether one-way coupling is enough, and what joining both changes, a line for each mode."""
+    """Return sentences on whether one-way coupling suffices and on the change by coupling both, one per mode."""
     coupling = data["coupling"]
     gain, enough = coupling["largest_at_lines"], coupling["suffices_below"]
-    if not _known(gain):
+    if not _is_known(gain):
         return ["The driving-point receptance is not known, so that the criterion cannot be given: one-way alone."]
     said = (
         f"|driving-point receptance x dynamic stiffness| is {plain(gain, 2)} at most where lines stand or pass; "
@@ -169,5 +169,5 @@ def coupling_lines(data: Data) -> list[str]:
     return out
 
 
-def _known(value: Any) -> bool:
+def _is_known(value: Any) -> bool:
     return value is not None and math.isfinite(value)

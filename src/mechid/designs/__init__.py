@@ -1,4 +1,4 @@
-"""The next test: what records would tell, which are worth their time, and which rates lose steps.
+"""Design of the next test: information of records, their selection for a test time, and rates that lose steps.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """

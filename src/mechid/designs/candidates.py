@@ -1,4 +1,4 @@
-"""The records to choose from: steppings, rates, start angles, lengths, and sweeps."""
+"""Candidate records of a design: steppings, rates, start angles, durations, and sweeps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS, Stepping
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.settings import DESIGN
 from mechid.plant.load import LOAD_ON_GEAR
 from mechid.plant.mechanism import Mechanism
@@ -18,18 +18,18 @@ from mechid.simulation.resonances import resonances
 
 @dataclass(frozen=True, kw_only=True)
 class CandidateChoice:
-    """What candidates are made of; every combination becomes one.
+    """Values from which candidates are formed; every combination becomes one candidate.
 
     Parameters
     ----------
     steppings : tuple of {"full", "half", "micro"}
     microsteps : int
     rates : tuple of float
-        Full steps/s; empty: 12 that reach beyond twice the load's resonance on the gear.
+        Full steps/s; empty for 12 rates up to beyond twice the load's resonance on the gear.
     start_angles_deg : tuple of float
-        Electrical.
+        Electrical angles.
     durations_s : tuple of float
-        Of the records at constant rate.
+        Durations of the records at constant rate.
     sweeps_s : tuple of float
         Durations of sweeps from 0 to `sweep_to`.
     sweep_to : float or None
@@ -46,19 +46,21 @@ class CandidateChoice:
 
 
 def candidates(choice: CandidateChoice, mechanism: Mechanism, like: PlannedRecord) -> tuple[PlannedRecord, ...]:
-    """Return every combination of a choice, sampled and as noisy as `like`."""
+    """Return every combination of a choice, with the sampling and noise of the record `like`."""
     rates = choice.rates or usual_rates(mechanism)
-    return tuple(replace(like, name=name, command=c, duration_s=s) for name, c, s in _combined(choice, rates))
+    return tuple(replace(like, name=name, command=c, duration_s=s) for name, c, s in _combinations(choice, rates))
 
 
 def usual_rates(mechanism: Mechanism) -> tuple[float, ...]:
     """Return rates in full steps/s, evenly spaced on a logarithmic scale, to beyond twice the load's resonance."""
+    # Records beyond the load's resonance determine the gear's stiffness and damping; a mechanism without a load has
+    # none.
     found = [r.frequency_hz for r in resonances(mechanism) if r.name == LOAD_ON_GEAR]
     highest = DESIGN.above_resonance * found[0] if found else DESIGN.highest_rate
     return tuple(float(f"{rate:.2g}") for rate in np.geomspace(DESIGN.lowest_share * highest, highest, DESIGN.rates))
 
 
-def _combined(choice: CandidateChoice, rates: Sequence[float]) -> Iterator[tuple[str, Command, float]]:
+def _combinations(choice: CandidateChoice, rates: Sequence[float]) -> Iterator[tuple[str, Command, float]]:
     for stepping in choice.steppings:
         n = FIXED_MICROSTEPS.get(stepping, choice.microsteps)
         for angle in choice.start_angles_deg:

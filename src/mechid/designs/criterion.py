@@ -1,9 +1,9 @@
-"""Criterion of a design: one number, the logarithm of a standard error, the smaller the better.
+"""Criterion of a design: the logarithm of a standard error, to be minimised.
 
-D is the geometric mean of the standard errors along the axes of the confidence ellipsoid, A their root mean square
-over the parameters, E the largest in any direction; or the standard error of one parameter (Pukelsheim, Optimal Design
-of Experiments, 2006, chapters 6 and 9; Atkinson, Donev, Tobias 2007). All are of coordinates over their size, so that a
-difference of 0.1 is some 10 % of a standard error.
+D is the geometric mean of the standard errors along the axes of the confidence ellipsoid, A their root mean square over
+the parameters, E the largest in any direction; alternatively, the standard error of one parameter (Pukelsheim, Optimal
+Design of Experiments, 2006, chapters 6 and 9; Atkinson, Donev, Tobias 2007). Coordinates are divided by their size, so
+that a difference of 0.1 is about 10 % of a standard error.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ OVER = ("mean", "low")
 
 @dataclass(frozen=True, eq=False)
 class Criterion:
-    """What a design is judged by.
+    """Optimality criterion of a design.
 
     Parameters
     ----------
     kind : str
         ``"D"``, ``"A"``, ``"E"``, or the name of a parameter.
     size : (n,)
-        Of each coordinate.
+        Size of each coordinate.
     directions : (points, n) or None
         Derivative of the one parameter at each point, over its size.
     over : {"mean", "low"}
-        How the mechanisms count: on average, or by one that fares badly.
+        Aggregation over the mechanisms: the mean, or a quantile of unfavourable ones.
     """
 
     kind: str
@@ -42,19 +42,21 @@ class Criterion:
     directions: FloatArray | None = None
     over: str = "mean"
 
-    def at_points(self, information: FloatArray) -> FloatArray:
+    def values_at(self, information: FloatArray) -> FloatArray:
         """Return the logarithm of the standard error, (points, ...), of informations (points, ..., n, n)."""
         scaled = information * np.outer(self.size, self.size)
         if self.kind == "D":
             _, logdet = np.linalg.slogdet(scaled)
             return np.asarray(-0.5 * logdet / self.size.size, dtype=np.float64)
         if self.kind == "E":
+            # Without information the eigenvalue is zero or, by rounding, below: the logarithm stays finite.
             return np.asarray(-0.5 * np.log(np.maximum(np.linalg.eigvalsh(scaled)[..., 0], 1e-300)))
         if self.kind == "A":
             spread = np.trace(np.linalg.inv(scaled), axis1=-2, axis2=-1) / self.size.size
             return np.asarray(0.5 * np.log(np.maximum(spread, 1e-300)))
         assert self.directions is not None
         g = self.directions * self.size
+        # One derivative per mechanism, broadcast over all candidate sets of that mechanism.
         g = g.reshape(g.shape[0], *([1] * (scaled.ndim - 3)), g.shape[1], 1)
         along = np.linalg.solve(scaled, np.broadcast_to(g, (*scaled.shape[:-1], 1)))
         variance = np.sum(along * g, axis=(-2, -1))
@@ -62,15 +64,15 @@ class Criterion:
 
     def of(self, information: FloatArray) -> FloatArray:
         """Return the criterion, (...), of informations (points, ..., n, n)."""
-        each = self.at_points(information)
+        each = self.values_at(information)
         if self.over == "mean":
             return np.asarray(each.mean(axis=0))
         return np.asarray(np.quantile(each, DESIGN.low_quantile, axis=0))
 
-    def guided(self, information: FloatArray) -> FloatArray:
-        """Return the criterion with a little of D, (...), which shows the way where the criterion alone is flat.
+    def guided_value(self, information: FloatArray) -> FloatArray:
+        """Return the criterion plus a small share of D, (...), to guide the search where the criterion is flat.
 
-        The largest error in any direction does not fall until the last direction is seen.
+        For example, the largest error in any direction does not fall until the last direction is determined.
         """
         found = self.of(information)
         return found if self.kind == "D" else found + DESIGN.guide * replace(self, kind="D").of(information)
@@ -82,7 +84,7 @@ def criterion_at(space: SearchSpace, points: FloatArray, kind: str, over: str) -
     Raises
     ------
     UsageError
-        The kind is neither a letter nor a parameter that is to be estimated.
+        The kind is neither a letter nor an estimated parameter.
     """
     if kind in KINDS:
         return Criterion(kind, sizes(space, points), None, over)
@@ -95,7 +97,7 @@ def criterion_at(space: SearchSpace, points: FloatArray, kind: str, over: str) -
 
 
 def _direction(space: SearchSpace, q: FloatArray, row: int) -> FloatArray:
-    """Return the derivative of a parameter over its value; of an angle to degrees as it is."""
+    """Return the derivative of a parameter relative to its value; of an angle in degrees the absolute derivative."""
     names, slopes = space.value_jacobian(q)
     value = abs(space.values(q)[names[row]])
     is_angle = space.mechanism.parameters[names[row]].is_periodic
@@ -103,10 +105,10 @@ def _direction(space: SearchSpace, q: FloatArray, row: int) -> FloatArray:
 
 
 def sizes(space: SearchSpace, points: FloatArray) -> FloatArray:
-    """Return what counts as the size of each search coordinate, (n,): 1 for a logarithm, so that errors are relative.
+    """Return the size of each search coordinate, (n,): 1 for a logarithm, so that errors are relative.
 
-    For others it is the root mean square over the points; both parts of a detent have that of its amplitude, an angle
-    has a radian.
+    For other coordinates it is the root mean square over the points. Both parts of a detent have the size of its
+    amplitude; an angle has one radian.
     """
     out = np.ones(space.size)
     root = np.sqrt(np.mean(points**2, axis=0))

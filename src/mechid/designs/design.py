@@ -1,4 +1,4 @@
-"""A design: what the planned records would tell, which ones would tell more in the same time, and what to keep off."""
+"""Design of the next test: planned records, more informative ones in the same time, and rates to avoid."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS
+from mechid.designs.alternatives import Group
 from mechid.designs.candidates import candidates, usual_rates
 from mechid.designs.criterion import Criterion, criterion_at
 from mechid.designs.design_file import DesignOptions
+from mechid.designs.group_separation import Separation, separation
 from mechid.designs.information import informations
 from mechid.designs.loss_table import LossRow, loss_table
-from mechid.designs.planned import PlannedRecord, planned_records
+from mechid.designs.planned_record import PlannedRecord, planned_records
 from mechid.designs.rate_map import RateMap, rate_map
 from mechid.designs.record_set import RecordSet, errors_by_record, record_set
-from mechid.designs.rivals import Group
-from mechid.designs.screening import Screening, screening
+from mechid.designs.screening import Screening, screen
 from mechid.designs.selection import Choice, Pool, select
-from mechid.designs.separating import Separation, separation
 from mechid.designs.settings import DESIGN
 from mechid.designs.standpoint import Standpoint, after_fit, before_test
 from mechid.designs.step_loss import Margins, is_stepper, margins
@@ -39,7 +39,7 @@ from mechid.shown import Shown
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Shown):
-    """All that `mechid design` finds.
+    """Result of `mechid design`.
 
     Attributes
     ----------
@@ -47,29 +47,29 @@ class Design(Shown):
     options : DesignOptions
     standpoint : Standpoint
     planned : RecordSet
-        The campaign's own records; after a fit nothing new, what is known.
+        The campaign's own records; after a fit no new records, only present knowledge.
     chosen : RecordSet
     trail : tuple of float
-        The criterion before the first chosen record and after each.
+        Criterion before the first chosen record and after each.
     errors_by_record : mapping of str to tuple of float
-        Standard error of each parameter at the same places, as the median over the mechanisms that may be true.
+        Standard error of each parameter at the same places, as the median over the possible mechanisms.
     candidates : tuple of PlannedRecord
-        All that there was to choose from, the campaign's own first.
+        All records to choose from, the campaign's own first.
     objections : tuple of str
-        Why a candidate cannot be driven, empty where it can.
+        Why a candidate cannot be driven, empty if it can.
     peaks : (candidates,)
         Expected peak torque, N m.
     departing : (candidates,)
-        Share of draws in which a stick/slip falls the other way, so that the record tells less than it promises.
+        Share of draws in which a stick-slip event changes, so that the record is less informative than predicted.
     maps : tuple of RateMap
     losses : tuple of LossRow
     margins : mapping of str to Margins
-        Of the records planned and chosen.
+        For the planned and chosen records.
     warnings : tuple of str
     fit_digest : str
         `Fit.mechanism_digest` of the fit that it follows; empty before a test.
     separation : Separation or None
-        How rival explanations of a diagnosis are told apart; None where there are none.
+        Separation of alternative explanations of a diagnosis; None without any.
     """
 
     campaign: Campaign
@@ -92,14 +92,14 @@ class Design(Shown):
 
     @property
     def total_s(self) -> float:
-        """Test time that there is, s."""
+        """Available test time, s."""
         return self.options.limits.total_s or (
             DESIGN.next_s if self.standpoint.known is not None else self.planned.seconds
         )
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism believed."""
+        """Mechanism at the assumed values."""
         return self.standpoint.space.mechanism
 
 
@@ -121,22 +121,22 @@ def make_design(
         Its records need no files.
     options : DesignOptions or None
     fit : Optimum or None
-        A finished fit of the campaign, whose records are there already.
+        Finished fit of the campaign, whose records exist already.
     rivals : sequence of Group
-        Rival explanations of the fit's records: those that tell them apart are chosen first.
+        Alternative explanations of the fit's records; records that separate them are chosen first.
     workers : int
-        Threads.
+        Number of threads.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor, as `distributed.Client.get_executor()`; None uses threads.
     say : callable
-        Of progress.
+        Called with lines of progress.
 
     Raises
     ------
     FitError
-        Nothing is to be estimated, or the records cannot be simulated.
+        There is nothing to estimate, or the records cannot be simulated.
     UsageError
-        The options name what is not there, or the campaign is not one of step commands.
+        The options name a missing item, or the campaign does not consist of step commands.
     """
     options = options or DesignOptions()
     if not campaign.mechanism.free:
@@ -146,11 +146,11 @@ def make_design(
     count, seed = options.mechanisms, options.seed
     with one_core_algebra(), working_on(executor):
         here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
-        return _Making(campaign, options, here, rivals, workers, say).design()
+        return _DesignBuilder(campaign, options, here, rivals, workers, say).design()
 
 
-class _Making:
-    """A design in the making."""
+class _DesignBuilder:
+    """State and steps of the computation of a design."""
 
     def __init__(
         self,
@@ -168,60 +168,61 @@ class _Making:
         self.mechanisms = [here.space.at(q) for q in here.points]
 
     def design(self) -> Design:
-        """Do the work."""
         criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
         pool = self._pool()
-        self.say(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: what can be driven")
-        screened = screening(self.mechanisms, pool, self.workers)
+        self.say(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: which of them can be driven")
+        screened = screen(self.mechanisms, pool, self.workers)
         objections = screened.objections(self.options.limits.risk, self.options.limits.torque_Nm)
-        self.say("what each record would show")
+        self.say("information of each record")
         information = informations(self.here.space, pool, self.here.points, self.workers)
+        # A record in which a mechanism loses steps is of no use if that mechanism is the true one.
         information[screened.lost] = 0.0
         first = len(self.own)
         planned = [] if self.here.known is not None else list(range(first))
-        self.say("which records keep what they promise")
-        departing = self._departing(pool, information)
-        hanging = [_objection(share, self.options.limits.departing) for share in departing]
-        objections = [o or h for o, h in zip(objections, hanging, strict=True)]
-        worth = information * (1.0 - departing)[:, None, None]
+        self.say("reliability of each record's information")
+        departing = self._departing_shares(pool, information)
+        near_threshold = [_objection(share, self.options.limits.departing) for share in departing]
+        objections = [o or h for o, h in zip(objections, near_threshold, strict=True)]
+        expected_information = information * (1.0 - departing)[:, None, None]
         apart = self._separation(pool, screened, objections)
-        choice = self._chosen(pool, worth, objections, criterion, apart.chosen if apart else ())
+        choice = self._choose(pool, expected_information, objections, criterion, apart.chosen if apart else ())
         chosen = [pool[k] for k in choice.chosen]
         self.say("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), self._losses()
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
-        kept_off = map_tasks(partial(_margins, self.mechanisms[0]), records, self.workers)
+        record_margins = map_tasks(partial(_margins, self.mechanisms[0]), records, self.workers)
         return Design(
             campaign=self.campaign,
             options=self.options,
             standpoint=self.here,
-            planned=self._set([pool[k] for k in planned], worth[:, planned], criterion),
-            chosen=self._set(_named_apart(chosen), worth[:, list(choice.chosen)], criterion),
+            planned=self._set([pool[k] for k in planned], expected_information[:, planned], criterion),
+            chosen=self._set(_number_duplicates(chosen), expected_information[:, list(choice.chosen)], criterion),
             trail=choice.trail,
-            errors_by_record=errors_by_record(self.here, worth[:, list(choice.chosen)]),
+            errors_by_record=errors_by_record(self.here, expected_information[:, list(choice.chosen)]),
             candidates=tuple(pool),
             objections=tuple(objections),
             peaks=screened.peak[0],
             departing=departing,
             maps=maps,
             losses=losses,
-            margins=dict(zip((r.name for r in records), kept_off, strict=True)),
-            warnings=(*self.warnings, *self._told_of_own(screened, planned)),
+            margins=dict(zip((r.name for r in records), record_margins, strict=True)),
+            warnings=(*self.warnings, *self._step_loss_warnings(screened, planned)),
             separation=apart,
         )
 
     def _pool(self) -> list[PlannedRecord]:
-        """Return the campaign's own records, then the candidates; no name twice."""
+        """Return the campaign's own records followed by the candidates, without duplicate names."""
         made = candidates(self.options.candidates, self.mechanisms[0], self.own[0])
         mine = {r.name for r in self.own}
         others = [replace(r, name=f"{r.name}_new") if r.name in mine else r for r in made]
+        # A candidate equal to an own record would let the selection take one record twice.
         same = {(r.command, r.duration_s) for r in self.own}
         return [*self.own, *(r for r in others if (r.command, r.duration_s) not in same)]
 
-    def _departing(self, pool: Sequence[PlannedRecord], information: FloatArray) -> FloatArray:
-        """Return the share of draws, (records,), in which a record departs from its promise.
+    def _departing_shares(self, pool: Sequence[PlannedRecord], information: FloatArray) -> FloatArray:
+        """Return the share of draws, (records,), in which the cost of a record departs from its quadratic prediction.
 
-        Draws are as far off as errors are once the time there is has been spent on all records alike.
+        The draws have the covariance that remains when the test time is spent evenly on all records.
         """
         here, seed, seconds = self.here, self.options.seed, self._seconds(pool)
         spent = self._total_s(seconds) / float(seconds.sum())
@@ -238,7 +239,7 @@ class _Making:
     def _separation(
         self, pool: Sequence[PlannedRecord], screened: Screening, objections: Sequence[str]
     ) -> Separation | None:
-        """Return how rivals are told apart, in the time that the records to be kept leave."""
+        """Return the separation of alternatives in the time that the required records leave."""
         if not self.rivals:
             return None
         self.say("how clearly each record would tell rival explanations apart")
@@ -246,7 +247,7 @@ class _Making:
         mechanisms = [
             m.problem.space.at(m.problem.coordinates.of_mechanism(m.q)) for g in self.rivals for m in g.models
         ]
-        lost = screened.lost[0] | screening(mechanisms, pool, self.workers).lost.any(axis=0)
+        lost = screened.lost[0] | screen(mechanisms, pool, self.workers).lost.any(axis=0)
         kept = float(sum(seconds[self._index(name)] for name in limits.keep))
         return separation(
             self.campaign,
@@ -259,7 +260,7 @@ class _Making:
             workers=self.workers,
         )
 
-    def _chosen(
+    def _choose(
         self,
         pool: Sequence[PlannedRecord],
         information: FloatArray,
@@ -296,7 +297,7 @@ class _Making:
             raise FitError(f"{self.campaign.path}: {error}") from error
 
     def _commands(self) -> list[Command]:
-        """Return a command of each stepping, to be driven at other rates."""
+        """Return one command of each stepping, to be driven at other rates."""
         n = self.options.candidates.microsteps
         return [
             Command(stepping=s, microsteps=FIXED_MICROSTEPS.get(s, n), rate=RateProfile.constant(0.0))
@@ -313,8 +314,8 @@ class _Making:
         commands = [c for c in self._commands() if c.stepping in self.options.candidates.steppings]
         return loss_table(self.mechanisms[0], commands, self.workers)
 
-    def _told_of_own(self, screened: Screening, planned: Sequence[int]) -> list[str]:
-        """Warn of the campaign's own records that lose steps."""
+    def _step_loss_warnings(self, screened: Screening, planned: Sequence[int]) -> list[str]:
+        """Return warnings about the campaign's own records that lose steps."""
         lines = []
         for k in planned:
             share = float(screened.lost[:, k].mean())
@@ -339,8 +340,8 @@ def _objection(departing: float, most: float) -> str:
     return f"near a stick/slip threshold in {100.0 * departing:.0f} % of draws" if departing > most else ""
 
 
-def _named_apart(records: Sequence[PlannedRecord]) -> list[PlannedRecord]:
-    """Return records with a number behind a name that is there again."""
+def _number_duplicates(records: Sequence[PlannedRecord]) -> list[PlannedRecord]:
+    """Return records with a number appended to repeated names."""
     seen: dict[str, int] = {}
     out = []
     for r in records:

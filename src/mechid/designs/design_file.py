@@ -1,4 +1,4 @@
-"""design.toml: noise and lengths, candidates, limits, criterion; every key has a value without the file."""
+"""Reader of design.toml: noise and durations, candidates, limits, criterion; every key has a default."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from mechid.command.entry import is_table, is_whole
 from mechid.command.stepping import MOST_MICROSTEPS, STEPPINGS, Stepping
 from mechid.designs.candidates import CandidateChoice
 from mechid.designs.criterion import OVER
-from mechid.designs.planned import Recording
+from mechid.designs.planned_record import Recording
 
 FILE_NAME = "design.toml"
 KEYS = ("seed", "recording", "candidates", "limits", "criterion", "prior")
@@ -40,31 +40,31 @@ CANDIDATE_KEYS = (
 LIMIT_KEYS = ("total_s", "between_s", "torque_Nm", "most_of_one", "keep", "risk", "departing")
 CRITERION_KEYS = ("kind", "over")
 PRIOR_KEYS = ("mechanisms",)
-NUMBERS_REMEDY = "write numbers, as [23.0, 46.0]"
+NUMBERS_REMEDY = "write numbers, such as [23.0, 46.0]"
 MOST_MECHANISMS = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What a design has to keep to.
+    """Constraints of a design.
 
     Parameters
     ----------
     total_s : float or None
-        Test time, what is between records included; None is that of the campaign's own records.
+        Test time, including the time between records; None is that of the campaign's own records.
     between_s : float
         Time from the end of a record to the start of the next.
     torque_Nm : float or None
         Range of the transducer.
     most_of_one : int
-        How often one record may be taken.
+        Largest number of repetitions of one record.
     keep : tuple of str
-        Records of the campaign that are taken whatever they tell.
+        Records of the campaign that are always taken.
     risk : float
         Share of the prior's mechanisms that may lose steps in a record, or exceed the range.
     departing : float
-        Share of draws in which a record may tell less than its derivatives promise, because a stick/slip falls the
-        other way.
+        Share of draws in which a record may be less informative than its derivatives predict because a stick-slip event
+        changes.
     """
 
     total_s: float | None = None
@@ -78,17 +78,17 @@ class Limits:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignOptions:
-    """All that a design file can say.
+    """Content of a design file.
 
     Parameters
     ----------
     seed : int
-        Of the prior's mechanisms.
+        Seed of the prior's mechanisms.
     criterion : str
         ``"D"``, ``"A"``, ``"E"`` or a parameter's name.
     over : {"mean", "low"}
     mechanisms : int
-        Of the prior, the file's own values among them.
+        Number of mechanisms in the prior, the file's own values included.
     """
 
     seed: int = 0
@@ -99,25 +99,25 @@ class DesignOptions:
     over: str = "mean"
     mechanisms: int = 16
 
-    def asking(self, criterion: str | None, total_s: float | None) -> DesignOptions:
-        """Return the options with what a command line says in their place."""
+    def with_overrides(self, criterion: str | None, total_s: float | None) -> DesignOptions:
+        """Return the options with values of a command line in their place."""
         limits = replace(self.limits, total_s=total_s) if total_s else self.limits
         return replace(self, limits=limits, criterion=criterion or self.criterion)
 
 
-def beside(campaign: Path) -> DesignOptions:
-    """Return what the design file in a campaign file's folder asks for; the usual where there is none."""
+def options_for(campaign: Path) -> DesignOptions:
+    """Return the options of the design file in a campaign file's folder, or the defaults without one."""
     path = campaign.parent / FILE_NAME
     return read_design_file(path) if path.is_file() else DesignOptions()
 
 
 def read_design_file(path: Path | str) -> DesignOptions:
-    """Return what a design file asks for.
+    """Read a design file.
 
     Raises
     ------
     InputFileError
-        The file is missing or wrong; one line with place, what was found and remedy.
+        The file is missing or wrong; the message is one line with place, value found and remedy.
     """
     path = Path(path)
     table, place = read_toml(path), Place(path.name)
@@ -125,17 +125,17 @@ def read_design_file(path: Path | str) -> DesignOptions:
     criterion, at = _table(table, "criterion", CRITERION_KEYS, place)
     prior, prior_at = _table(table, "prior", PRIOR_KEYS, place)
     return DesignOptions(
-        seed=_whole(table, "seed", 0, place, least=0, most=2**32),
-        recording=_recording(*_table(table, "recording", RECORDING_KEYS, place)),
+        seed=_whole_number(table, "seed", 0, place, least=0, most=2**32),
+        recording=_read_recording(*_table(table, "recording", RECORDING_KEYS, place)),
         candidates=_candidates(*_table(table, "candidates", CANDIDATE_KEYS, place)),
         limits=_limits(*_table(table, "limits", LIMIT_KEYS, place)),
         criterion=text(criterion.get("kind", "D"), at.key("kind"), 'write "D", "A", "E" or the name of a parameter'),
         over=one_of(criterion.get("over", OVER[0]), OVER, at.key("over")),
-        mechanisms=_whole(prior, "mechanisms", 16, prior_at, least=1, most=MOST_MECHANISMS),
+        mechanisms=_whole_number(prior, "mechanisms", 16, prior_at, least=1, most=MOST_MECHANISMS),
     )
 
 
-def _recording(table: Mapping[str, Any], place: Place) -> Recording:
+def _read_recording(table: Mapping[str, Any], place: Place) -> Recording:
     own = table.get("durations_s", {})
     if not is_table(own):
         raise place.key("durations_s").error(f"{found(own)}; write a table, as {{ full_46 = 2.0 }}")
@@ -152,7 +152,7 @@ def _candidates(table: Mapping[str, Any], place: Place) -> CandidateChoice:
     plain = CandidateChoice()
     return CandidateChoice(
         steppings=_steppings(table.get("steppings", list(STEPPINGS)), place.key("steppings")),
-        microsteps=_whole(table, "microsteps", plain.microsteps, place, least=1, most=MOST_MICROSTEPS),
+        microsteps=_whole_number(table, "microsteps", plain.microsteps, place, least=1, most=MOST_MICROSTEPS),
         rates=_numbers(table, "rates", plain.rates, place, positive=True),
         start_angles_deg=_numbers(table, "start_angles_deg", plain.start_angles_deg, place),
         durations_s=_numbers(table, "durations_s", plain.durations_s, place, positive=True),
@@ -162,10 +162,10 @@ def _candidates(table: Mapping[str, Any], place: Place) -> CandidateChoice:
 
 
 def _steppings(entry: Any, place: Place) -> tuple[Stepping, ...]:
-    asked = texts(entry, place, 'write steppings, as ["full", "micro"]')
-    for k, word in enumerate(asked):
+    requested = texts(entry, place, 'write steppings, as ["full", "micro"]')
+    for k, word in enumerate(requested):
         one_of(word, STEPPINGS, place.item(k))
-    return tuple(s for s in STEPPINGS if s in asked)
+    return tuple(s for s in STEPPINGS if s in requested)
 
 
 def _limits(table: Mapping[str, Any], place: Place) -> Limits:
@@ -175,7 +175,7 @@ def _limits(table: Mapping[str, Any], place: Place) -> Limits:
         total_s=_positive_or_none(table, "total_s", place, "s"),
         between_s=not_below_zero(table.get("between_s", plain.between_s), place.key("between_s"), "s"),
         torque_Nm=_positive_or_none(table, "torque_Nm", place, "N m"),
-        most_of_one=_whole(table, "most_of_one", plain.most_of_one, place, least=1, most=100),
+        most_of_one=_whole_number(table, "most_of_one", plain.most_of_one, place, least=1, most=100),
         keep=texts(kept, place.key("keep"), 'write names of records, as ["full_46"]') if kept else (),
         risk=_share(table, "risk", plain.risk, place),
         departing=_share(table, "departing", plain.departing, place),
@@ -213,7 +213,7 @@ def _positive_or_none(table: Mapping[str, Any], key: str, place: Place, unit: st
     return above_zero(table[key], place.key(key), unit) if key in table else None
 
 
-def _whole(table: Mapping[str, Any], key: str, default: int, place: Place, *, least: int, most: int) -> int:
+def _whole_number(table: Mapping[str, Any], key: str, default: int, place: Place, *, least: int, most: int) -> int:
     value = table.get(key, default)
     if not is_whole(value, least, most):
         raise place.key(key).error(f"{found(value)}; write a whole number from {least} to {most}")

@@ -1,4 +1,4 @@
-"""Effects and their rivals that `mechid design` reads from a diagnosis."""
+"""Reader of the effects and their alternatives in a diagnosis."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from mechid.plant.mechanism import Mechanism
 
 @dataclass(frozen=True, eq=False)
 class Diagnosed:
-    """What a diagnosis has found.
+    """Result of a diagnosis as a design needs it.
 
     Attributes
     ----------
     path : Path
-        Of diagnose.json.
+        Path of diagnose.json.
     effects : tuple of Missing
-        Mains hum, which is removed from the records, is none of them.
+        Missing effects, except mains hum, which is removed from the records.
     over_noise : float
-        RMS over that of the noise of what the mechanism with these effects leaves.
+        Residual-to-noise ratio of the mechanism with these effects.
     mechanism : Mechanism or None
-        With these effects, at their values; None where there are none.
+        Mechanism with these effects, at their values; None without effects.
     """
 
     path: Path
@@ -35,17 +35,17 @@ class Diagnosed:
 
     @property
     def groups(self) -> tuple[Missing, ...]:
-        """The effects that have rivals."""
+        """Effects that have alternatives."""
         return tuple(effect for effect in self.effects if effect.aliases)
 
 
 def read_diagnosed(folder: Path | str) -> Diagnosed:
-    """Return what a folder of ``mechid diagnose`` holds.
+    """Read a folder of ``mechid diagnose``.
 
     Raises
     ------
     InputFileError
-        A file is missing, damaged, or not of the format; one line.
+        A file is missing, damaged, or has another format; one line.
     """
     path = Path(folder) / FILE_NAME
     content = read_diagnosis(path)

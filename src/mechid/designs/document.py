@@ -1,15 +1,15 @@
-"""A design as a document: the gain, rival effects, errors before and after, the records to drive, step loss."""
+"""Design document: gain, alternative effects, errors before and after, records to drive, step loss."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from mechid.designs.alternative_tables import pair_table, rival_lines
 from mechid.designs.design import Design
 from mechid.designs.figures import ERRORS, ERRORS_BY_RECORD, LOSS, RATES, TORQUE, design_figures
 from mechid.designs.numbers import design_numbers, rate_rows
 from mechid.designs.proposal import write_proposal
-from mechid.designs.rivals_shown import pair_table, rival_lines
 from mechid.designs.sentences import JSON_NAME, headline, hole_lines, left_out_lines, loss_words, peak_lines
 from mechid.designs.tables import loss_table, parameter_table, record_table
 from mechid.identification.result.estimate_file import json_text
@@ -29,12 +29,12 @@ RATES_WORDS = "The rates of the records, one after the other in this order, with
 STYLE = """
 @media (min-width: 641px) { .scroll td.word { white-space: nowrap; } .scroll thead th { white-space: normal; } }
 """
-"""Units and names stay in one line where there is room, headers need not."""
+"""Units and names stay on one line where there is room; headers may wrap."""
 BAND = "The line is at the values believed; the band holds all mechanisms that may be true."
 
 
 def design_document(data: Data) -> Document:
-    """Return the document of what `design_numbers` made."""
+    """Return the document of the data of `design_numbers`."""
     return Document(
         title="Design of the next test",
         command="mechid design",

@@ -1,4 +1,4 @@
-"""The figures of a design: errors before and after each record, rates of the records, step loss, torque over rate."""
+"""Figures of a design: errors before and after each record, rates of the records, step loss, torque over rate."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ ERRORS, ERRORS_BY_RECORD, RATES = "standard_errors", "errors_by_record", "record
 LOSS, TORQUE = "step_loss", "torque_over_rate"
 """Names of the figures."""
 NAMES_IN = 1.9
-"""Of the parameters' names at the left."""
+"""Width of the parameters' names at the left, in."""
 BELOW_IN = 0.95
-"""Of the records' names below."""
+"""Height of the records' names below, in."""
 NAMED_COLUMNS, NAMED_RECORDS, NUMBERED_RECORDS = 40, 12, 6
 """Records up to which each has its name below the errors, its name over its rate, its errors written out."""
 DARK = 1.5
 """Sum of red, green and blue below which text in a cell is light."""
 LARGEST_ERROR = 1.0
-"""Over the value: beyond it a parameter is not known at all."""
+"""Relative error beyond which a parameter is undetermined."""
 
 STEPPINGS = {"full": (series(0), "-"), "half": (series(1), "--"), "micro": (series(2), "-")}
 """Colour and style of each stepping."""
@@ -37,7 +37,7 @@ RATE, AMPLITUDE = "step rate, full steps/s", "torque amplitude, N m"
 
 
 def design_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of what `design_numbers` made, with their names."""
+    """Yield the figures of the data of `design_numbers`, with their names."""
     height = 0.22 * len(data["parameters"]) + 0.9
     drawings: dict[str, tuple[float, Callable[..., None]]] = {
         ERRORS: (height, _standard_errors),
@@ -52,7 +52,7 @@ def design_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
 
 
 def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:
-    """Draw a panel for each stepping: the curve of the values believed in the band of all that may be true."""
+    """Draw a panel for each stepping: the curve at the assumed values in the band of all possible mechanisms."""
     axes = figure.subplots(3, 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for ax, m in zip(axes, data["torque_over_rate"], strict=True):
         colour, style = STEPPINGS[m["stepping"]]
@@ -77,12 +77,12 @@ def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:
 
 
 def _band_words(mechanisms: int) -> str:
-    """Return what the band holds."""
+    """Return the label of the band."""
     return f"least to largest of {mechanisms} mechanisms that may be true"
 
 
 def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
-    """Draw each parameter's standard error relative to that of the planned records, with its 90 % over the prior."""
+    """Draw each parameter's standard error, planned and chosen, from its median to its 90 % quantile over the prior."""
     figure.subplots_adjust(left=NAMES_IN / WIDTH_IN)
     axes = figure.subplots()
     rows = data["parameters"]
@@ -99,13 +99,14 @@ def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
 
 
 def relative_errors(data: Mapping[str, Any]) -> FloatArray:
-    """Return each parameter's standard error over its value, (parameters, 1 + records), NaN where there is none."""
+    """Return each parameter's standard error over its value, (parameters, 1 + records), NaN if unknown."""
     return np.array([[_over_value(p, sigma) for sigma in p["by_record"]] for p in data["parameters"]])
 
 
 def _errors_by_record(data: Mapping[str, Any], figure: Any) -> None:
-    """Draw a row for each parameter, a column before the first record and after each."""
+    """Draw one row per parameter, with one column before the first record and one after each."""
     records, errors = data["chosen"]["records"], relative_errors(data)
+    # Undetermined parameters have no colour: they would stretch the scale over all the others.
     known = np.where(errors < LARGEST_ERROR, errors, np.nan)
     norm = LogNorm(*_decades_of(known if data["after_fit"] else known[:, 1:]), clip=True)
     bottom = BELOW_IN / figure.get_figheight()
@@ -124,7 +125,7 @@ def _errors_by_record(data: Mapping[str, Any], figure: Any) -> None:
 
 
 def _decades_of(errors: FloatArray) -> tuple[float, float]:
-    """Return the powers of ten around errors."""
+    """Return the powers of ten that enclose errors."""
     if not np.isfinite(errors).any():
         return 0.1 * LARGEST_ERROR, LARGEST_ERROR
     low, high = np.log10([np.nanmin(errors), np.nanmax(errors)])
@@ -142,7 +143,7 @@ def _write_errors(axes: Any, image: Any, errors: FloatArray) -> None:
 
 
 def _record_rates(data: Mapping[str, Any], figure: Any) -> None:
-    """Draw the rate of the chosen records one after the other, named where there is room."""
+    """Draw the rates of the chosen records in sequence, with names where there is room."""
     axes, start_s, records = figure.subplots(), 0.0, data["chosen"]["records"]
     for r in records:
         colour, style = STEPPINGS[r["stepping"]]
@@ -176,7 +177,7 @@ def _over_value(p: Mapping[str, Any], sigma: float | None) -> float:
 
 
 def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
-    """Draw the limits beyond which steps are lost; a bar is a hole below, where they are lost too."""
+    """Draw the limits beyond which steps are lost; a bar marks a hole below a limit."""
     axes = figure.subplots(1, 3, sharey=True, gridspec_kw={"wspace": 0.08})
     supply = "current" if any(r["changed"] == "current" for r in data["step_loss"]) else "voltage"
     kinds = (

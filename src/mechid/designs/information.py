@@ -1,4 +1,4 @@
-"""What each record would tell at each of several mechanisms: Fisher information with exact Jacobians."""
+"""Fisher information of each record at each of several mechanisms, from exact Jacobians."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import norm
 
 from mechid.arrays import FloatArray
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -26,34 +26,37 @@ def informations(
 ) -> FloatArray:
     """Return the information of each record at each point, (points, records, n, n), in search coordinates.
 
-    Offset, drift and a free time offset of a record are projected out. Where the simulation fails it is zero: such a
-    record tells nothing.
+    Offset, drift and a free time offset of a record are projected out. The information is zero where the simulation
+    fails.
 
     Parameters
     ----------
     space : SearchSpace
     records : sequence of PlannedRecord
     points : (points, n)
-        In search coordinates.
+        Search coordinates.
     workers : int
-        Threads.
+        Number of threads.
     on_record : callable
-        Called with how many records are done, and how many there are.
+        Called with the number of records done and the total.
     """
     number = count(1)
 
-    def ended(done: Sequence[object]) -> None:
+    def report_progress(done: Sequence[object]) -> None:
         for _ in done:
             on_record(next(number), len(records))
 
+    # Longest first: the last worker to finish then has a short record.
     order = sorted(range(len(records)), key=lambda k: -records[k].base.samples)
-    found = map_tasks(partial(_of_record, space, points), [records[k] for k in order], workers, ended)
+    found = map_tasks(
+        partial(_record_information, space, points), [records[k] for k in order], workers, report_progress
+    )
     out = np.zeros((len(points), len(records), space.size, space.size))
     out[:, order] = np.moveaxis(np.array(found).reshape(len(order), len(points), space.size, space.size), 0, 1)
     return out
 
 
-def _of_record(space: SearchSpace, points: FloatArray, record: PlannedRecord) -> FloatArray:
+def _record_information(space: SearchSpace, points: FloatArray, record: PlannedRecord) -> FloatArray:
     """Return the information of a record at each point, (points, n, n)."""
     problem = Problem(space, (record.target(),))
     own = problem.start[space.size :]
@@ -62,7 +65,7 @@ def _of_record(space: SearchSpace, points: FloatArray, record: PlannedRecord) ->
 
 
 def _information(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return J^T J of a problem of one record, a free time offset eliminated, (n, n); zero where it failed."""
+    """Return J^T J of a problem of one record, its free time offset eliminated, (n, n); zero where it failed."""
     size = problem.space.size
     (triangle,) = problem.triangles(q, problem.whole_windows())
     if not np.all(np.isfinite(triangle.jacobian)):
@@ -71,9 +74,10 @@ def _information(problem: Problem, q: FloatArray) -> FloatArray:
 
 
 def without_offsets(J: FloatArray, size: int) -> FloatArray:
-    """Return the information on the first `size` coordinates, (size, size), those behind them eliminated.
+    """Return the information on the first `size` coordinates, (size, size), with the remaining ones eliminated.
 
-    `J`, (m, n), are derivatives in sigmas; behind the mechanism's coordinates stand the free time offsets.
+    `J`, (m, n), holds derivatives in standard deviations of the noise; free time offsets follow the mechanism's
+    coordinates.
     """
     if J.shape[1] > size and np.any(J[:, size:]):
         across, _ = np.linalg.qr(J[:, size:])
@@ -82,12 +86,13 @@ def without_offsets(J: FloatArray, size: int) -> FloatArray:
 
 
 def prior_points(space: SearchSpace, count: int, seed: int) -> FloatArray:
-    """Return mechanisms within what the file believes, (count, n) in search coordinates; its own values first.
+    """Return mechanisms drawn from the prior of the file, (count, n) in search coordinates; its own values first.
 
-    As the search's starts: each parameter within the error that catalogues have, inside its bounds; one with a prior
-    `sigma` is drawn from that.
+    As for the starts of the search, each parameter varies within the usual error of catalogues, inside its bounds; one
+    with a prior `sigma` is drawn from that.
     """
-    power = 1 << max(count - 1, 0).bit_length()  # a Sobol sequence is balanced at powers of two
+    # A Sobol sequence is balanced at powers of two.
+    power = 1 << max(count - 1, 0).bit_length()
     points = sample_box(space, power, seed)[:count]
     rng = np.random.default_rng((seed, 1))
     for j, c in enumerate(space.coordinates):
@@ -100,11 +105,12 @@ def prior_points(space: SearchSpace, count: int, seed: int) -> FloatArray:
 
 
 def range_information(space: SearchSpace) -> FloatArray:
-    """Return what the file's bounds and priors tell beforehand, (n, n): a bound as a uniform distribution.
+    """Return the information of the file's bounds and priors, (n, n); a bound is treated as a uniform distribution.
 
-    It is next to nothing beside a record, and keeps a direction that no record sees from counting as infinitely bad.
+    It is negligible against a record, but keeps a direction without any information from having an infinite error.
     """
     width = np.where(np.isfinite(space.upper - space.lower), space.upper - space.lower, 1e6)
+    # The variance of a uniform distribution is its squared width over 12.
     known = np.diag(12.0 / width**2)
     names, slopes = space.value_jacobian(space.start)
     for name, row in zip(names, slopes, strict=True):

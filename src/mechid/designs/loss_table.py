@@ -1,4 +1,4 @@
-"""Pull-in and pull-out rates over load inertia, friction and voltage."""
+"""Table of pull-in and pull-out rates over load inertia, friction and voltage."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from dataclasses import dataclass
 from mechid.command import Command
 from mechid.designs.rate_limit import RateLimit
 from mechid.designs.settings import RATE
-from mechid.designs.step_loss import heavier, pull_in, pull_out, rubbing, weaker
+from mechid.designs.step_loss import add_friction, pull_in, pull_out, scale_load, scale_supply
 from mechid.identification.computation.parallel import map_tasks
 from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.stepper import HOLDING
 
 WORDS = {"V": "voltage", "A": "current", "kg m2": "load inertia"}
-"""What is changed, by its unit."""
+"""Changed quantity, by its unit."""
 
 
 @dataclass(frozen=True)
 class LossRow:
-    """Limits of one stepping with one thing changed.
+    """Limits of one stepping with one quantity changed.
 
     Attributes
     ----------
     stepping : str
     changed : str
-        What is changed: empty, ``"load inertia"``, ``"voltage"``, ``"current"`` or ``"friction torque"``.
+        Changed quantity: empty, ``"load inertia"``, ``"voltage"``, ``"current"`` or ``"friction torque"``.
     to : float
-        Factor on it; for friction torque what is added, N m.
+        Factor on it; for friction torque the increase, N m.
     pull_in, pull_out : RateLimit
     """
 
@@ -55,8 +55,8 @@ def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
     yield "", 1.0, mechanism
     has = mechanism.plant.names_with_role
     kinds: list[tuple[Role, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
-        (Role.LOAD_INERTIA, RATE.inertia_factors, heavier),
-        (Role.SUPPLY, RATE.voltage_factors, weaker),
+        (Role.LOAD_INERTIA, RATE.inertia_factors, scale_load),
+        (Role.SUPPLY, RATE.voltage_factors, scale_supply),
     ]
     for role, factors, change in kinds:
         word = WORDS.get(mechanism.plant.declarations[has(role)[0]].unit, "") if has(role) else ""
@@ -64,4 +64,4 @@ def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
     torque = mechanism.scale(HOLDING)
     if has(Role.DRY_FRICTION) and torque:
         added = [share * torque for share in RATE.torque_shares]
-        yield from (("friction torque", T, rubbing(mechanism, T)) for T in added)
+        yield from (("friction torque", T, add_friction(mechanism, T)) for T in added)

@@ -1,4 +1,4 @@
-"""The design as a plain dict of every number that is shown."""
+"""Results of a design as one plain dict, which all outputs share."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from mechid.designs.alternatives import Group
 from mechid.designs.criterion import KINDS
 from mechid.designs.design import Design
+from mechid.designs.group_separation import GroupSeparation
 from mechid.designs.loss_table import LossRow
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.rate_limit import RateLimit
 from mechid.designs.rate_map import RateMap
 from mechid.designs.record_set import RecordSet
-from mechid.designs.rivals import Group
-from mechid.designs.separating import GroupSeparation
 from mechid.designs.separation import CLEAR
 from mechid.designs.settings import RATE
 from mechid.designs.step_loss import Margins
 from mechid.identification.result.estimate_file import provenance_of_fits
 
 FORMAT = "mechid-design/1"
-TOLD_DEG = 90.0
-"""A phase with a larger standard error is not told at all."""
+DETERMINED_DEG = 90.0
+"""Standard error above which a phase is undetermined, deg."""
 
 
 def design_numbers(design: Design) -> dict[str, Any]:
-    """Return every number of a design that is shown."""
+    """Return every result of a design that is shown."""
     options, limits = design.options, design.options.limits
     kind = options.criterion
     return {
@@ -79,14 +79,14 @@ def design_numbers(design: Design) -> dict[str, Any]:
 
 
 def _tells_apart(design: Design, record: int) -> dict[str, float | None]:
-    """Return the least chi-square that is expected between rivals after a record, by the first of each group."""
+    """Return the least expected chi-square between alternatives after a record, by the first of each group."""
     if design.separation is None:
         return {}
     return {one.group.names[0]: one.worst(record) for one in design.separation.groups}
 
 
 def _rivals(design: Design) -> list[dict[str, Any]] | None:
-    """Return an entry a group of rival explanations; None where no diagnosis was given, or it has none."""
+    """Return one entry per group of alternative explanations; None without a diagnosis or without alternatives."""
     found = design.separation
     return None if found is None else [_group(design, one, found.chosen) for one in found.groups]
 
@@ -98,10 +98,10 @@ def _group(design: Design, one: GroupSeparation, chosen: Iterable[int]) -> dict[
     return {
         "names": list(one.group.names),
         "now": _now(one.group),
-        "told_already": one.told_already,
+        "told_already": one.is_resolved,
         "needed": CLEAR,
-        "clear": one.clear,
-        "expected": one.expected,
+        "clear": one.is_clear,
+        "expected": one.expected_chi_square,
         "records": names,
         "seconds": sum(design.candidates[k].duration_s + between_s for k in chosen) if names else 0.0,
         "pairs": [
@@ -110,7 +110,7 @@ def _group(design: Design, one: GroupSeparation, chosen: Iterable[int]) -> dict[
                 "against": pair.against,
                 "now": pair.now,
                 "first_order": promise.first_order if promise else None,
-                "expected": promise.refitted if promise else None,
+                "expected": promise.by_refit if promise else None,
                 "record": promise.record if promise else None,
                 "differ_rms_Nm": promise.rms_Nm if promise else None,
                 "differ_most_hz": promise.frequency_hz if promise else None,
@@ -122,7 +122,7 @@ def _group(design: Design, one: GroupSeparation, chosen: Iterable[int]) -> dict[
 
 
 def _now(group: Group) -> dict[str, float]:
-    """Return by how much the chi-square of each rival is above that of the best, on the records that there are."""
+    """Return the chi-square of each alternative above that of the best one, on the existing records."""
     best = min(model.cost for model in group.models)
     return {name: model.cost - best for name, model in zip(group.names, group.models, strict=True)}
 
@@ -139,7 +139,7 @@ def _set(design: Design, records: RecordSet) -> dict[str, Any]:
 
 
 def _parameters(design: Design) -> list[dict[str, Any]]:
-    """Return a row a parameter: value believed, standard errors with the planned and with the chosen records."""
+    """Return one row per parameter: assumed value, standard errors with the planned and with the chosen records."""
     rows = []
     for q in design.mechanism.free:
         sets = {"planned": design.planned, "chosen": design.chosen}
@@ -160,14 +160,14 @@ def _parameters(design: Design) -> list[dict[str, Any]]:
 
 
 def _size(design: Design, name: str) -> float:
-    """Return the root mean square of a parameter over the mechanisms that may be true."""
+    """Return the root mean square of a parameter over the possible mechanisms."""
     space = design.standpoint.space
     values = [space.values(q)[name] for q in design.standpoint.points]
     return math.sqrt(sum(v**2 for v in values) / len(values))
 
 
 def _knowable(sigma: float | None, unit: str) -> float | None:
-    return None if sigma is not None and unit == "deg" and sigma > TOLD_DEG else sigma
+    return None if sigma is not None and unit == "deg" and sigma > DETERMINED_DEG else sigma
 
 
 def _record(design: Design, record: PlannedRecord) -> dict[str, Any]:

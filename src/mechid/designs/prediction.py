@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, combine_triangles, triangle_of_rows
 from mechid.identification.output_error.space import SearchSpace
@@ -30,11 +30,11 @@ class PredictedErrors:
     names : tuple of str, (k,)
         Every free parameter.
     values : (k,)
-        At which they are predicted.
+        Values at which they are predicted.
     covariance : (k, k)
-        Zero for those without a standard error.
+        Zero for parameters without a standard error.
     reasons : mapping of str to str
-        Why a parameter has none.
+        Why a parameter has no standard error.
     """
 
     names: tuple[str, ...]
@@ -43,7 +43,7 @@ class PredictedErrors:
     reasons: Mapping[str, str]
 
     def std_error(self, name: str) -> float | None:
-        """Return the standard error of a parameter, None where it has none."""
+        """Return the standard error of a parameter, None if it has none."""
         if name in self.reasons:
             return None
         k = self.names.index(name)
@@ -51,7 +51,7 @@ class PredictedErrors:
 
     @property
     def correlation(self) -> FloatArray:
-        """Correlation matrix, (k, k); zero where there is no standard error."""
+        """Correlation matrix, (k, k); zero for parameters without a standard error."""
         scale = np.sqrt(np.diag(self.covariance))
         scale[scale == 0.0] = 1.0
         return np.asarray(self.covariance / np.outer(scale, scale))
@@ -64,7 +64,7 @@ def planned_problem(
     priors: Mapping[str, tuple[float, float]] | None = None,
     workers: int = 1,
 ) -> Problem:
-    """Return the problem that identify would solve of these records; what they measure is zero."""
+    """Return the identification problem of planned records; their measured values are zero."""
     return Problem(space, tuple(r.target() for r in records), priors or {}, workers=workers)
 
 
@@ -77,15 +77,17 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
     q : (n,)
         Mechanism's coordinates and free time offsets.
     before : (m, m) or None
-        Information that is there already on the mechanism's m coordinates.
+        Existing information on the mechanism's m coordinates.
 
     Raises
     ------
     ArithmeticError
-        A record cannot be simulated there.
+        A record cannot be simulated at that point.
     """
     parts = [*problem.triangles(q, problem.whole_windows()), *problem.prior_triangles(q)]
     if before is not None:
+        # A square root of the information acts as further rows of the Jacobian; rounding may leave eigenvalues below
+        # zero.
         values, vectors = np.linalg.eigh(before)
         rows = np.zeros((before.shape[0], problem.size))
         rows[:, : before.shape[0]] = (vectors * np.sqrt(np.maximum(values, 0.0))).T
@@ -94,6 +96,7 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
     if not np.all(np.isfinite(triangle.jacobian)):
         raise ArithmeticError("a record cannot be simulated at the values of the mechanism file")
     on, seen = problem.coordinates.on_bound(q), seen_coordinates(problem, triangle)
+    # A parameter on its bound does not move with noise, and one that is not seen has no finite error.
     counted = seen & ~on
     inverse = np.zeros((problem.size, problem.size))
     J = triangle.jacobian[:, counted]
@@ -113,7 +116,7 @@ def _values(problem: Problem, q: FloatArray, names: Sequence[str]) -> FloatArray
 def _reasons(
     problem: Problem, values: FloatArray, names: Sequence[str], seen: BoolArray, on: BoolArray
 ) -> dict[str, str]:
-    """Say which parameters have no standard error."""
+    """Return why parameters have no standard error."""
     reasons: dict[str, str] = {}
     for name, is_seen, is_on in zip(problem.coordinates.names, seen, on, strict=True):
         if not is_seen or is_on:

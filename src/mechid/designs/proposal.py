@@ -1,4 +1,4 @@
-"""The records chosen as files: a campaign ready to be driven, and the design file that made it."""
+"""Proposal of a design as files: a campaign ready to be driven, and the design file that produced it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.designs.design import Design
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.errors import UsageError
 from mechid.writing import write_together
 
@@ -24,7 +24,7 @@ Lengths and noise stand in design.toml beside this file: mechid design on this f
 
 
 def write_proposal(design: Design, data: Mapping[str, Any], folder: Path) -> list[Path]:
-    """Write campaign and design file of the records chosen, and the mechanism where no file has it.
+    """Write campaign and design file of the chosen records, and the mechanism if no file holds it.
 
     Raises
     ------
@@ -39,13 +39,13 @@ def write_proposal(design: Design, data: Mapping[str, Any], folder: Path) -> lis
 
 
 def refuse_own_folder(campaign: Path, folder: Path) -> None:
-    """Raise UsageError where the proposal would replace the campaign file that it is made from."""
+    """Raise UsageError if the proposal would replace the campaign file from which it is made."""
     if folder.resolve() == campaign.parent.resolve():
         raise UsageError(f"{folder}: holds the campaign itself, which must not be replaced; give another folder")
 
 
 def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> str:
-    """Return campaign.toml of the records chosen, commented; the mechanism is the campaign's file, else beside it."""
+    """Return campaign.toml of the chosen records, with comments; it refers to a mechanism file."""
     peaks = {r["name"]: r["peak_torque_Nm"] for r in data["candidates"]}
     file = design.campaign.mechanism_path if has_file(design) else folder / MECHANISM_NAME
     mechanism = Path(os.path.relpath(file.absolute(), folder.absolute())).as_posix()
@@ -64,7 +64,7 @@ def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> 
 
 
 def has_file(design: Design) -> bool:
-    """Tell whether the mechanism stands in a file; one made in code does not."""
+    """Return whether the mechanism has a file; one made in code has none."""
     return design.campaign.mechanism_path.is_file()
 
 
@@ -75,7 +75,7 @@ def criterion_words(data: Mapping[str, Any]) -> str:
 
 
 def _remark(record: PlannedRecord, data: Mapping[str, Any], peaks: Mapping[str, float]) -> str:
-    """Return a comment: how long, and what torque to expect."""
+    """Return a comment with duration and expected torque."""
     remark = f"  # {record.duration_s:g} s"
     if record.name in peaks:
         remark += f", peak {peaks[record.name]:.2g} N m expected"
@@ -89,7 +89,7 @@ def _remark(record: PlannedRecord, data: Mapping[str, Any], peaks: Mapping[str, 
 
 
 def proposed_options(design: Design) -> str:
-    """Return design.toml of a design: what is needed to look at the proposed campaign again."""
+    """Return design.toml of a design, with the settings needed to design the proposed campaign again."""
     return "\n".join(_option_lines(design)) + "\n"
 
 

@@ -1,6 +1,6 @@
-"""Torque amplitude over the step rate, from a slow sweep: where a test is worth its time (Fig. 4 of Kornienko2013).
+"""Torque amplitude over the step rate, from a slow sweep (Fig. 4 of Kornienko2013).
 
-The sweep passes each bin of rates slowly enough that the torque in it is that of a steady motion, and that it holds a
+The sweep passes each bin of rates so slowly that the torque in it is that of a steady motion, and that the bin holds a
 whole period of the motion: at 0.5 full steps/s four steps take 8 s.
 """
 
@@ -28,14 +28,14 @@ class RateMap:
     ----------
     stepping : str
     rates : (b,)
-        Middle of each bin, full steps/s.
+        Centre of each bin, full steps/s.
     amplitude : (b,)
-        Half the distance of the highest from the lowest torque in the bin, N m: that of the steady motion whose rate in
-        the bin has most. NaN where the simulation failed.
+        Half the peak-to-peak torque in the bin, N m: that of the steady motion with the largest torque at a rate in the
+        bin. NaN where the simulation failed.
     spread : (2, b)
-        Least and largest amplitude at each rate of all mechanisms that may be true, the one believed among them, N m.
+        Least and largest amplitude at each rate over all possible mechanisms, the assumed one included, N m.
     mechanisms : int
-        How many these are.
+        Their number.
     """
 
     stepping: str
@@ -55,14 +55,14 @@ class RateMap:
 
 @dataclass(frozen=True, eq=False)
 class _Sweep:
-    """A command through all bins of rates.
+    """Command that sweeps through all bins of rates.
 
     Attributes
     ----------
     edges : (b + 1,)
-        Of the bins, full steps/s.
+        Edges of the bins, full steps/s.
     times_s : (b + 1,)
-        When the sweep passes them; in between the rate rises linearly, before the first it is 0.
+        Times at which the sweep passes them; the rate rises linearly in between and is 0 before the first.
     """
 
     edges: FloatArray
@@ -70,16 +70,16 @@ class _Sweep:
 
     @property
     def profile(self) -> RateProfile:
-        """The rate over time."""
+        """Rate over time."""
         return RateProfile.through(zip(self.times_s.tolist(), self.edges.tolist(), strict=True))
 
     @property
     def base(self) -> TimeBase:
-        """The samples of the sweep."""
+        """Time base of the sweep."""
         return TimeBase(RATE.sample_rate_hz, round(float(self.times_s[-1]) * RATE.sample_rate_hz))
 
     def bins(self, start: int, stop: int) -> IntArray:
-        """Return in which bin samples fall, (stop - start,); -1 before the sweep begins."""
+        """Return the bin of each sample, (stop - start,); -1 before the sweep begins."""
         passed = np.searchsorted(self.times_s, np.arange(start, stop) / RATE.sample_rate_hz, side="right")
         return np.asarray(np.minimum(passed - 1, self.edges.size - 2), dtype=np.int64)
 
@@ -91,7 +91,7 @@ def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command
     ----------
     mechanism : Mechanism
     others : sequence of Mechanism
-        That may be true besides: over them the amplitude is spread. May be empty.
+        Further possible mechanisms, over which the amplitude is spread; may be empty.
     command : Command
         Its rate is replaced by the sweep.
     highest : float
@@ -100,11 +100,11 @@ def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command
     simulator = Simulator(mechanism.plant, replace(command, rate=sweep.profile), sweep.base)
     own = _amplitudes(simulator, sweep, mechanism)
     each = np.array([own, *(_amplitudes(simulator, sweep, other) for other in others)])
-    return RateMap(command.stepping, 0.5 * (sweep.edges[1:] + sweep.edges[:-1]), own, _ends(each), len(each))
+    return RateMap(command.stepping, 0.5 * (sweep.edges[1:] + sweep.edges[:-1]), own, _spread(each), len(each))
 
 
 def _sweep(highest: float, steps: int) -> _Sweep:
-    """Return a sweep to a rate whose bins each hold so many full steps where `RATE.longest_s` suffices for that."""
+    """Return a sweep whose bins each hold a number of full steps, if `RATE.longest_s` is long enough."""
     bins = min(max(round(highest / RATE.narrowest), RATE.least_bins), RATE.bins)
     edges = np.linspace(0.0, highest, bins + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
@@ -112,12 +112,13 @@ def _sweep(highest: float, steps: int) -> _Sweep:
     return _Sweep(edges, RATE.settled_s + np.concatenate([[0.0], np.cumsum(each_s)]))
 
 
-def _ends(each: FloatArray) -> FloatArray:
-    """Return the least and the largest amplitude at each rate, (2, b), of the simulations that came so far.
+def _spread(each: FloatArray) -> FloatArray:
+    """Return the least and the largest amplitude at each rate, (2, b), over the completed simulations.
 
-    No quantiles: what is believed is one of the mechanisms, but seldom one from the middle. A catalogue that knows no
-    second detent has less torque in microsteps than nearly all mechanisms that may be true.
+    Quantiles are not used: the assumed mechanism is one of the possible ones, but seldom in the middle. For example, a
+    catalogue without a second detent gives less torque in microsteps than nearly all possible mechanisms.
     """
+    # A mechanism that failed at a rate must not hide the others there.
     failed = ~np.isfinite(each)
     ends = np.where(failed, np.inf, each).min(axis=0), np.where(failed, -np.inf, each).max(axis=0)
     return np.where(failed.all(axis=0), np.nan, ends)

@@ -1,4 +1,4 @@
-"""Records together: what they would tell at the values believed and over the mechanisms that may be true."""
+"""Set of records with predicted errors at the assumed values and over the possible mechanisms."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.designs.criterion import Criterion
-from mechid.designs.planned import PlannedRecord
+from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.prediction import PredictedErrors, planned_problem, predicted_errors
 from mechid.designs.standpoint import Standpoint
 
 
 @dataclass(frozen=True, eq=False)
 class RecordSet:
-    """Records, what they would tell, and what they take.
+    """Records, their predicted errors, and their test time.
 
     Attributes
     ----------
     records : tuple of PlannedRecord
     errors : PredictedErrors
-        At the values believed, together with what a fit knows.
+        At the assumed values, together with the information of a fit.
     spread : mapping of str to (float, float)
-        Median and 90 % quantile of each standard error over the mechanisms that may be true.
+        Median and 90 % quantile of each standard error over the possible mechanisms.
     criterion : float
         Logarithm of a standard error.
     seconds : float
-        Test time, what is between records included.
+        Test time, including the time between records.
     """
 
     records: tuple[PlannedRecord, ...]
@@ -47,24 +47,24 @@ def record_set(
     between_s: float,
     workers: int = 1,
 ) -> RecordSet:
-    """Return what records would tell together.
+    """Return the predicted errors of records taken together.
 
     Parameters
     ----------
     here : Standpoint
     records : sequence of PlannedRecord
     information : (points, records, n, n)
-        Of each at each mechanism of the standpoint.
+        Of each record at each mechanism of the standpoint.
     criterion : Criterion
     between_s : float
-        Test time beside each record, s.
+        Additional test time per record, s.
     workers : int
-        Threads.
+        Number of threads.
 
     Raises
     ------
     ArithmeticError
-        A record cannot be simulated at the values believed.
+        A record cannot be simulated at the assumed values.
     """
     total = here.before + information.sum(axis=1)
     return RecordSet(
@@ -89,7 +89,7 @@ def errors_by_record(here: Standpoint, information: FloatArray) -> dict[str, tup
     ----------
     here : Standpoint
     information : (points, records, n, n)
-        Of each record at each mechanism of the standpoint, in the order in which they are taken.
+        Of each record at each mechanism of the standpoint, in the order of the test.
     """
     before = np.broadcast_to(here.before, (len(here.points), 1, *here.before.shape))
     names, errors = _standard_errors(here, np.cumsum(np.concatenate([before, information], axis=1), axis=1))

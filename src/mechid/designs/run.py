@@ -1,4 +1,4 @@
-"""Public function that chooses the records of the next test."""
+"""Public function for choosing the records of the next test."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from mechid.campaign import Campaign
+from mechid.designs.alternatives import Group, rival_groups
 from mechid.designs.design import Design, make_design
-from mechid.designs.design_file import DesignOptions, beside, read_design_file
+from mechid.designs.design_file import DesignOptions, options_for, read_design_file
 from mechid.designs.diagnosis_file import Diagnosed, read_diagnosed
-from mechid.designs.rivals import Group, rival_groups
 from mechid.errors import UsageError
 from mechid.fits.load import fit_from, load_fit
 from mechid.identification.computation.workforce import working_on
@@ -39,22 +39,22 @@ def design(
     campaign : Campaign
         Its records may be planned or measured.
     options : DesignOptions, Path or None
-        Candidates and limits, or the design file that has them; None takes ``design.toml`` beside the campaign's
-        file, else the usual ones.
+        Candidates and limits, or the design file with them; None takes ``design.toml`` next to the campaign's file, or
+        else the defaults.
     fit : Fit, Path or None
-        A fit of the campaign, or its result folder: what to measure next. A fit in memory that does not hold its
-        campaign is of this one, records read.
+        Fit of the campaign, or its result folder, to choose further measurements. A fit in memory without a campaign is
+        taken as one of this campaign, with its records read.
     diagnosis : Path, Diagnosed or None
-        Result folder of a diagnosis of that fit, or what was read of it: records that tell its rival effects apart come
+        Result folder of a diagnosis of that fit, or its content: records that separate its alternative effects come
         first.
     criterion : str or None
         "D", "A", "E" or a parameter's dotted name, in place of the options'.
     total_s : float or None
-        Test time in s, what is between records included, in place of the options'.
+        Test time in s, including the time between records, in place of the options'.
     workers : int or None
-        Threads; None takes one per core.
+        Number of threads; None takes one per core.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor, as `distributed.Client.get_executor()`; None uses threads.
     say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
@@ -65,12 +65,12 @@ def design(
     Raises
     ------
     FitError
-        Nothing is to be estimated, or the records cannot be simulated.
+        There is nothing to estimate, or the records cannot be simulated.
     UsageError
-        The options name what is not there, a diagnosis comes without its fit, or the campaign is not one of step
+        The options name a missing item, a diagnosis is given without its fit, or the campaign does not consist of step
         commands.
     InputFileError
-        A file is missing or wrong, or of another fit.
+        A file is missing or wrong, or belongs to another fit.
 
     Examples
     --------
@@ -81,21 +81,21 @@ def design(
     count = workers or os.cpu_count() or 1
     if diagnosis is not None and fit is None:
         raise UsageError("diagnosis: give the fit too that was diagnosed")
-    asked = _options(campaign, options).asking(criterion, total_s)
+    requested = _options(campaign, options).with_overrides(criterion, total_s)
     with telling(say) as tell, working_on(executor):
-        diagnosed = _diagnosed(diagnosis, tell)
+        diagnosed = _read_diagnosis(diagnosis, tell)
         optimum, rivals, digest = None, tuple[Group, ...](), ""
         if fit is not None:
             own = _fit_of(campaign, fit)
             optimum, digest = own.optimum_on(count), own.mechanism_digest
             if diagnosed:
                 rivals = rival_groups(own, diagnosed, workers=count, say=tell)
-        made = make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, say=tell)
+        made = make_design(campaign, requested, fit=optimum, rivals=rivals, workers=count, say=tell)
     return replace(made, fit_digest=digest)
 
 
 def _fit_of(campaign: Campaign, fit: Fit | Path | str) -> Fit:
-    """Return a fit that holds its campaign; in a result folder it is of the design's campaign file, records read."""
+    """Return a fit with its campaign; a result folder is read with the design's campaign file."""
     if not isinstance(fit, Path | str):
         return fit_from(fit, None if fit.campaign else campaign)
     return load_fit(fit, campaign.path if campaign.path.is_file() else campaign)
@@ -104,10 +104,10 @@ def _fit_of(campaign: Campaign, fit: Fit | Path | str) -> Fit:
 def _options(campaign: Campaign, options: DesignOptions | Path | str | None) -> DesignOptions:
     if isinstance(options, DesignOptions):
         return options
-    return beside(campaign.path) if options is None else read_design_file(options)
+    return options_for(campaign.path) if options is None else read_design_file(options)
 
 
-def _diagnosed(source: Path | str | Diagnosed | None, tell: Callable[[str], None]) -> Diagnosed | None:
+def _read_diagnosis(source: Path | str | Diagnosed | None, tell: Callable[[str], None]) -> Diagnosed | None:
     if source is None:
         return None
     found = source if isinstance(source, Diagnosed) else read_diagnosed(source)

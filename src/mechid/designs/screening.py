@@ -1,4 +1,4 @@
-"""Which records cannot be driven: those in which too many of the mechanisms lose steps or exceed the transducer."""
+"""Screening of records in which too many mechanisms lose steps or exceed the transducer's range."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from functools import partial
 import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
-from mechid.designs.planned import PlannedRecord
-from mechid.designs.step_loss import Driven, driven
+from mechid.designs.planned_record import PlannedRecord
+from mechid.designs.step_loss import DriveResult, drive
 from mechid.identification.computation.parallel import map_tasks
 from mechid.plant.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False)
 class Screening:
-    """How each mechanism comes through each record; the first mechanism is the one believed.
+    """Outcome of each mechanism in each record; the first mechanism is the assumed one.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Screening:
     peak: FloatArray
 
     def objections(self, risk: float, range_Nm: float | None) -> list[str]:
-        """Return for each record why it cannot be driven, empty where it can."""
+        """Return for each record why it cannot be driven, empty if it can."""
         over = self.peak > (range_Nm or np.inf)
         return [self._objection(k, over[:, k], risk) for k in range(self.lost.shape[1])]
 
@@ -44,13 +44,13 @@ class Screening:
         return ""
 
 
-def screening(mechanisms: Sequence[Mechanism], records: Sequence[PlannedRecord], workers: int = 1) -> Screening:
-    """Return how each mechanism comes through each record."""
-    found = map_tasks(partial(_through, mechanisms), records, workers)
+def screen(mechanisms: Sequence[Mechanism], records: Sequence[PlannedRecord], workers: int = 1) -> Screening:
+    """Simulate each mechanism through each record."""
+    found = map_tasks(partial(_drive_all, mechanisms), records, workers)
     lost = np.array([[d.lost for d in column] for column in found], dtype=np.bool_)
     peak = np.array([[d.peak_torque for d in column] for column in found])
     return Screening(lost.T, peak.T)
 
 
-def _through(mechanisms: Sequence[Mechanism], record: PlannedRecord) -> list[Driven]:
-    return [driven(m, record.command, record.duration_s) for m in mechanisms]
+def _drive_all(mechanisms: Sequence[Mechanism], record: PlannedRecord) -> list[DriveResult]:
+    return [drive(m, record.command, record.duration_s) for m in mechanisms]

@@ -1,4 +1,4 @@
-"""Sentences of a design: the gain, step loss, holes, peaks, candidates left out."""
+"""Sentences of a design: gain, step loss, holes, peaks, excluded candidates."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def headline(data: Data) -> str:
 
 
 def loss_words(data: Data) -> str:
-    """Say how the table of step loss is to be read, and how closely was looked."""
+    """Return the explanation of the table of step loss, with the resolution of the search."""
     low, high = data["step_loss"][0]["pull_in"]["searched"]
     search = data["step_loss_search"]
     far, near, slow = (f"{100.0 * (search[f'{key}_ratio'] - 1.0):.0f} %" for key in ("far", "near", "slow"))
@@ -41,7 +41,7 @@ def loss_words(data: Data) -> str:
 
 
 def hole_lines(data: Data) -> list[str]:
-    """Return, at the values believed, where each stepping loses steps though it holds at higher rates."""
+    """Return the rates, at the assumed values, at which each stepping loses steps though it holds at higher ones."""
     return [
         f"{row['stepping']} stepping, {words}: "
         + ", ".join(f"{first:.0f} to {last:.0f}" for first, last in row[key]["holes"])
@@ -59,7 +59,7 @@ def _beyond(limit: Data) -> str:
 
 
 def peak_lines(data: Data) -> list[str]:
-    """Return where each stepping's torque is largest."""
+    """Return the rates at which each stepping's torque is largest."""
     return [
         f"{m['stepping']} stepping: largest at "
         + ", ".join(f"{p['rate']:.3g} steps/s ({p['amplitude_Nm']:.2g} N m)" for p in m["peaks"][:SHOWN_PEAKS])
@@ -69,7 +69,7 @@ def peak_lines(data: Data) -> list[str]:
 
 
 def left_out_lines(data: Data) -> list[str]:
-    """Return the candidates that cannot be driven or are too risky, each with why."""
+    """Return the candidates that cannot be driven or are too risky, each with its reason."""
     lines = [f"{c['name']}: {c['objection']}" for c in data["candidates"] if c["objection"]]
     more = len(lines) - SHOWN_OBJECTIONS
     return [*lines[:SHOWN_OBJECTIONS], f"and {more} more, which stand in {JSON_NAME}"] if more > 0 else lines

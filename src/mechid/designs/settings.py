@@ -1,4 +1,4 @@
-"""Settings of the design of experiments: candidate rates, searches for rates that hold, and the promise of a record."""
+"""Settings of the design of experiments: candidate rates, searches for rates that hold, and checks of predictions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DesignSettings:
-    """Candidates, criterion and selection; no benchmark distinguishes values near those without a reason."""
+    """Settings of candidates, criterion and selection.
+
+    No benchmark distinguishes the values without a stated reason from others nearby.
+    """
 
     rates: int = 12
     """Candidate rates where none are given."""
@@ -49,7 +52,7 @@ class DesignSettings:
 
 @dataclass(frozen=True)
 class RateSettings:
-    """Simulations that find the rates which hold, step loss, and the torque over the rate."""
+    """Settings of the simulations for rates that hold, step loss, and the torque over the rate."""
 
     lowest: float = 4.0
     """Lowest rate that is looked at, full steps/s."""

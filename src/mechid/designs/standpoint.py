@@ -1,4 +1,4 @@
-"""From where a design looks: the mechanisms that may be true, and what is known of them already."""
+"""Knowledge before the next test: possible mechanisms and existing information."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from mechid.parameter import Status
 
 @dataclass(frozen=True, eq=False)
 class Standpoint:
-    """What is believed before the next test.
+    """Knowledge before the next test.
 
     Attributes
     ----------
     space : SearchSpace
-        Its mechanism has the values believed, everything to be estimated is free.
+        Its mechanism has the assumed values, with all estimated parameters free.
     points : (s, n)
-        Mechanisms that may be true, the one believed first, in search coordinates.
+        Possible mechanisms, the assumed one first, in search coordinates.
     before : (n, n)
-        What is known, as Fisher information: bounds and priors of the file, and the records of a fit.
+        Fisher information from bounds and priors of the file, and from the records of a fit.
     known : (n, n) or None
-        That of the fit alone; None before a fit.
+        Fisher information of the fit alone; None before a fit.
     priors : mapping of str to (float, float)
-        Of the mechanism file, as identify counts them.
+        Priors of the mechanism file, as identify uses them.
     sigma : float or None
-        Noise that the fit left, N m.
+        Noise level of the fit, N m.
     """
 
     space: SearchSpace
@@ -44,7 +44,7 @@ class Standpoint:
 
 
 def before_test(campaign: Campaign, count: int, seed: int) -> Standpoint:
-    """Return the standpoint of who has but the mechanism file: anything within what catalogues err."""
+    """Return the knowledge given the mechanism file alone: parameters within the usual errors of catalogues."""
     space = SearchSpace(campaign.mechanism)
     priors = {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
     counted = priors if campaign.options.priors == "fit" else {}
@@ -52,9 +52,9 @@ def before_test(campaign: Campaign, count: int, seed: int) -> Standpoint:
 
 
 def after_fit(optimum: Optimum, count: int, seed: int) -> Standpoint:
-    """Return the standpoint of who has a fit: its estimate, and draws from what it knows.
+    """Return the knowledge after a fit: its estimate, and draws from its covariance.
 
-    Parameters that the fit held because its records did not tell them are free again: a next record may.
+    Parameters that the fit held because its records did not determine them are free again: a further record may.
     """
     problem, size = optimum.problem, optimum.problem.space.size
     mechanism = problem.space.at(optimum.q[:size])
@@ -71,6 +71,7 @@ def after_fit(optimum: Optimum, count: int, seed: int) -> Standpoint:
     before = known + range_information(space)
     values, vectors = np.linalg.eigh(before)
     root = vectors / np.sqrt(np.maximum(values, 1e-300))
+    # Streams 1, 2 and 3 of a seed belong to priors, draws of a fit, and draws of the reliability check.
     steps = np.random.default_rng((seed, 2)).standard_normal((count - 1, space.size)) @ root.T
     points = np.vstack([space.start, np.clip(space.start + steps, space.lower, space.upper)])
     sigma = float(np.median([t.leading.sigma for t in problem.targets]))

@@ -1,4 +1,4 @@
-"""The tables of a design."""
+"""Tables of a design."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ SHOWN_RANGES = 3
 
 
 def parameter_table(data: Data) -> Table:
-    """Return standard errors before and after; after a fit they are compared with what is known now."""
+    """Return standard errors before and after; after a fit, "before" is the present knowledge."""
     return Table(_columns(data), _parameter_rows(data))
 
 
 def record_table(data: Data) -> Table:
-    """Return the records chosen, the most informative first."""
+    """Return the chosen records, the most informative first."""
     return Table(RECORDS, _record_rows(data))
 
 
 def loss_table(data: Data) -> Table:
-    """Return the rates that each stepping holds."""
+    """Return the rates at which each stepping holds."""
     return Table(LOSSES, _loss_rows(data))
 
 
 def _columns(data: Data) -> tuple[Column, ...]:
-    """Return the columns of the parameters; after a fit they are compared with what is known now."""
+    """Return the columns of the parameter table; after a fit, "before" is the present knowledge."""
     before, many = ("now", "of its draws") if data["after_fit"] else ("planned", "over the prior")
     return (
         Column("parameter", "name", words=True),
@@ -103,7 +103,7 @@ def _loss_rows(data: Data) -> list[dict[str, str]]:
     return [
         {
             "stepping": row["stepping"],
-            "changed": _changed(row),
+            "changed": _change_text(row),
             "pull_in": limit_words(row["pull_in"]),
             "pull_out": limit_words(row["pull_out"]),
         }
@@ -111,7 +111,7 @@ def _loss_rows(data: Data) -> list[dict[str, str]]:
     ]
 
 
-def _changed(row: Data) -> str:
+def _change_text(row: Data) -> str:
     if not row["changed"]:
         return "as believed"
     if row["changed"] == "friction torque":
@@ -120,7 +120,7 @@ def _changed(row: Data) -> str:
 
 
 def limit_words(limit: Data) -> str:
-    """Return where a stepping holds: "354", or "118, 147 to 1107" with a hole between."""
+    """Return the ranges in which a stepping holds: "354", or "118, 147 to 1107" with a hole between."""
     low, high = limit["searched"]
     least = None if limit["brought_from"] else low
     ranges = [_range(first, last, least, high) for first, last in limit["ranges"]]

@@ -1,4 +1,4 @@
-"""Many campaigns, each identified, and what their parameters say together.
+"""Fleets of campaigns: identification of each one, and joint statistics of their parameters.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """

@@ -1,4 +1,4 @@
-"""What weakens the findings of a fleet."""
+"""Cautions about the findings of a fleet."""
 
 from __future__ import annotations
 
@@ -9,30 +9,31 @@ import numpy as np
 
 from mechid.fleets.fleet import Fleet
 from mechid.fleets.trends import first_day, numbers
-from mechid.fleets.verdict import listed
+from mechid.fleets.verdict import list_names
 from mechid.parameter import Status
 
 FEW = 5
 """Units below which the spread is known to a factor of two or worse."""
 TOGETHER = 0.8
-"""Correlation of two covariates from which on their trends are not told apart."""
+"""Correlation of two covariates above which their trends cannot be separated."""
 
 
 def cautions(fleet: Fleet) -> tuple[str, ...]:
-    """Return what weakens the findings, each as a sentence with its remedy."""
-    return (*_of_files(fleet), *_of_errors(fleet), *_of_numbers(fleet))
+    """Return the limitations of the findings, each as a sentence with its remedy."""
+    return (*_file_cautions(fleet), *_error_cautions(fleet), *_sample_cautions(fleet))
 
 
-def _of_files(fleet: Fleet) -> Iterator[str]:
-    """Yield where mechanism files are not alike."""
+def _file_cautions(fleet: Fleet) -> Iterator[str]:
+    """Yield differences between mechanism files."""
     there = [(m.label, e) for m, e in zip(fleet.asked.members, fleet.estimates, strict=True) if e is not None]
     plants: dict[str, str] = {}
     for label, e in there:
         plants.setdefault(e.plant, label)
     if len(plants) > 1:
         yield (
-            f"The mechanism files have {len(plants)} sets of equations, as those of {listed(list(plants.values()))}: a "
-            "parameter of the same name stands beside other terms there, and may differ for that alone."
+            f"The mechanism files have {len(plants)} sets of equations, as those of "
+            f"{list_names(list(plants.values()))}: a parameter of the same name stands "
+            "beside other terms there, and may differ for that alone."
         )
     for p in fleet.parameters:
         known = {v.value for _, e in there if (v := e.values.get(p.name)) and v.status == Status.KNOWN}
@@ -43,7 +44,8 @@ def _of_files(fleet: Fleet) -> Iterator[str]:
             )
         frozen = [label for label, e in there if (v := e.values.get(p.name)) and v.status == Status.FROZEN]
         if frozen and len(frozen) < len(there):
-            yield f"{p.name} was held (frozen) in {listed(frozen)}, and is estimated in others; it is left out there."
+            held = list_names(frozen)
+            yield f"{p.name} was held (frozen) in {held}, and is estimated in others; it is left out there."
     versions = sorted({e.version for _, e in there if e.version})
     if len(versions) > 1:
         yield (
@@ -52,8 +54,8 @@ def _of_files(fleet: Fleet) -> Iterator[str]:
         )
 
 
-def _of_errors(fleet: Fleet) -> Iterator[str]:
-    """Yield where errors are not to be relied on."""
+def _error_cautions(fleet: Fleet) -> Iterator[str]:
+    """Yield standard errors that are not reliable."""
     near = [
         m.label
         for m, e in zip(fleet.asked.members, fleet.estimates, strict=True)
@@ -61,15 +63,15 @@ def _of_errors(fleet: Fleet) -> Iterator[str]:
     ]
     if near:
         yield (
-            f"Near a stick/slip threshold, so that standard errors hold on one side of it only: {listed(near)}. Mean "
-            "and spread rest on the scatter of the units, and hold; that the units differ, and what has changed "
+            f"Near a stick/slip threshold, so that standard errors hold on one side of it only: {list_names(near)}. "
+            "Mean and spread rest on the scatter of the units, and hold; that the units differ, and what has changed "
             "in one unit, rest on those errors."
         )
 
 
-def _of_numbers(fleet: Fleet) -> Iterator[str]:
-    """Yield where there are too few units, or covariates that go together."""
-    most = max((len(p.spread.of_units.units) for p in fleet.parameters if p.spread), default=0)
+def _sample_cautions(fleet: Fleet) -> Iterator[str]:
+    """Yield small numbers of units, and correlated covariates."""
+    most = max((len(p.spread.unit_values.units) for p in fleet.parameters if p.spread), default=0)
     if 0 < most < FEW:
         yield f"{most} units: the spread is hardly known, as its interval says; units stand off from four units on."
     for a, b in combinations(fleet.asked.covariates, 2):

@@ -1,8 +1,8 @@
-"""What has changed between two states of the same units, such as before and after vibration.
+"""Changes between two states of the same units, such as before and after vibration.
 
-A unit's change is the difference of its two estimates, with both errors: they come from different records. What the
-two share, such as a wrong supply voltage or what the model lacks at both times, cancels in the difference and not in
-its error, which is on the safe side.
+A unit's change is the difference of its two estimates, with both errors: they come from different records. Errors
+common to both, such as a wrong supply voltage or a model error at both times, cancel in the difference but
+not in its standard error, which is therefore conservative.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from mechid.fleets.observed import Observed
-from mechid.fleets.regression import common
+from mechid.fleets.observations import Observations
+from mechid.fleets.regression import random_effects_mean
 from mechid.fleets.spread import LEAST
 from mechid.units import angle_difference
 
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
-    """A parameter of one unit after, less before."""
+    """Difference of a parameter of one unit, after minus before."""
 
     name: str
     unit: str
@@ -32,7 +32,7 @@ class Change:
 
 @dataclass(frozen=True, kw_only=True)
 class MeanChange:
-    """A parameter's change over all units that have both states: mean, its error and interval, spread over units."""
+    """Change of a parameter over all units with both states: mean, its error and interval, spread over units."""
 
     name: str
     states: tuple[str, str]
@@ -44,7 +44,7 @@ class MeanChange:
     p_value: float
 
 
-def changes(o: Observed, states: tuple[str, str]) -> tuple[Change, ...]:
+def changes(o: Observations, states: tuple[str, str]) -> tuple[Change, ...]:
     """Return the change of each unit that has an estimate in both states."""
     at = {(m.unit, m.state): k for k, m in enumerate(o.members)}
     out = []
@@ -61,10 +61,10 @@ def changes(o: Observed, states: tuple[str, str]) -> tuple[Change, ...]:
 
 
 def mean_change(each: tuple[Change, ...]) -> MeanChange | None:
-    """Return the mean of some units' changes of one parameter; None of fewer than two."""
+    """Return the mean of the changes of one parameter over units; None for fewer than two."""
     if len(each) < LEAST:
         return None
-    made = common(np.array([c.difference for c in each]), np.array([c.error for c in each]))
+    made = random_effects_mean(np.array([c.difference for c in each]), np.array([c.error for c in each]))
     return MeanChange(
         name=each[0].name,
         states=each[0].states,

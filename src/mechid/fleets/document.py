@@ -1,4 +1,4 @@
-"""A fleet as a document: its verdict, campaigns, parameters over the units and by unit, trends, groups and changes."""
+"""Fleet document: verdict, campaigns, parameters over the units and by unit, trends, groups and changes."""
 
 from __future__ import annotations
 
@@ -25,9 +25,7 @@ PARAMETERS = (
     "their errors. Stands off: farther from the others than their spread and its own error explain."
 )
 POINTS = "Points: estimates with 95 % error bars. Line and band: mean and spread. In orange: units that stand off."
-UNITS = (
-    "Value ± standard error; behind a value that is not counted, why. Empty: the mechanism file has no such parameter."
-)
+UNITS = "Value ± standard error, with the reason if it is not counted. Empty: the mechanism file has no such parameter."
 MARKS = (
     "The colour says how far a value lies from the mean, in the spread and its own error: blue above, orange below. "
     "Framed: stands off. Underlined with dots: near a stick/slip threshold, its error holds on one side of it only. "
@@ -36,8 +34,8 @@ MARKS = (
 GOES_WITH = "What it goes with"
 TRENDS = (
     "A straight line over each covariate. Within units: each unit has its own level, and the slope is what its "
-    "campaigns have in common. A trend that was found is taken out before mean, spread and units that stand off are "
-    "worked out."
+    "campaigns have in common. A trend that was found is removed before mean, spread and units that stand off are "
+    "computed."
 )
 GROUPS = "Means over the units of each group; in brackets, how many."
 CHANGES = (
@@ -84,7 +82,7 @@ table.units td {{ white-space: nowrap; }}
 
 
 def fleet_document(numbers: Mapping[str, Any]) -> Document:
-    """Return the document of what `fleet_data` made."""
+    """Return the document of the data of `fleet_data`."""
     data, campaigns = fleet_texts(numbers), len(numbers["campaigns"])
     version = numbers["provenance"]["versions"]["mechid"]
     return Document(
@@ -127,7 +125,7 @@ def _parameters(data: Data) -> Iterator[Part]:
 
 
 def _picture(name: str, data: Data) -> list[Part]:
-    """Return a picture, none where there is nothing to draw."""
+    """Return a picture, empty if there is nothing to draw."""
     return [Picture(name, PICTURES[name])] if name in figure_names(data) else []
 
 
@@ -149,7 +147,7 @@ def _changes(data: Data) -> Iterator[Part]:
 
 
 def _tests(kind: str, data: Data) -> Iterator[Part]:
-    """Yield the tests that are findings; on a page those that are not too, folded."""
+    """Yield the tests that are findings; on a page also the others, folded."""
     found = [row for row in data[kind] if row["found"]]
     rest = [row for row in data[kind] if not row["found"]]
     yield Rows(tests_table(kind, found)) if found else Words("Nothing that is more than chance.")

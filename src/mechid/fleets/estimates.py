@@ -1,4 +1,4 @@
-"""Estimates of each parameter in a fleet: values with usable errors, and why others have none."""
+"""Estimates of each parameter in a fleet: values with usable errors, and reasons for excluding others."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mechid.parameter import Status
 
 DEGREES = "deg"
 OF_THE_BENCH = ("record", CAMPAIGN)
-"""First words of parameters that are of a record or of the recorder, not of the unit."""
+"""First words of parameters that belong to a record or the recorder instead of the unit."""
 STATUS_WORDS: Mapping[str, str] = {
     Status.KNOWN: "known",
     Status.TIED: "tied",
@@ -30,20 +30,20 @@ STATUS_WORDS: Mapping[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Value:
-    """A parameter as one campaign has it, in the file's unit.
+    """Parameter value of one campaign, in the file's unit.
 
     Attributes
     ----------
     value : float
     std_error : float or None
     error : float
-        Standard deviation of a normal distribution with the same 95 % interval; above `std_error` where that rests on
-        few degrees of freedom. NaN where there is none.
+        Standard deviation of a normal distribution with the same 95 % interval; above `std_error` if that has few
+        degrees of freedom. NaN without a standard error.
     status : str
     left_out : str
-        Why it does not count; empty where it does.
+        Why it is not counted; empty if it is.
     near_threshold : bool
-        Its error holds on one side of a stick/slip threshold only.
+        Whether its error is valid on one side of a stick-slip threshold only.
     """
 
     value: float
@@ -56,27 +56,27 @@ class Value:
 
     @property
     def counts(self) -> bool:
-        """Whether it is an estimate with an error, of a fit whose values may be used."""
+        """Whether it is an estimate with an error, from a fit with usable values."""
         return not self.left_out
 
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """A finished fit of a fleet.
+    """Finished fit of a fleet.
 
     Attributes
     ----------
     grade : Grade
     said : str
-        The first reason for a grade below A; empty of A.
+        First reason for a grade below A; empty for A.
     values : mapping of str to Value
-        By names that tell the entry of a list by its period or order, not by its number.
+        By name; entries of a list are identified by their period or order instead of their number.
     plant : str
         Digest of the equations.
     version : str
-        Of mechid.
+        Version of mechid.
     synthetic : bool
-        Whether its report says that the records were simulated.
+        Whether its report states that the records were simulated.
     """
 
     grade: Grade
@@ -88,7 +88,8 @@ class Estimate:
 
 
 def estimate_of(fit: Fit) -> Estimate:
-    """Return what a fleet takes of the finished fit of a campaign."""
+    """Return the parts of a campaign's finished fit that a fleet uses."""
+    # Numbers of list entries depend on the order in each file; periods and orders do not.
     named = key_by_period_or_order(fit.parameters)
     versions = fit.provenance.get("versions")
     return Estimate(
@@ -102,20 +103,20 @@ def estimate_of(fit: Fit) -> Estimate:
 
 
 def _value(p: ParameterEstimate, grade: Grade) -> Value:
-    error = math.nan if p.std_error is None else p.std_error * _widening(p.dof)
+    error = math.nan if p.std_error is None else p.std_error * _interval_factor(p.dof)
     return Value(
         value=p.value,
         std_error=p.std_error,
         error=error,
         unit=p.unit,
         status=p.status,
-        left_out=_left_out(p, error, grade),
+        left_out=_exclusion_reason(p, error, grade),
         near_threshold=p.local_only,
     )
 
 
-def _left_out(p: ParameterEstimate, error: float, grade: Grade) -> str:
-    """Return why a value is not counted, empty where it is."""
+def _exclusion_reason(p: ParameterEstimate, error: float, grade: Grade) -> str:
+    """Return why a value is not counted, empty if it is."""
     if p.status != Status.FREE:
         return STATUS_WORDS.get(p.status, p.status)
     if not grade.good:
@@ -125,12 +126,12 @@ def _left_out(p: ParameterEstimate, error: float, grade: Grade) -> str:
     return "angle not known" if p.unit == DEGREES and error >= UNKNOWN_DEG else ""
 
 
-def _widening(dof: float | None) -> float:
-    """Return by how much a 95 % interval of Student's t is wider than that of the normal distribution."""
+def _interval_factor(dof: float | None) -> float:
+    """Return the ratio of the 95 % interval of Student's t to that of the normal distribution."""
     return 1.0 if dof is None else float(stdtrit(dof, 0.975) / ndtri(0.975))
 
 
 def is_of_interest(estimates: Sequence[Estimate], name: str) -> bool:
-    """Whether any campaign estimates a parameter or held it, or it is known and not the same everywhere."""
+    """Return whether any campaign estimates or held a parameter, or its known value differs between campaigns."""
     values = [v for e in estimates if (v := e.values.get(name)) is not None and v.status != Status.TIED]
     return any(v.status != Status.KNOWN for v in values) or len({v.value for v in values}) > 1

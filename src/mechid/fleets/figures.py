@@ -1,4 +1,4 @@
-"""The figures of a fleet: parameters over its campaigns, trends over covariates, changes of its units."""
+"""Figures of a fleet: parameters over its campaigns, trends over covariates, changes of its units."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from mechid.ink.palette import ESTIMATE, INK, series
 
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
 OFF, MEAN = series(1), series(5)
-"""Of what stands out, and of a fleet's mean with its spread."""
+"""Colours of outliers, and of a fleet's mean with its spread."""
 REACH = 1.96
-"""Of the error bars: 95 %."""
+"""Half-length of the error bars in standard errors: 95 %."""
 MOST_NAMES = 30
 """Campaigns that are named below a panel; more are counted."""
 LETTERS = 16
-"""Of a name below a panel, for which there is room."""
+"""Largest number of letters of a name below a panel."""
 SHOWN = 12
 """Panels of trends and of changes at most, the clearest first."""
 
@@ -33,9 +33,10 @@ def fleet_figures(data: Data) -> Iterator[tuple[str, Figure]]:
     Parameters
     ----------
     data : mapping
-        As `fleet_texts` makes it.
+        Result of `fleet_texts`.
     """
     for name, panels, names in _drawings(data):
+        # Rounded up.
         rows = -(-len(panels) // COLUMNS)
         with mpl.rc_context(STYLE):
             yield (
@@ -50,7 +51,7 @@ def figure_names(data: Data) -> list[str]:
 
 
 def _drawings(data: Data) -> Iterator[tuple[str, list[Any], Sequence[str]]]:
-    """Yield name, panels and what is named below each of the lowest."""
+    """Yield the name of each figure, its panels, and the names below its lowest panels."""
     labels = [c["label"] for c in data["campaigns"]]
     drawn = [p for p in data["parameters"] if any(v and v["level"] is not None for v in p["values"])]
     if drawn:
@@ -67,7 +68,7 @@ def _drawings(data: Data) -> Iterator[tuple[str, list[Any], Sequence[str]]]:
 
 
 def _panels(panels: Sequence[Any], names: Sequence[str], figure: Any) -> None:
-    """Draw small panels in rows of three; the names stand below the lowest of each column."""
+    """Draw small panels in rows of three, with names below the lowest of each column."""
     rows, height = -(-len(panels) // COLUMNS), figure.get_figheight()
     below = NAMES_IN if names else 0.42
     figure.subplots_adjust(
@@ -86,24 +87,24 @@ def _panels(panels: Sequence[Any], names: Sequence[str], figure: Any) -> None:
         axes.tick_params(labelsize=6.0)
         panels[k](axes)
         if names:
-            _name(axes, names, shown=k + COLUMNS >= len(panels))
+            _set_names(axes, names, shown=k + COLUMNS >= len(panels))
 
 
-def _name(axes: Any, names: Sequence[str], *, shown: bool) -> None:
+def _set_names(axes: Any, names: Sequence[str], *, shown: bool) -> None:
     named = shown and len(names) <= MOST_NAMES
     axes.set_xlim(-0.6, len(names) - 0.4)
     axes.set_xticks(
-        range(len(names)), [*map(shortened, names)] if named else [""] * len(names), rotation=90, fontsize=5.0
+        range(len(names)), [*map(shorten, names)] if named else [""] * len(names), rotation=90, fontsize=5.0
     )
     axes.grid(axis="x", visible=False)
 
 
-def shortened(name: str) -> str:
-    """Return a name with its middle left out where it is longer than there is room.
+def shorten(name: str) -> str:
+    """Return a name with its middle replaced if it is too long.
 
     Examples
     --------
-    >>> shortened("FM1 before vibration, third run")
+    >>> shorten("FM1 before vibration, third run")
     'FM1 befo…hird run'
     """
     half = LETTERS // 2
@@ -115,7 +116,7 @@ def _title(axes: Any, name: str, unit: str) -> None:
 
 
 def _parameter(data: Data, p: Data, axes: Any) -> None:
-    """Draw the values of the campaigns with their 95 % error bars, the mean, and the spread as a band."""
+    """Draw the values of the campaigns with 95 % error bars, the mean, and the spread as a band."""
     _title(axes, p["name"], p["text"]["unit"] + (", trend taken out" if p["along"] else ""))
     if p["mean"] is not None:
         axes.axhspan(p["mean"] - p["spread"], p["mean"] + p["spread"], color=MEAN, alpha=0.18, linewidth=0)
@@ -130,7 +131,7 @@ def _parameter(data: Data, p: Data, axes: Any) -> None:
 
 
 def _trend(t: Data, axes: Any) -> None:
-    """Draw a parameter over a covariate with its line; campaigns of one unit each about the unit's own level."""
+    """Draw a parameter over a covariate with its line."""
     points = t["points"]
     x, y, error = (np.array(points[key], dtype=np.float64) for key in ("covariate", "value", "error"))
     axes.errorbar(x, y, yerr=REACH * error, fmt="o", color=ESTIMATE, markersize=2.6, elinewidth=0.8)
@@ -141,7 +142,7 @@ def _trend(t: Data, axes: Any) -> None:
 
 
 def _change(data: Data, name: str, states: Sequence[str], units: Sequence[str], axes: Any) -> None:
-    """Draw the change of each unit with its 95 % error bar, those found in colour, and the mean change."""
+    """Draw the change of each unit with its 95 % error bar, findings in colour, and the mean change."""
     _title(axes, name, "")
     mean = next((c for c in data["mean_changes"] if c["name"] == name and c["states"] == list(states)), None)
     if mean is not None:

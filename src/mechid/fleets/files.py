@@ -1,4 +1,4 @@
-"""A fleet as files: every number in fleet.json, and a row for each parameter of each campaign in fleet.csv."""
+"""Text files of a fleet: all results in fleet.json, one row per parameter and campaign in fleet.csv."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OF_FLEET = ("fleet_mean", "fleet_mean_std_error", "fleet_spread", "differs", "ou
 
 
 def fleet_files(data: Mapping[str, Any]) -> dict[str, str]:
-    """Return the contents of fleet.csv and fleet.json, of what `fleet_data` made."""
+    """Return the contents of fleet.csv and fleet.json from the data of `fleet_data`."""
     return {TABLE_NAME: _table(data), JSON_NAME: json_text(data)}
 
 
@@ -29,7 +29,7 @@ def _table(data: Mapping[str, Any]) -> str:
 
 
 def _rows(data: Mapping[str, Any]) -> Iterator[tuple[Any, ...]]:
-    """Yield a row for each value, campaign by campaign."""
+    """Yield one row per value, by campaign."""
     for k, c in enumerate(data["campaigns"]):
         own = (c["label"], c["unit"], c["group"], c["state"], c["grade"])
         covariates = (c["covariates"].get(name, "") for name in data["covariates"])
@@ -45,5 +45,5 @@ def _rows(data: Mapping[str, Any]) -> Iterator[tuple[Any, ...]]:
 
 
 def _number(value: float | None) -> str:
-    """Return a number, nothing where there is none."""
+    """Return a number as text, empty for None."""
     return "" if value is None else f"{value:.10g}"

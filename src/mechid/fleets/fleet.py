@@ -1,4 +1,4 @@
-"""A fleet: its campaigns identified or taken up, and what their parameters say together."""
+"""Fleet: identification of its campaigns, and joint statistics of their parameters."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mechid.fleets.changes import Change, MeanChange, changes, mean_change
 from mechid.fleets.estimates import Estimate, estimate_of, is_of_interest
 from mechid.fleets.groups import GroupDifference, group_difference
 from mechid.fleets.members import Members
-from mechid.fleets.observed import Observed, observed, of_units
+from mechid.fleets.observations import Observations, average_by_unit, collect_observations
 from mechid.fleets.outliers import Standing
-from mechid.fleets.significance import Tested, tested
+from mechid.fleets.significance import Tested, apply_fdr
 from mechid.fleets.spread import Spread, spread
-from mechid.fleets.trends import Trend, first_day, trend, without
-from mechid.fleets.unit_run import How, UnitRun, run_unit, silent, task_of
+from mechid.fleets.trends import Trend, first_day, remove_trend, trend
+from mechid.fleets.unit_run import How, UnitRun, ignore, run_unit, task_of
 from mechid.holding import hold_folder
 from mechid.identification.computation.parallel import Done, is_external, map_tasks
 from mechid.identification.computation.progress import Tell
@@ -30,28 +30,28 @@ UNITS_NAME = "units"
 
 @dataclass(frozen=True, kw_only=True)
 class FleetParameter:
-    """A parameter over the fleet.
+    """Parameter over the fleet.
 
     Attributes
     ----------
-    observed : Observed
-        The values that count.
-    level : Observed
-        Those by which units are compared, the trend `along` taken out: not those of a state that comes after another.
+    observed : Observations
+        Values that count.
+    level : Observations
+        Values for comparing units, with the trend `along` removed and without those of a later state.
     lacking : tuple of str
-        Labels of the campaigns whose mechanism file has no such parameter; where there are any, there is no spread.
+        Labels of the campaigns whose mechanism file lacks the parameter; if there are any, there is no spread.
     spread : Spread or None
-        None where fewer than two units count, or some lack it.
+        None if fewer than two units count, or if some lack the parameter.
     along : Trend or None
-        The trend that was taken out before, of those found the clearest.
+        Removed trend, the most significant one found.
     equal_q : float
-        Least false discovery rate at which the units differ by more than their errors; NaN where not tested.
+        Least false discovery rate at which the units differ by more than their errors; NaN if not tested.
     differs : bool
     outliers : tuple of Standing
     """
 
-    observed: Observed
-    level: Observed
+    observed: Observations
+    level: Observations
     lacking: tuple[str, ...]
     spread: Spread | None
     along: Trend | None
@@ -61,27 +61,28 @@ class FleetParameter:
 
     @property
     def name(self) -> str:
-        """Dotted name; an entry of a list by its period or order."""
+        """Dotted name; a list entry is identified by its period or order."""
         return self.observed.name
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Fleet(Shown):
-    """What many campaigns say together.
+    """Joint result of many campaigns.
 
     Attributes
     ----------
     asked : Members
+        The campaigns and the requested comparisons.
     runs : tuple of UnitRun
-        Of the campaigns, in their order.
+        One per campaign, in order.
     estimates : tuple of Estimate or None
-        None where there is none.
+        None for a campaign without an estimate.
     parameters : tuple of FleetParameter
-        All that any campaign estimates or held, and known ones that are not the same number everywhere.
+        Parameters that any campaign estimates or held, and known ones whose value differs between campaigns.
     trends, groups, changes, mean_changes : tuple of Tested
-        Each is a family of tests of its own.
+        Each is a separate family of tests.
     folder : Path
-        Where the results of its campaigns lie.
+        Folder of the results of its campaigns.
     """
 
     asked: Members
@@ -96,7 +97,7 @@ class Fleet(Shown):
 
     @property
     def failed(self) -> tuple[str, ...]:
-        """Labels of the campaigns without an estimate whose values may be used."""
+        """Labels of the campaigns without a usable estimate."""
         pairs = zip(self.asked.members, self.estimates, strict=True)
         return tuple(m.label for m, e in pairs if e is None or not e.grade.good)
 
@@ -108,33 +109,35 @@ def make_fleet(
     seed: int = 0,
     workers: int | None = None,
     complete: bool = False,
-    say: Tell = silent,
+    say: Tell = ignore,
 ) -> Fleet:
-    """Identify the campaigns of a fleet, and say what they say together; see `mechid.fleet`."""
+    """Identify the campaigns of a fleet and evaluate them together; see `mechid.fleet`."""
     with hold_folder(out) as hold:
         tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete, hold=hold) for m in asked.members]
 
-        def ended(done: Sequence[Done[UnitRun]]) -> None:
+        def report(done: Sequence[Done[UnitRun]]) -> None:
             for number, run, _ in done:
                 say(f"{tasks[number].label}: {run.words}")
 
+        # A callback cannot be sent to another process.
         identified = run_unit if is_external() else partial(run_unit, say=say)
-        return replace(fleet_of(asked, map_tasks(identified, tasks, 1, ended)), folder=out)
+        # One campaign at a time: each identification uses all workers itself.
+        return replace(fleet_of(asked, map_tasks(identified, tasks, 1, report)), folder=out)
 
 
 def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:
-    """Return what the estimates of a fleet say together; runs in the order of its members."""
+    """Evaluate the estimates of a fleet together; runs are in the order of its members."""
     read = [_read(run) for run in runs]
     estimates = tuple(estimate for estimate, _ in read)
-    rate, lacking = asked.false_discovery_rate, _lacking(asked, estimates)
-    seen = {name: observed(name, asked.members, estimates) for name in lacking}
+    rate, lacking = asked.false_discovery_rate, _missing_by_parameter(asked, estimates)
+    seen = {name: collect_observations(name, asked.members, estimates) for name in lacking}
     days = {name: first_day(asked.members, name) for name in asked.covariates}
-    base = {name: o.of(asked.compared) for name, o in seen.items()}
+    base = {name: o.of(asked.baseline) for name, o in seen.items()}
     lines = [t for o in base.values() for name in asked.covariates if (t := trend(o, name, days[name]))]
-    trends = tested(lines, rate, lambda one: one.p_value)
-    along = _clearest(trends)
-    level = {n: without(o, t, days[t.covariate]) if (t := along.get(n)) else o for n, o in base.items()}
-    units = {n: of_units(o) for n, o in level.items() if o.members}
+    trends = apply_fdr(lines, rate, lambda one: one.p_value)
+    along = _clearest_trends(trends)
+    level = {n: remove_trend(o, t, days[t.covariate]) if (t := along.get(n)) else o for n, o in base.items()}
+    units = {n: average_by_unit(o) for n, o in level.items() if o.members}
     groups = [g for n, each in units.items() if (g := group_difference(n, each, asked.members))]
     changed = [changes(o, states) for o in seen.values() for states in asked.before_after]
     means = [m for each in changed if (m := mean_change(each))]
@@ -145,14 +148,14 @@ def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:
         estimates=estimates,
         parameters=_parameters(seen, level, lacking, spreads, along, rate),
         trends=trends,
-        groups=tested(groups, rate, lambda one: one.p_value),
-        changes=tested([c for each in changed for c in each], rate, lambda one: one.p_value),
-        mean_changes=tested(means, rate, lambda one: one.p_value),
+        groups=apply_fdr(groups, rate, lambda one: one.p_value),
+        changes=apply_fdr([c for each in changed for c in each], rate, lambda one: one.p_value),
+        mean_changes=apply_fdr(means, rate, lambda one: one.p_value),
     )
 
 
 def _read(run: UnitRun) -> tuple[Estimate | None, UnitRun]:
-    """Return the estimate that a run left; one that cannot be read is said in the run."""
+    """Return the estimate that a run left; a read error is reported in the run."""
     if run.how is How.NONE:
         return None, run
     try:
@@ -161,30 +164,31 @@ def _read(run: UnitRun) -> tuple[Estimate | None, UnitRun]:
         return None, UnitRun(how=How.NONE, folder=run.folder, said=str(error), seconds=run.seconds)
 
 
-def _lacking(asked: Members, estimates: Sequence[Estimate | None]) -> dict[str, tuple[str, ...]]:
-    """Return the labels of the campaigns that have no such parameter, for each that is of interest."""
+def _missing_by_parameter(asked: Members, estimates: Sequence[Estimate | None]) -> dict[str, tuple[str, ...]]:
+    """Return the labels of the campaigns that lack a parameter, for each parameter of interest."""
     there = [(m.label, e) for m, e in zip(asked.members, estimates, strict=True) if e is not None]
     names = dict.fromkeys(name for _, e in there for name in e.values)
     shown = (name for name in names if is_of_interest([e for _, e in there], name))
     return {name: tuple(label for label, e in there if name not in e.values) for name in shown}
 
 
-def _clearest(trends: Sequence[Tested[Trend]]) -> dict[str, Trend]:
-    """Return for each parameter the trend found that is least likely by chance."""
+def _clearest_trends(trends: Sequence[Tested[Trend]]) -> dict[str, Trend]:
+    """Return for each parameter the trend with the least p-value among those found."""
+    # Descending p-values: the dictionary keeps the last entry of a name, the most significant one.
     found = sorted((one.result for one in trends if one.found), key=lambda t: -t.p_value)
     return {t.name: t for t in found}
 
 
 def _parameters(
-    seen: Mapping[str, Observed],
-    level: Mapping[str, Observed],
+    seen: Mapping[str, Observations],
+    level: Mapping[str, Observations],
     lacking: Mapping[str, tuple[str, ...]],
     spreads: Mapping[str, Spread | None],
     along: Mapping[str, Trend],
     rate: float,
 ) -> tuple[FleetParameter, ...]:
     made = {name: s for name, s in spreads.items() if s is not None}
-    equal = dict(zip(made, tested(list(made.values()), rate, lambda s: s.equal_p), strict=True))
+    equal = dict(zip(made, apply_fdr(list(made.values()), rate, lambda s: s.equal_p), strict=True))
     off = fleet_outliers({name: s.standings for name, s in made.items()}, rate)
     return tuple(
         FleetParameter(
@@ -202,19 +206,19 @@ def _parameters(
 
 
 def fleet_outliers(standings: Mapping[str, tuple[Standing, ...]], rate: float) -> dict[str, tuple[Standing, ...]]:
-    """Return the units that stand off of each parameter, of those that may.
+    """Return the outlying units of each parameter, from the candidates.
 
-    The farthest unit of each parameter is one test of the family, with a factor for the number of units taken out one
-    after the other: without it 9 % of fleets without outliers had one at a rate of 5 %. Where it is a finding, the
-    units are those below the rate times the share of such parameters (Benjamini, Bogomolov, J. R. Stat. Soc. B 76
-    (2014) 297).
+    The farthest unit of each parameter is one test of the family, with a factor for the number of units removed in
+    sequence: without it 9 % of fleets without outliers had one at a rate of 5 %. If it is a finding, the outliers are
+    the units below the rate times the share of such parameters (Benjamini, Bogomolov, J. R. Stat. Soc. B 76 (2014)
+    297).
     """
     named = [(name, each) for name, each in standings.items() if each]
-    chosen = [one.result for one in tested(named, rate, lambda one: _chance(one[1], one[1][0])) if one.found]
+    chosen = [one.result for one in apply_fdr(named, rate, lambda one: _adjusted_p(one[1], one[1][0])) if one.found]
     level = rate * len(chosen) / max(len(named), 1)
-    return {name: tuple(one for one in each if _chance(each, one) <= level) for name, each in chosen}
+    return {name: tuple(one for one in each if _adjusted_p(each, one) <= level) for name, each in chosen}
 
 
-def _chance(each: Sequence[Standing], one: Standing) -> float:
-    """Return the probability of a unit as far off, with a factor for the number of units taken out."""
+def _adjusted_p(each: Sequence[Standing], one: Standing) -> float:
+    """Return the p-value of a unit, with a factor for the number of units removed."""
     return min(one.p_value * len(each), 1.0)

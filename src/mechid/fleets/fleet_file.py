@@ -1,4 +1,4 @@
-"""fleet.toml: the campaigns of a fleet with what is known of each, and folders given without such a file."""
+"""Reader of fleet.toml, and of campaign folders given without such a file."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def read_members(sources: Sequence[Path | str]) -> Members:
     Parameters
     ----------
     sources : sequence of Path
-        Fleet file or its folder, at most one; campaign files, their folders, result folders of `mechid identify`. What
-        the fleet file names too counts once.
+        Fleet file or its folder, at most one; campaign files, their folders, result folders of `mechid identify`. A
+        source that the fleet file also names counts once.
 
     Raises
     ------
     UsageError
-        There is nothing, or more than one fleet file.
+        Nothing is given, or more than one fleet file.
     InputFileError
         A file or folder is missing, or the fleet file is wrong.
     """
@@ -48,10 +48,10 @@ def read_members(sources: Sequence[Path | str]) -> Members:
         raise UsageError(f"fleet: found {len(files)} fleet files, {files[0]} and {files[1]}; give one, with all in it")
     described = read_fleet_file(files[0]) if files else Members(members=())
     known = {member.source.resolve() for member in described.members}
-    plain = [p for p in dict.fromkeys(paths) if _fleet_file(p) is None and _whole(p).resolve() not in known]
+    plain = [p for p in dict.fromkeys(paths) if _fleet_file(p) is None and _folder_or_file(p).resolve() not in known]
     for path in plain:
         _refuse_no_campaign(path, "")
-    others = (Member(source=_whole(p), label=n, unit=n) for p, n in zip(plain, _labels(plain), strict=True))
+    others = (Member(source=_folder_or_file(p), label=n, unit=n) for p, n in zip(plain, _labels(plain), strict=True))
     members = (*described.members, *others)
     if not members:
         raise UsageError("fleet: nothing is given; give campaign folders, or a fleet file that names them")
@@ -69,7 +69,7 @@ def read_fleet_file(path: Path | str) -> Members:
     Raises
     ------
     InputFileError
-        The file is missing or wrong; one line with place, what was found and remedy.
+        The file is missing or wrong; the message is one line with place, value found and remedy.
     """
     path = Path(path)
     table, place = read_toml(path, "fleet"), Place(path.name)
@@ -84,11 +84,11 @@ def read_fleet_file(path: Path | str) -> Members:
     members = tuple(_member(entry, at, path.parent, n) for (entry, at), n in zip(entries, names, strict=True))
     _refuse_twice(members, [at for _, at in entries])
     _refuse_contradictions(members, [at for _, at in entries])
-    return Members(members=members, before_after=_before_after(table, place, members), false_discovery_rate=rate)
+    return Members(members=members, before_after=_state_pairs(table, place, members), false_discovery_rate=rate)
 
 
 def _fleet_file(path: Path) -> Path | None:
-    """Return the fleet file that a path is or holds; None where it is of a campaign."""
+    """Return the fleet file that a path is or contains; None for a campaign."""
     if is_folder(path):
         return path / FILE_NAME if (path / FILE_NAME).is_file() else None
     if path.suffix != ".toml" or path.name == CAMPAIGN_NAME:
@@ -96,14 +96,14 @@ def _fleet_file(path: Path) -> Path | None:
     return path if path.name == FILE_NAME or isinstance(read_toml(path).get("campaign"), list) else None
 
 
-def _whole(path: Path) -> Path:
+def _folder_or_file(path: Path) -> Path:
     """Return the folder of a campaign or a fit whose file has the usual name, else the path itself."""
     return path.parent if path.name in (CAMPAIGN_NAME, ESTIMATE_NAME) else path
 
 
 def _labels(paths: Sequence[Path]) -> list[str]:
-    """Return names that tell campaigns apart: of the folder, of a file with another name than the usual one its own."""
-    return short_names([whole.with_suffix("") if is_file(whole := _whole(path)) else whole for path in paths])
+    """Return distinguishing names: of the folder, or of a file with an unusual name."""
+    return short_names([whole.with_suffix("") if is_file(whole := _folder_or_file(path)) else whole for path in paths])
 
 
 def _folder(entry: Mapping[str, Any], place: Place) -> str:
@@ -119,7 +119,7 @@ def _member(entry: Mapping[str, Any], place: Place, base: Path, name: str) -> Me
     }
     label = words.pop("label", name)
     return Member(
-        source=_whole(source),
+        source=_folder_or_file(source),
         label=label,
         unit=words.pop("unit", label),
         covariates=_covariates(entry.get("covariates", {}), place.key("covariates")),
@@ -128,7 +128,7 @@ def _member(entry: Mapping[str, Any], place: Place, base: Path, name: str) -> Me
 
 
 def _covariates(entry: Any, place: Place) -> dict[str, Covariate]:
-    """Return numbers and days by name."""
+    """Return numbers and dates by name."""
     if not is_table(entry):
         raise place.error(f"{found(entry)}; write a table, as {{ temperature_degC = 20.0, date = 2026-03-01 }}")
     return {
@@ -136,8 +136,8 @@ def _covariates(entry: Any, place: Place) -> dict[str, Covariate]:
     }
 
 
-def _before_after(table: Mapping[str, Any], place: Place, members: Sequence[Member]) -> tuple[tuple[str, str], ...]:
-    """Return the pairs of states; each has to be one that a unit was in, and of a unit once."""
+def _state_pairs(table: Mapping[str, Any], place: Place, members: Sequence[Member]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of states; each state must occur, and at most once per unit."""
     entry, here = table.get("before_after", []), place.key("before_after")
     if not isinstance(entry, list):
         raise here.error(f"{found(entry)}; {PAIR_REMEDY}")
@@ -164,7 +164,7 @@ def _refuse_two_of_a_state(members: Sequence[Member], state: str, place: Place) 
 
 
 def _refuse_no_campaign(path: Path, where: str) -> None:
-    """Refuse a path at which there is neither a campaign nor a finished fit."""
+    """Refuse a path that holds neither a campaign nor a finished fit."""
     if not is_there(path):
         raise InputFileError(f"{where}{path}: there is no such folder or file; check the path")
     if path.is_dir() and not any((path / name).is_file() for name in (CAMPAIGN_NAME, ESTIMATE_NAME)):
@@ -175,7 +175,7 @@ def _refuse_no_campaign(path: Path, where: str) -> None:
 
 
 def _refuse_twice(members: Sequence[Member], places: Sequence[Place]) -> None:
-    """Refuse a campaign or a label that stands there twice."""
+    """Refuse a repeated campaign or label."""
     for k, (member, place) in enumerate(zip(members, places, strict=True)):
         before = members[:k]
         if member.source.resolve() in {m.source.resolve() for m in before}:
@@ -185,15 +185,15 @@ def _refuse_twice(members: Sequence[Member], places: Sequence[Place]) -> None:
 
 
 def _refuse_contradictions(members: Sequence[Member], places: Sequence[Place]) -> None:
-    """Refuse a unit of two groups, and a covariate that is a day in one campaign and a number in another."""
+    """Refuse a unit in two groups, and a covariate that is a date in one campaign and a number in another."""
     groups: dict[str, str] = {}
     kinds: dict[str, bool] = {}
     for member, place in zip(members, places, strict=True):
         if groups.setdefault(member.unit, member.group) != member.group:
             before = groups[member.unit]
             raise place.key("group").error(
-                f'found "{member.group}", and "{before}" in another campaign of unit "{member.unit}"; a group is of a '
-                "unit and the same in all its campaigns, what changes is its state"
+                f'found "{member.group}", and "{before}" in another campaign of unit "{member.unit}"; a group belongs '
+                "to a unit and is the same in all its campaigns; use state for changes"
             )
         for name, value in member.covariates.items():
             if kinds.setdefault(name, isinstance(value, date)) != isinstance(value, date):
@@ -204,6 +204,7 @@ def _refuse_same_folder(members: Sequence[Member]) -> None:
     """Refuse labels that would share a folder of results."""
     labels: dict[str, str] = {}
     for member in members:
+        # Some file systems ignore case.
         other = labels.setdefault(member.folder_name.lower(), member.label)
         if other != member.label or sum(m.label == member.label for m in members) > 1:
             raise InputFileError(

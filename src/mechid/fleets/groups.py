@@ -1,4 +1,4 @@
-"""Whether the groups of a fleet, such as lots, differ in a parameter."""
+"""Differences between the groups of a fleet, such as lots, in a parameter."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from mechid.fleets.members import Member
-from mechid.fleets.observed import OfUnits
+from mechid.fleets.observations import UnitValues
 from mechid.fleets.regression import regression
 
 
@@ -25,10 +25,10 @@ class GroupMean:
 
 @dataclass(frozen=True, kw_only=True)
 class GroupDifference:
-    """A parameter over the groups: their means, and the probability of means as different by chance.
+    """Means of a parameter over groups, with the p-value of their difference.
 
-    The spread from unit to unit is taken to be the same in all groups (`scatter`); the test is the F test of equal
-    means with the error of the random-effects model.
+    The spread from unit to unit is assumed equal in all groups (`scatter`); the test is the F test of equal means with
+    the error of the random-effects model.
     """
 
     name: str
@@ -37,8 +37,8 @@ class GroupDifference:
     p_value: float
 
 
-def group_difference(name: str, each: OfUnits, members: Sequence[Member]) -> GroupDifference | None:
-    """Return the difference of groups; None of fewer than two groups, or without a unit more than groups."""
+def group_difference(name: str, each: UnitValues, members: Sequence[Member]) -> GroupDifference | None:
+    """Return the difference of groups; None for fewer than two groups, or without more units than groups."""
     of: Mapping[str, str] = {m.unit: m.group for m in members}
     kept = [k for k, unit in enumerate(each.units) if of[unit]]
     groups = list(dict.fromkeys(of[each.units[k]] for k in kept))
@@ -46,6 +46,7 @@ def group_difference(name: str, each: OfUnits, members: Sequence[Member]) -> Gro
         return None
     design = np.array([[float(of[each.units[k]] == group) for group in groups] for k in kept])
     made = regression(each.values[kept], each.errors[kept], design)
+    # Differences of all groups from the first one span all differences of means.
     contrast = np.column_stack([np.full(len(groups) - 1, -1.0), np.eye(len(groups) - 1)])
     off = contrast @ made.coefficients
     ratio = float(off @ np.linalg.solve(contrast @ made.covariance @ contrast.T, off)) / off.size

@@ -1,4 +1,4 @@
-"""The campaigns of a fleet: where each lies, of which unit it is, and what is known of the unit and of the day."""
+"""Campaigns of a fleet with their units, groups, states and covariates."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ Covariate: TypeAlias = float | date
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """One campaign of a fleet.
+    """Campaign of a fleet.
 
     Attributes
     ----------
     source : Path
         Campaign file, its folder, or the result folder of an identification.
     label : str
-        By which it is shown.
+        Name in tables and figures.
     unit : str
-        The piece of hardware; several campaigns may be of one.
+        Piece of hardware; several campaigns may belong to one.
     group : str
-        Of the unit, such as its lot; empty where none is given.
+        Group of the unit, such as its lot; empty if not given.
     state : str
-        Of the unit at the campaign, such as "before vibration"; empty where none is given.
+        State of the unit at the campaign, such as "before vibration"; empty if not given.
     covariates : mapping of str to float or date
     """
 
@@ -42,21 +42,21 @@ class Member:
 
     @property
     def folder_name(self) -> str:
-        """Name of the folder of its results: the label, with what may not stand in a file name replaced."""
+        """Name of its result folder: the label, with characters that file names may not contain replaced."""
         return re.sub(r"[^A-Za-z0-9._-]+", "_", self.label).strip("._") or "_"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Members:
-    """The campaigns of a fleet, and what is asked of them.
+    """Campaigns of a fleet, and the requested comparisons.
 
     Attributes
     ----------
     members : tuple of Member
     before_after : tuple of (str, str)
-        States of one unit to be compared.
+        States of one unit to compare.
     false_discovery_rate : float
-        Expected share of the findings that are chance.
+        Expected share of false findings.
     """
 
     members: tuple[Member, ...]
@@ -70,11 +70,11 @@ class Members:
 
     @property
     def covariates(self) -> tuple[str, ...]:
-        """Names of the covariates that any campaign has, in order of appearance."""
+        """Names of the covariates of all campaigns, in order of appearance."""
         return tuple(dict.fromkeys(name for m in self.members for name in m.covariates))
 
     @property
-    def compared(self) -> tuple[Member, ...]:
-        """The campaigns by which units are compared: those in no state that comes after another."""
+    def baseline(self) -> tuple[Member, ...]:
+        """Campaigns used for comparing units: those that are not in a later state of a pair."""
         after = {later for _, later in self.before_after}
         return tuple(m for m in self.members if m.state not in after)

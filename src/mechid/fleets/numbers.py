@@ -1,4 +1,4 @@
-"""Every number of a fleet that is shown, in one plain dict: the content of fleet.json."""
+"""Results of a fleet as one plain dict, the content of fleet.json."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FORMAT = "mechid-fleet/1"
 
 
 def fleet_data(fleet: Fleet, out: Path | str) -> dict[str, Any]:
-    """Return all that is shown of a fleet; folders of campaigns are relative to `out`, but those on another drive."""
+    """Return all results of a fleet; folders of campaigns are relative to `out`, except on another drive."""
     asked = fleet.asked
     each = zip(asked.members, fleet.runs, fleet.estimates, strict=True)
     return {
@@ -40,18 +40,18 @@ def fleet_data(fleet: Fleet, out: Path | str) -> dict[str, Any]:
         "campaigns": [_campaign(member, run, estimate, Path(out)) for member, run, estimate in each],
         "parameters": [_parameter(fleet, p) for p in fleet.parameters],
         "trends": [_trend(fleet, one) for one in fleet.trends],
-        "groups": [_tested(one) for one in fleet.groups],
-        "changes": [_tested(one) for one in fleet.changes],
-        "mean_changes": [_tested(one) for one in fleet.mean_changes],
+        "groups": [_test_numbers(one) for one in fleet.groups],
+        "changes": [_test_numbers(one) for one in fleet.changes],
+        "mean_changes": [_test_numbers(one) for one in fleet.mean_changes],
         "cautions": list(cautions(fleet)),
         "provenance": {"versions": {"mechid": version("mechid"), "python": platform.python_version()}},
     }
 
 
-def _from(out: Path, folder: Path) -> str | None:
-    """Return a folder as a page in `out` names it, also one outside; None where it is on another drive.
+def _relative_folder(out: Path, folder: Path) -> str | None:
+    """Return a folder relative to a page in `out`; None on another drive.
 
-    Links are not followed, neither by a browser, which takes `..` off the address as it is written.
+    Symbolic links are not resolved, because a browser applies `..` to the address as written.
     """
     try:
         return Path(os.path.relpath(folder, out)).as_posix()
@@ -61,7 +61,7 @@ def _from(out: Path, folder: Path) -> str | None:
 
 def _campaign(member: Member, run: UnitRun, estimate: Estimate | None, out: Path) -> dict[str, Any]:
     folder = Path(run.folder)
-    shown, has_report = _from(out, folder), (folder / PAGE_NAME).is_file()
+    shown, has_report = _relative_folder(out, folder), (folder / PAGE_NAME).is_file()
     return {
         "label": member.label,
         "unit": member.unit,
@@ -99,11 +99,11 @@ def _parameter(fleet: Fleet, p: FleetParameter) -> dict[str, Any]:
 
 
 SPREAD = ("mean", "std_error", "mean95", "spread", "spread95", "next95", "repeatability", "equal_p")
-"""Entries of a parameter that are null where there is no spread."""
+"""Entries of a parameter that are null without a spread."""
 
 
 def _spread(p: FleetParameter) -> dict[str, Any]:
-    """Return mean and spread; the mean of an angle in [-180, 180), its intervals about it."""
+    """Return mean and spread; the mean of an angle in [-180, 180), its intervals around it."""
     made, turn = p.spread, _turn(p)
     assert made is not None
     return {
@@ -113,13 +113,13 @@ def _spread(p: FleetParameter) -> dict[str, Any]:
         "spread": made.spread,
         "spread95": list(made.spread95),
         "next95": [end + turn for end in made.next95],
-        "repeatability": made.of_units.repeatability,
+        "repeatability": made.unit_values.repeatability,
         "equal_p": made.equal_p,
     }
 
 
 def _turn(p: FleetParameter) -> float:
-    """Return the whole turns that bring the mean of an angle to [-180, 180)."""
+    """Return the full turns that bring the mean of an angle to [-180, 180)."""
     if p.spread is None or not p.observed.is_angle:
         return 0.0
     return angle_difference(p.spread.mean) - p.spread.mean
@@ -130,17 +130,17 @@ def _outlier(p: FleetParameter, k: int, p_value: float) -> dict[str, Any]:
     assert made is not None
     standing = next(one for one in made.standings if one.unit == k)
     return {
-        "unit": made.of_units.units[k],
-        "value": float(made.of_units.values[k]),
+        "unit": made.unit_values.units[k],
+        "value": float(made.unit_values.values[k]),
         "off": standing.off,
         "p_value": p_value,
     }
 
 
 def _value(p: FleetParameter, member: Member, estimate: Estimate | None) -> dict[str, Any] | None:
-    """Return a campaign's value; None where it has no such parameter.
+    """Return a campaign's value; None if its mechanism lacks the parameter.
 
-    `level` is what of it the units are compared by: a trend taken out, an angle on the branch of the mean.
+    `level` is the value for comparing units: without the trend, an angle on the branch of the mean.
     """
     value = estimate.values.get(p.name) if estimate else None
     if value is None:
@@ -153,7 +153,7 @@ def _value(p: FleetParameter, member: Member, estimate: Estimate | None) -> dict
         "left_out": value.left_out,
         "near_threshold": value.near_threshold,
         "level": None if level is None else level + _turn(p),
-        "off": None if level is None or p.spread is None else p.spread.off(level, value.error),
+        "off": None if level is None or p.spread is None else p.spread.standardized_distance(level, value.error),
     }
 
 
@@ -163,13 +163,13 @@ def _reference(fleet: Fleet, found: Trend) -> dict[str, Any]:
 
 
 def _trend(fleet: Fleet, one: Tested[Trend]) -> dict[str, Any]:
-    """Return a trend with the values that it goes through, the covariate as a number."""
+    """Return a trend with its data points, the covariate as a number."""
     found = one.result
     o = next(p.observed for p in fleet.parameters if p.name == found.name)
     first = first_day(fleet.asked.members, found.covariate)
     has = [k for k, m in enumerate(o.members) if found.covariate in m.covariates]
     return {
-        **_tested(one),
+        **_test_numbers(one),
         **_reference(fleet, found),
         "points": {
             "campaigns": [o.members[k].label for k in has],
@@ -180,6 +180,6 @@ def _trend(fleet: Fleet, one: Tested[Trend]) -> dict[str, Any]:
     }
 
 
-def _tested(one: Tested[Any]) -> Mapping[str, Any]:
+def _test_numbers(one: Tested[Any]) -> Mapping[str, Any]:
     entries = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(one.result).items()}
     return {**entries, "q": one.q, "found": one.found}

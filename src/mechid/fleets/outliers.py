@@ -1,10 +1,10 @@
-"""Units that stand off from all others of a parameter by more than its spread and their own errors.
+"""Outlying units of a parameter, which differ from all others by more than the spread and their own errors.
 
-One unit after the other is taken out, the one farthest off first: at most a fifth of all, and three. Each is tested
-by how far it lies from the mean of those left, in the error of that distance (its own error, the spread and the error
-of the mean of the others: deleted residual, [VC2010]_), with Student's t of those left and Bonferroni's factor for the
-choice of the farthest. All taken out up to the last that is significant are outliers, as in Rosner's procedure
-[R1983]_: so two that stand off on the same side do not hide one another.
+Units are removed in sequence, the farthest first: at most a fifth of all, and three. Each is tested by its distance
+from the mean of the remaining ones, in units of that distance's error (its own error, the spread and the error of the
+mean of the others: deleted residual, [VC2010]_), with Student's t and a Bonferroni factor for the choice of the
+farthest. All units removed up to the last significant one are outliers, as in Rosner's procedure [R1983]_, so that two
+outliers on the same side do not mask each other.
 
 .. [VC2010] W. Viechtbauer, M. W.-L. Cheung, Outlier and influence diagnostics, Res. Synth. Methods 1 (2010) 112
 .. [R1983] B. Rosner, Percentage points for a generalized ESD many-outlier procedure, Technometrics 25 (1983) 165
@@ -21,14 +21,14 @@ from mechid.arrays import FloatArray
 from mechid.fleets.regression import EXACT, STEPS
 
 LEAST = 4
-"""Units at least; of fewer none can stand off from the others."""
+"""Least number of units for which an outlier can be identified."""
 SHARE, MOST = 5, 3
-"""At most one in so many may stand off, and so many; each more would cost those before it."""
+"""One unit in `SHARE` at most may be an outlier, and `MOST` in all; each further one weakens the tests before it."""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a unit stands off, in the error of that distance, and the probability of that by chance."""
+    """Distance of a unit from the others in units of its error, and its p-value."""
 
     unit: int
     off: float
@@ -36,7 +36,7 @@ class Standing:
 
 
 def farthest(values: FloatArray, errors: FloatArray) -> tuple[Standing, ...]:
-    """Return the units that may be outliers, the farthest first; none of fewer than four.
+    """Return candidate outliers, the farthest first; empty for fewer than four units.
 
     Parameters
     ----------
@@ -52,20 +52,22 @@ def farthest(values: FloatArray, errors: FloatArray) -> tuple[Standing, ...]:
         chance = 2.0 * float(stdtr(left.size - 2, -abs(offs[k]))) * left.size
         found.append(Standing(int(left[k]), float(offs[k]), min(chance, 1.0)))
         left = np.delete(left, k)
+    # A unit is at least as significant as those removed after it (Rosner).
     least = np.minimum.accumulate([one.p_value for one in found][::-1])[::-1]
     return tuple(Standing(one.unit, one.off, float(p)) for one, p in zip(found, least, strict=True))
 
 
 def deleted_residuals(values: FloatArray, errors: FloatArray) -> FloatArray:
-    """Return the distance of each unit from the mean of all others, in the error of that distance.
+    """Return the distance of each unit from the mean of all others, in units of that distance's error.
 
-    The mean and the spread of the others are those of `regression.common`, for all units at once.
+    Mean and spread of the others are those of `regression.random_effects_mean`, for all units at once.
 
     Parameters
     ----------
     values, errors : (n,)
         n of three or more.
     """
+    # Row i holds weight 0 for unit i and 1 for the others: all deletions are solved in one iteration.
     others, tau2, wanted = 1.0 - np.eye(values.size), np.zeros(values.size), values.size - 2.0
     for _ in range(STEPS):
         weights = others / (np.square(errors) + tau2[:, None])

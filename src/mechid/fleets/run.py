@@ -1,4 +1,4 @@
-"""Public function that identifies many campaigns and evaluates their parameters together."""
+"""Public function for identifying many campaigns and evaluating their parameters together."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ def fleet(
     complete: bool = False,
     say: Callable[[str], None] | None = None,
 ) -> Fleet:
-    """Identify many campaigns, and say what their parameters say together.
+    """Identify many campaigns and evaluate their parameters together.
 
     Parameters
     ----------
     *sources : Path
         Campaign folders or files, result folders of `mechid identify`, and at most one fleet file or its folder.
     out : Path
-        The results of each campaign go to ``out/units/<label>``; a finished fit that lies there, of the campaign as it
-        is now, is taken up.
+        Folder for results. The result of each campaign is written to ``out/units/<label>``; a finished fit of the
+        unchanged campaign there is reused.
     seed : int
-        Of each search.
+        Seed of each search.
     workers : int or None
-        Threads of each identification; None takes one per core.
+        Number of threads of each identification; None takes one per core.
     executor : Executor or None
-        Whose workers identify the campaigns, each one after the other; they have to see the same folders. None: this
-        process, one campaign after the other.
+        External executor, whose workers identify one campaign each and must see the same folders. None identifies the
+        campaigns one after the other in this process.
     complete : bool
-        Add to each mechanism what its records say it lacks.
+        Add the effects to each mechanism that its records show to be missing.
     say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
     -------
     Fleet
-        Also where some campaigns failed; `failed` names them.
+        Also if some campaigns failed; `failed` names them.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def fleet(
     InputFileError
         A folder is missing, or the fleet file is wrong.
     KeyboardInterrupt
-        Interrupted; called again, it goes on from there.
+        The run was interrupted; the next call resumes it.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Mean and spread of a parameter over the units of a fleet, and the units that stand off."""
+"""Mean and spread of a parameter over the units of a fleet, and its candidate outliers."""
 
 from __future__ import annotations
 
@@ -6,36 +6,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechid.fleets.observed import OfUnits
+from mechid.fleets.observations import UnitValues
 from mechid.fleets.outliers import Standing, farthest
-from mechid.fleets.regression import common, further95
+from mechid.fleets.regression import prediction_interval95, random_effects_mean
 
 LEAST = 2
-"""Units of which there is a mean and a spread."""
+"""Least number of units for a mean and a spread."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """A parameter over the units of a fleet, in the file's unit.
+    """Distribution of a parameter over the units of a fleet, in the file's unit.
 
     Attributes
     ----------
-    of_units : OfUnits
+    unit_values : UnitValues
     mean, error : float
-        Of the fleet, and its standard error.
+        Mean of the fleet, and its standard error.
     mean95 : (float, float)
     spread : float
-        Standard deviation from unit to unit, the errors of the estimates taken out.
+        Standard deviation from unit to unit, without the errors of the estimates.
     spread95 : (float, float)
     next95 : (float, float)
-        Where a further unit lies, of 20 such 19.
+        95 % prediction interval of a further unit.
     equal_p : float
-        Probability that the errors alone scatter the units as much.
+        Probability of at least this scatter from the errors alone.
     standings : tuple of Standing
-        Units that may stand off, the farthest first.
+        Candidate outliers, the farthest first.
     """
 
-    of_units: OfUnits
+    unit_values: UnitValues
     mean: float
     error: float
     mean95: tuple[float, float]
@@ -45,24 +45,24 @@ class Spread:
     equal_p: float
     standings: tuple[Standing, ...]
 
-    def off(self, value: float, error: float) -> float:
-        """Return how far a value lies from the mean, in the spread and its error together."""
+    def standardized_distance(self, value: float, error: float) -> float:
+        """Return the distance of a value from the mean, in units of spread and error together."""
         return (value - self.mean) / float(np.hypot(self.spread, error))
 
 
-def spread(units: OfUnits) -> Spread | None:
-    """Return mean and spread of the units' values; None of fewer than two units."""
+def spread(units: UnitValues) -> Spread | None:
+    """Return mean and spread of the units' values; None for fewer than two units."""
     if len(units.units) < LEAST:
         return None
-    made = common(units.values, units.errors)
+    made = random_effects_mean(units.values, units.errors)
     return Spread(
-        of_units=units,
+        unit_values=units,
         mean=float(made.coefficients[0]),
         error=made.error(),
         mean95=made.interval(),
         spread=made.scatter,
         spread95=made.scatter95,
-        next95=further95(units.values, units.errors),
+        next95=prediction_interval95(units.values, units.errors),
         equal_p=made.equal_p,
         standings=farthest(units.values, units.errors),
     )

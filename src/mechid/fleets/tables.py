@@ -1,4 +1,4 @@
-"""The tables of a fleet: campaigns, parameters over the units and by unit, tests."""
+"""Tables of a fleet: campaigns, parameters over the units and by unit, tests."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ STRONGEST = 6.0
 """Spreads from the mean at which a cell has its strongest colour."""
 
 
-def _linked(row: Row) -> str:
-    """Return a campaign's label, which leads to its report where it has one."""
+def _label_link(row: Row) -> str:
+    """Return a campaign's label, as a link to its report if there is one."""
     if row["link"] is None:
         return str(row["label"])
     return Markup('<a href="{}">{}</a>').format(row["link"], row["label"])
@@ -30,13 +30,13 @@ def _with_unit(row: Row) -> Markup:
 
 
 def _below(text: str, more: str) -> Markup:
-    """Return a text with more of it in small letters below."""
+    """Return a text with further text in small letters below."""
     small = Markup('<span class="range">{}</span>').format(more) if more else Markup("")
     return Markup("<span>{}{}</span>").format(text, small)
 
 
 def _mean(row: Row) -> Markup:
-    """Return mean with error and where on a trend that is, or why there is no mean."""
+    """Return the mean with its error and position on a trend, or the reason for a missing mean."""
     text = row["text"]
     if row["lacking"]:
         return _below(text["mean"], f"{text['lacking']} term: see by unit")
@@ -48,7 +48,7 @@ def _spread(row: Row) -> Markup:
     return _below(row["text"]["spread"], "" if row["mean"] is None else ends)
 
 
-def _found(key: str) -> OnPage:
+def _found_style(key: str) -> OnPage:
     return OnPage(style=lambda row: "word found" if row[key] else "word")
 
 
@@ -66,9 +66,9 @@ SPREAD = (
     Column("95 %", "spread95", where=IN_TEXT),
     Column("spread (95 %)", "spread", where=(PAGE,), on_page=OnPage(ink=_spread)),
     Column("a further unit", "next95", where=IN_DOCUMENTS),
-    Column("", "differs", words=True, said="differs", on_page=_found("differs")),
+    Column("", "differs", words=True, said="differs", on_page=_found_style("differs")),
     Column("q", "q", where=IN_DOCUMENTS),
-    Column("stands off", "outliers", words=True, style="yellow", on_page=_found("outliers")),
+    Column("stands off", "outliers", words=True, style="yellow", on_page=_found_style("outliers")),
     Column("", "lacking", words=True, where=IN_TEXT),
 )
 TESTS = {
@@ -97,14 +97,14 @@ TESTS = {
 
 
 def campaign_table(data: Data) -> Table:
-    """Return the campaigns: whose they are, their grade, and how each estimate came about."""
+    """Return the campaigns with unit, grade and origin of the estimate."""
     campaigns = data["campaigns"]
     needed = [key for key in ("group", "state") if any(c[key] for c in campaigns)]
     if any(c["unit"] != c["label"] for c in campaigns):
         needed = ["unit", *needed]
     return Table(
         (
-            Column("campaign", "label", words=True, on_page=OnPage(ink=_linked)),
+            Column("campaign", "label", words=True, on_page=OnPage(ink=_label_link)),
             *(Column(key, key, words=True) for key in needed),
             *(Column(name, f"covariate_{k}", where=IN_DOCUMENTS) for k, name in enumerate(data["covariates"])),
             Column("grade", "grade", words=True, on_page=OnPage(style=_grade_of(data["failed"]))),
@@ -128,7 +128,7 @@ def parameter_table(data: Data) -> Table:
 
 
 def unit_table(data: Data) -> Table:
-    """Return each parameter's value of each campaign; the colour says how far it lies from the mean."""
+    """Return each parameter's value by campaign; the colour shows the distance from the mean."""
     columns = (Column(c["label"], f"cell_{k}", on_page=_on_page_of(k)) for k, c in enumerate(data["campaigns"]))
     rows = [p["by_unit"] for p in data["parameters"]]
     return Table((Column("parameter", "name", words=True), *columns), rows, style="units")
@@ -153,5 +153,5 @@ def _with_error(cell: Data) -> Markup:
 
 
 def tests_table(kind: str, rows: Sequence[Row]) -> Table:
-    """Return tests of one of the kinds of `TESTS`."""
+    """Return the table of one kind of tests in `TESTS`."""
     return Table((Column("parameter", "name", words=True), *TESTS[kind], Column("q", "q")), rows)

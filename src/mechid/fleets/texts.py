@@ -1,4 +1,4 @@
-"""Texts of a fleet's numbers, as its tables show them."""
+"""Formatted texts of a fleet's numbers for its tables."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ ABSENT = "no such"
 
 
 def fleet_texts(data: Data) -> dict[str, Any]:
-    """Return what `fleet_data` made, each row with its texts; parameters under the tables of the mechanism file."""
+    """Return the data of `fleet_data` with texts in each row, and parameters split into table and key."""
     return {
         **data,
         "campaigns": [{**c, "text": _campaign(data, c)} for c in data["campaigns"]],
         "parameters": [_parameter(data, p) for p in data["parameters"]],
-        "trends": [{**t, "text": _trend(data, t)} for t in _by_chance(data["trends"])],
-        "groups": [{**g, "text": _group(data, g)} for g in _by_chance(data["groups"])],
-        "changes": [{**c, "text": _change(data, c)} for c in _by_chance(data["changes"])],
-        "mean_changes": [{**c, "text": _mean_change(data, c)} for c in _by_chance(data["mean_changes"])],
+        "trends": [{**t, "text": _trend(data, t)} for t in _sort_by_p(data["trends"])],
+        "groups": [{**g, "text": _group(data, g)} for g in _sort_by_p(data["groups"])],
+        "changes": [{**c, "text": _change(data, c)} for c in _sort_by_p(data["changes"])],
+        "mean_changes": [{**c, "text": _mean_change(data, c)} for c in _sort_by_p(data["mean_changes"])],
     }
 
 
@@ -32,17 +32,17 @@ def unit_of(data: Data, name: str) -> str:
 
 
 def covariate_words(one: Data) -> str:
-    """Return a covariate by name; of dates what is counted."""
+    """Return the name of a covariate; for dates with the origin of the days."""
     return f"{one['covariate']}, days from {one['first_day']}" if one["first_day"] else str(one["covariate"])
 
 
-def _by_chance(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return tests with the least likely by chance first."""
+def _sort_by_p(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return tests sorted by p-value."""
     return sorted(rows, key=lambda row: row["p_value"])
 
 
 def chance(p: float | None) -> str:
-    """Return a probability.
+    """Return a probability as text.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def _parameter(data: Data, p: Data) -> dict[str, Any]:
         "units": str(p["units"]),
         "spread": _spread(p),
         "spread95": _range(p["spread95"], 2),
-        "next95": _ends(p),
+        "next95": _prediction_range(p),
         "repeatability": NO_NUMBER if p["repeatability"] is None else plain(p["repeatability"], 2),
         "differs": "differs" if p["differs"] else "",
         "q": chance(p["equal_q"]),
@@ -88,12 +88,15 @@ def _parameter(data: Data, p: Data) -> dict[str, Any]:
     stands_off = {one["unit"] for one in p["outliers"]}
     cells = [_cell(v, c["unit"] in stands_off) for v, c in zip(p["values"], data["campaigns"], strict=True)]
     name = f"{p['name']}, {text['unit']}" if text["unit"] else p["name"]
-    by_unit = {"name": name, **{f"cell_{k}": _sure(c["text"], c["error"], c["said"]) for k, c in enumerate(cells)}}
+    by_unit = {
+        "name": name,
+        **{f"cell_{k}": _value_with_error(c["text"], c["error"], c["said"]) for k, c in enumerate(cells)},
+    }
     return {**p, "table": table, "key": key, "text": text, "by_unit": {"text": by_unit, "cells": cells}}
 
 
 def _spread(p: Data) -> str:
-    """Return the spread, of a parameter other than an angle with its share of the mean."""
+    """Return the spread, with its share of the mean except for angles."""
     if p["spread"] is None:
         return NO_NUMBER
     if p["unit"] == "deg" or not p["mean"]:
@@ -105,8 +108,8 @@ def _range(ends: Any, count: int) -> str:
     return NO_NUMBER if ends is None else f"{plain(ends[0], count)} to {plain(ends[1], count)}"
 
 
-def _ends(p: Data) -> str:
-    """Return where a further unit lies, to the decimal at which the half of that range begins."""
+def _prediction_range(p: Data) -> str:
+    """Return the range of a further unit, rounded to the first decimal of half its width."""
     if p["next95"] is None:
         return NO_NUMBER
     low, high = p["next95"]
@@ -114,7 +117,7 @@ def _ends(p: Data) -> str:
 
 
 def _cell(v: Data | None, stands_off: bool) -> dict[str, Any]:
-    """Return a value with its error as one text, and how it is marked."""
+    """Return the texts of a value and its error, and its mark."""
     if v is None:
         return {"text": "", "error": "", "said": "", "mark": "absent", "why": ABSENT, "off": 0.0}
     value, error = with_sigma(v["value"], v["std_error"])
@@ -123,12 +126,12 @@ def _cell(v: Data | None, stands_off: bool) -> dict[str, Any]:
     return {"text": value, "error": error, "said": v["left_out"], "mark": mark, "why": why, "off": v["off"] or 0.0}
 
 
-def _sure(value: str, error: str, more: str = "") -> str:
-    """Return a value with its error, and more behind it: a unit, or why it is not counted; empty parts are left out.
+def _value_with_error(value: str, error: str, more: str = "") -> str:
+    """Return a value with its error and a suffix: a unit, or why it is not counted; empty parts are left out.
 
     Examples
     --------
-    >>> _sure("2.70", "0.12", "N m"), _sure("2.70", "")
+    >>> _value_with_error("2.70", "0.12", "N m"), _value_with_error("2.70", "")
     ('2.70 ± 0.12 N m', '2.70')
     """
     return " ".join(filter(None, (value, f"± {error}" if error else "", more)))
@@ -140,7 +143,7 @@ def _trend(data: Data, t: Data) -> dict[str, str]:
     how = "within units" if t["within"] else "over units"
     return {
         "covariate": covariate_words(t),
-        "slope": _sure(*with_sigma(t["slope"], t["error"]), unit),
+        "slope": _value_with_error(*with_sigma(t["slope"], t["error"]), unit),
         "range": _range(t["slope95"], 3),
         "of": f"{how}, {t['campaigns']} campaigns" if t["within"] else f"{how}, {t['units']}",
         "q": chance(t["q"]),
@@ -148,7 +151,7 @@ def _trend(data: Data, t: Data) -> dict[str, str]:
 
 
 def _group(data: Data, g: Data) -> dict[str, str]:
-    means = [(m, _sure(*with_sigma(m["mean"], m["error"]))) for m in g["means"]]
+    means = [(m, _value_with_error(*with_sigma(m["mean"], m["error"]))) for m in g["means"]]
     return {
         "means": "; ".join(f"{m['group']} {mean} ({m['units']})" for m, mean in means),
         "unit": unit_of(data, g["name"]),
@@ -159,7 +162,7 @@ def _group(data: Data, g: Data) -> dict[str, str]:
 def _change(data: Data, c: Data) -> dict[str, str]:
     return {
         "states": " to ".join(c["states"]),
-        "difference": _sure(*with_sigma(c["difference"], c["error"]), unit_of(data, c["name"])),
+        "difference": _value_with_error(*with_sigma(c["difference"], c["error"]), unit_of(data, c["name"])),
         "sigmas": f"{c['difference'] / c['error']:+.1f}",
         "q": chance(c["q"]),
     }
@@ -168,7 +171,7 @@ def _change(data: Data, c: Data) -> dict[str, str]:
 def _mean_change(data: Data, c: Data) -> dict[str, str]:
     return {
         "states": " to ".join(c["states"]),
-        "mean": _sure(*with_sigma(c["mean"], c["error"]), unit_of(data, c["name"])),
+        "mean": _value_with_error(*with_sigma(c["mean"], c["error"]), unit_of(data, c["name"])),
         "range": _range(c["mean95"], 3),
         "spread": plain(c["spread"], 2),
         "q": chance(c["q"]),

@@ -1,8 +1,8 @@
-"""How a parameter goes with a covariate, such as temperature, cycles or date: a straight line over the campaigns.
+"""Trends of a parameter over a covariate, such as temperature, cycles or date: a straight line over the campaigns.
 
-Where most campaigns are of units that were measured several times, each unit has its own level and the line is what
-its campaigns have in common, so that differences from unit to unit are not taken for a trend. Else it is the line
-through one value of each unit. The scatter about it beyond the errors counts in its error.
+If most campaigns belong to units that were measured several times, each unit has its own level and the line is common
+to its campaigns, so that differences between units are not mistaken for a trend. Otherwise the line passes through one
+value per unit. The scatter about the line beyond the errors is included in its error.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.fleets.members import Covariate, Member
-from mechid.fleets.observed import Observed, of_units
+from mechid.fleets.observations import Observations, average_by_unit
 from mechid.fleets.regression import Regression, regression
 
 DAY_S = 86400.0
@@ -23,19 +23,19 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """The line of a parameter over a covariate.
+    """Linear trend of a parameter over a covariate.
 
     Attributes
     ----------
     name, covariate : str
     slope, error : float
-        Parameter's unit for each of the covariate; of dates for each day.
+        Parameter's unit per unit of the covariate; for dates per day.
     slope95 : (float, float)
     p_value : float
-        Of a slope that large by chance.
+        Two-sided p-value of the slope.
     dof : int
     reference, level : float
-        Mean of the covariate over the campaigns, in days from the first where it is a date; the parameter there.
+        Mean of the covariate over the campaigns, in days from the first for a date; value of the parameter there.
     scatter : float
         Standard deviation about the line beyond the errors.
     campaigns, units : int
@@ -64,13 +64,13 @@ def numbers(values: Sequence[Covariate], first: date | None) -> FloatArray:
 
 
 def first_day(members: Sequence[Member], covariate: str) -> date | None:
-    """Return the earliest date of a covariate; None where it is a number."""
+    """Return the earliest date of a covariate; None if it is a number."""
     days = [d for m in members if isinstance(d := m.covariates.get(covariate), date)]
     return min(days, key=_days, default=None)
 
 
 def _days(day: date) -> float:
-    """Return days since the first of January of the year 1."""
+    """Return days since 1 January of year 1."""
     if not isinstance(day, datetime):
         return float(day.toordinal())
     whole = day.astimezone(UTC) if day.tzinfo else day
@@ -78,18 +78,19 @@ def _days(day: date) -> float:
     return whole.toordinal() + (whole - begun).total_seconds() / DAY_S
 
 
-def trend(o: Observed, covariate: str, first: date | None) -> Trend | None:
-    """Return the line over a covariate; None where the campaigns that have it cannot give one."""
+def trend(o: Observations, covariate: str, first: date | None) -> Trend | None:
+    """Return the line over a covariate; None if the campaigns with that covariate cannot determine one."""
     kept = o.of([m for m in o.members if covariate in m.covariates])
     if not kept.members:
         return None
     x = numbers([m.covariates[covariate] for m in kept.members], first)
     reference, belongs = float(x.mean()), kept.is_of_unit
+    # A campaign counts for the comparison within units if its unit has at least two.
     within = 2 * int((belongs.sum(axis=0)[belongs.argmax(axis=1)] > 1).sum()) > x.size
     if within:
         made = _line(kept.values, kept.errors, x - reference, belongs)
     else:
-        each = of_units(kept)
+        each = average_by_unit(kept)
         of_each = belongs.T @ (x - reference) / belongs.sum(axis=0)
         made = _line(each.values, each.errors, of_each, np.ones((of_each.size, 1)))
     if made is None:
@@ -112,15 +113,15 @@ def trend(o: Observed, covariate: str, first: date | None) -> Trend | None:
 
 
 def _line(values: FloatArray, errors: FloatArray, x: FloatArray, levels: FloatArray) -> Regression | None:
-    """Return slope and levels; None where nothing is left over, or the covariate does not change."""
+    """Return slope and levels; None without degrees of freedom, or if the covariate does not vary."""
     left = x - levels @ np.linalg.lstsq(levels, x, rcond=None)[0]
     if values.size <= levels.shape[1] + 1 or np.abs(left).max() <= 1e-9 * max(np.abs(x).max(), 1e-300):
         return None
     return regression(values, errors, np.column_stack([x, levels]))
 
 
-def without(o: Observed, found: Trend, first: date | None) -> Observed:
-    """Return a parameter brought along its line to the covariate's mean; campaigns without it stay as they are."""
+def remove_trend(o: Observations, found: Trend, first: date | None) -> Observations:
+    """Move a parameter along its line to the covariate's mean; campaigns without the covariate are unchanged."""
     off = [
         float(numbers([m.covariates[found.covariate]], first)[0]) - found.reference
         if found.covariate in m.covariates

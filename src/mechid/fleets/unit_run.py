@@ -1,4 +1,4 @@
-"""One campaign of a fleet, identified into its own folder or taken up from there: a task of plain values."""
+"""Run of one campaign of a fleet: identification into its own folder, or reuse of a finished fit."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import MechidError
-from mechid.fleets.finished import can_resume, changed_since
 from mechid.fleets.members import Member
+from mechid.fleets.resume_check import can_resume, changed_inputs
 from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.grade import FitOutcome
@@ -21,13 +21,13 @@ from mechid.identification.run import IdentifyRun
 from mechid.reports.into_folder import Audience, identify_into_folder
 
 
-def silent(line: str) -> None:
-    """Listen to nothing."""
+def ignore(line: str) -> None:
+    """Ignore a line of progress."""
     del line
 
 
 class How(StrEnum):
-    """How the estimate of a campaign came about; `HOW_WORDS` say it."""
+    """Origin of a campaign's estimate; `HOW_WORDS` has the words."""
 
     IDENTIFIED = "identified"
     RESUMED = "resumed"
@@ -49,19 +49,19 @@ HOW_WORDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class UnitTask:
-    """A campaign to be identified, as plain values, so that any process can do it.
+    """Campaign to identify, as plain values, so that any process can run it.
 
     Parameters
     ----------
     label, source, folder : str
-        By which it is shown; where the campaign, or the finished fit, is; where the results go.
+        Name in messages; path of the campaign or of a finished fit; folder for results.
     seed : int
     workers : int or None
-        Threads; None takes one per core.
+        Number of threads; None takes one per core.
     complete : bool
-        Add what the records say the mechanism file lacks.
+        Add the effects that the records show to be missing from the mechanism file.
     hold : str
-        Token of the fleet's own hold of its folder.
+        Token of the fleet's own lock on its folder.
     """
 
     label: str
@@ -75,17 +75,17 @@ class UnitTask:
 
 @dataclass(frozen=True, kw_only=True)
 class UnitRun:
-    """How the estimate of a campaign came about.
+    """Origin of a campaign's estimate.
 
     Attributes
     ----------
     how : How
     folder : str
-        That holds estimate.json.
+        Folder of estimate.json.
     said : str
-        What has changed since it was last identified, or why there is no estimate.
+        Inputs that have changed since the last identification, or why there is no estimate.
     seconds : float
-        Wall time of it here.
+        Wall time of this run.
     """
 
     how: How
@@ -95,12 +95,12 @@ class UnitRun:
 
     @property
     def words(self) -> str:
-        """The same in a line."""
+        """Summary in one line."""
         return f"{HOW_WORDS[self.how]}{f' ({self.said})' if self.said else ''}, {self.seconds:.1f} s"
 
 
 def task_of(member: Member, out: Path, seed: int, workers: int | None, *, complete: bool, hold: str) -> UnitTask:
-    """Return the task of a member of a fleet, its results in a folder within `out`."""
+    """Return the task of a member of a fleet, with results in a folder within `out`."""
     return UnitTask(
         label=member.label,
         source=str(member.source.resolve()),
@@ -112,33 +112,35 @@ def task_of(member: Member, out: Path, seed: int, workers: int | None, *, comple
     )
 
 
-def run_unit(task: UnitTask, say: Tell = silent) -> UnitRun:
-    """Identify a campaign, or take up what is finished; what fails is said in the result.
+def run_unit(task: UnitTask, say: Tell = ignore) -> UnitRun:
+    """Identify a campaign, or reuse a finished fit; a failure is reported in the result.
 
     Raises
     ------
     KeyboardInterrupt
-        It was interrupted; the best so far is in the folder, and the next run goes on from there.
+        The run was interrupted; the best result so far is in the folder, and the next run resumes from it.
     """
     began = time.perf_counter()
     try:
-        how, folder, said = _done(task, say)
-    except Exception as error:  # whatever is wrong with one campaign, the others go on
+        how, folder, said = _obtain_estimate(task, say)
+    except Exception as error:
+        # A failure of one campaign, of whatever kind, must not stop the others.
         kind = "" if isinstance(error, MechidError) else f"unexpected error, {type(error).__name__}: "
         how, folder, said = How.NONE, task.folder, kind + " ".join(str(error).split())
     return UnitRun(how=how, folder=folder, said=said, seconds=time.perf_counter() - began)
 
 
-def _done(task: UnitTask, say: Tell) -> tuple[How, str, str]:
-    """Return how an estimate came about, its folder, and what has changed."""
+def _obtain_estimate(task: UnitTask, say: Tell) -> tuple[How, str, str]:
+    """Return the origin of an estimate, its folder, and the changed inputs."""
     source, folder = Path(task.source), Path(task.folder)
     if source.is_dir() and not (source / CAMPAIGN_NAME).is_file():
         return How.GIVEN, task.source, ""
     campaign = load_campaign(source)
     own = source if source.is_dir() else source.parent
     changed = None
+    # The fleet's own result comes first, so that repeated runs give the same folder.
     for place, how in ((folder, How.TAKEN_UP), (own, How.GIVEN)):
-        since = changed_since(campaign, place, task.seed, complete=task.complete)
+        since = changed_inputs(campaign, place, task.seed, complete=task.complete)
         if since == ():
             return how, str(place), ""
         changed = since if place == folder else changed
@@ -155,13 +157,13 @@ def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) ->
         say(f"{task.label}: {line}")
 
     @contextmanager
-    def followed() -> Iterator[Listener]:
+    def follow_stages() -> Iterator[Listener]:
         yield _stages(say_of_unit)
 
     made = identify_into_folder(
         campaign,
         Path(task.folder),
-        Audience(followed=followed, say=say_of_unit),
+        Audience(followed=follow_stages, say=say_of_unit),
         IdentifyRun(seed=task.seed, workers=task.workers, complete=task.complete, resume=resume),
     )
     if made.fit.outcome is FitOutcome.INTERRUPTED:
@@ -169,12 +171,12 @@ def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) ->
 
 
 def _stages(say: Tell) -> Listener:
-    """Return a listener that says each stage as it begins."""
+    """Return a listener that reports each stage as it begins."""
     heard = [""]
 
-    def listen(progress: Progress) -> None:
+    def on_progress(progress: Progress) -> None:
         if progress.stage != heard[0]:
             heard[0] = progress.stage
             say(f"stage {progress.number} of {progress.total}: {progress.stage}, {progress.elapsed_s:.1f} s")
 
-    return listen
+    return on_progress

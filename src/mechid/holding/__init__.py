@@ -1,6 +1,6 @@
-"""Result folders held by one run at a time: a lock file says by whom, and what a killed run left is swept away.
+"""Locks of result folders: one run at a time holds a folder, and the leftovers of killed runs are removed.
 
-Internal to mechid but for the names that docs/python.md lists.
+Internal to mechid except for the names listed in docs/python.md.
 """
 
 from mechid.holding.folder import hold_folder

@@ -1,4 +1,4 @@
-"""A folder held by one run at a time."""
+"""Exclusive lock of a result folder, held by one run at a time."""
 
 from __future__ import annotations
 
@@ -18,92 +18,96 @@ from mechid.reading.whole import read_text
 from mechid.writing import creating_folder, is_unwritable_error, unwritable_error, write_atomically
 
 _HELD: ContextVar[tuple[tuple[Path, str], ...]] = ContextVar("held", default=())
-"""Folders that are held around what runs now, each with the token of its hold."""
+"""Folders held by the enclosing calls in this context, each with the token of its lock."""
 _LOCKS: dict[Path, Holder] = {}
-"""Lock files of this process, whichever thread holds their folders."""
+"""Lock records of this process, of all threads."""
 GUARD_NAME = ".mechid.guard.lock"
-"""Of the file that the system locks. The record is another one: Windows lets nobody read a file that is locked."""
+"""Name of the file that the system locks. It is separate from the record: Windows denies reading of locked files."""
 MARKER_NAME = ".mechid.marker.lock"
-"""Of the file whose being there is the lock, on file systems that lock no files."""
+"""Name of the file whose existence is the lock, on file systems without file locks."""
 LOCK_FILES = ".mechid.*lock"
-"""All three, as a shell takes it."""
+"""Shell pattern of record, guard and marker."""
 NO_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP})
 PATIENCE_S = 2.0
-"""For the record of a run that has locked a folder an instant ago, or is about to let go of it."""
+"""Waiting time for the record of a run that has just locked a folder or is about to release it."""
 MOST_NAMED = 8
-"""Of the files that a run has saved until it could write no more."""
+"""Number of saved files that a message lists when a run can no longer write."""
 
 
 @contextmanager
 def hold_folder(folder: Path | str, *, within: str = "") -> Iterator[str]:
-    """Hold a folder, made with its parents, against other runs; what a killed one left half-written is removed.
+    """Lock a folder against other runs, and remove partial files left by a killed run.
 
-    The system's lock of a file goes with its process, so that a run that was killed is in nobody's way. A second file
-    says who holds the folder; where it names another machine it counts too, since some network file systems lock for
-    one machine alone. Who holds the folder already holds it on. A folder that was made for it, and in which nothing
-    was written, is removed again.
+    The folder and its parents are created if necessary. The system releases a file lock when its process ends, so a
+    killed run blocks nobody. A record in a second file identifies the holder. A record of another machine counts as a
+    lock too, because some network file systems lock files on one machine only. The lock is reentrant. Folders created
+    here are removed again if nothing was written in them.
 
     Parameters
     ----------
     folder : Path
     within : str
-        Token of the hold for which this work is done: what another process held for the same one, and is on another
-        machine, is taken over, since who gives work out a second time has given up the first.
+        Token of the enclosing lock for which the work is done, such as that of a fleet. A lock that a process on
+        another machine holds for the same token is taken over: a dispatcher that assigns work again has abandoned the
+        first assignment.
 
     Yields
     ------
     str
-        The token of the hold.
+        Token of the lock.
 
     Raises
     ------
     UsageError
-        Another run holds it, who is said.
+        Another run holds the folder; the message identifies it.
     UnwritableError
-        It cannot be written to, or not any more; then with what has been saved in it.
+        The folder cannot be written to, or no longer; the message then lists the files saved so far.
     """
     place = Path(folder).absolute()
     around = dict(_HELD.get())
     if place in around:
         yield around[place]
         return
-    with _made_if_used(place), creating_folder(folder):
+    with _remove_unused(place), creating_folder(folder):
         guard, own = _take(place / LOCK_NAME, Path(folder), within)
         _LOCKS[place / LOCK_NAME] = own
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
             sweep(place)
-            with _said(place, Path(folder)):
+            with _add_saved_files(place, Path(folder)):
                 yield own.token
         finally:
             _HELD.reset(reset)
-            _let_go(place / LOCK_NAME, own)
-            guard.release()  # after its file has gone: who waits for it then finds that it is nobody's
+            _release_record(place / LOCK_NAME, own)
+            # Released after the record is removed, so that a waiting run finds a folder without a holder.
+            guard.release()
             _LOCKS.pop(place / LOCK_NAME, None)
 
 
 def release_all() -> None:
-    """Let go of all folders that this process holds, without what it has half-written there: it is about to end."""
+    """Release all folders of this process and remove its partial files; call it just before the process ends."""
     for lock, own in list(_LOCKS.items()):
         sweep(lock.parent, with_own=True)
-        _let_go(lock, own)
+        _release_record(lock, own)
 
 
 @contextmanager
-def _made_if_used(folder: Path) -> Iterator[None]:
-    """Remove a folder, and its parents, again that were not there and in which nothing was left."""
+def _remove_unused(folder: Path) -> Iterator[None]:
+    """Remove on exit the folder and those parents that did not exist on entry, if they are empty."""
     missing = [path for path in (folder, *folder.parents) if not os.path.lexists(path)]
     try:
         yield
     finally:
         for made in missing:
+            # rmdir fails on a folder that is not empty, which keeps everything that was written.
             with suppress(OSError):
                 made.rmdir()
 
 
 @contextmanager
-def _said(place: Path, folder: Path) -> Iterator[None]:
-    """Say of a folder that cannot be written to any more what has been saved in it since its lock file was."""
+def _add_saved_files(place: Path, folder: Path) -> Iterator[None]:
+    """Extend the error of a folder that can no longer be written to by the files saved since it was locked."""
+    # Times are compared with that of the record, since the clock of a network drive may differ from the machine's.
     began_ns = (place / LOCK_NAME).stat().st_mtime_ns
     try:
         yield
@@ -112,21 +116,22 @@ def _said(place: Path, folder: Path) -> Iterator[None]:
             if not is_unwritable_error(place, error):
                 raise
             error = unwritable_error(folder, error)
-        raise UnwritableError(f"{error}; {_saved_since(place, began_ns)}") from error
+        raise UnwritableError(f"{error}; {_describe_saved_files(place, began_ns)}") from error
 
 
 def _take(lock: Path, folder: Path, within: str) -> tuple[BaseFileLock, Holder]:
-    """Lock a folder, and write who this process is; return both."""
+    """Lock a folder and write the record of this process; return the lock and the record."""
     own = this_process(within)
-    if _is_given_up(_holder(lock), within):
-        for name in (GUARD_NAME, MARKER_NAME):  # new files have locks of their own
+    if _is_given_up(_read_record(lock), within):
+        # New files have new locks, whatever the other machine still holds.
+        for name in (GUARD_NAME, MARKER_NAME):
             lock.with_name(name).unlink(missing_ok=True)
     try:
         guard = _acquire_guard(lock)
     except Timeout:
-        raise UsageError(_refusal(folder, _holder(lock))) from None
+        raise UsageError(_refusal(folder, _read_record(lock))) from None
     try:
-        found = _holder(lock)
+        found = _read_record(lock)
         if found is not None and found.is_elsewhere and not _is_given_up(found, within):
             raise UsageError(_refusal(folder, found))
         write_atomically(lock, own.text())
@@ -138,15 +143,15 @@ def _take(lock: Path, folder: Path, within: str) -> tuple[BaseFileLock, Holder]:
 
 
 def _is_given_up(found: Holder | None, within: str) -> bool:
-    """Whether the work is given out again, since the machine that had it no longer answers."""
+    """Return whether the work of another machine has been assigned again, for the same enclosing lock."""
     return found is not None and found.is_elsewhere and bool(within) and found.within == within
 
 
 def _acquire_guard(lock: Path) -> BaseFileLock:
-    """Lock the file beside a record; Timeout where another run has it locked."""
+    """Lock the guard file of a record; raise Timeout if another run has locked it."""
 
     def is_known() -> bool:
-        return _holder(lock) is not None
+        return _read_record(lock) is not None
 
     guard: BaseFileLock = FileLock(lock.with_name(GUARD_NAME), thread_local=False, fallback_to_soft=False)
     try:
@@ -167,24 +172,24 @@ def _refusal(folder: Path, found: Holder | None) -> str:
     return f"{folder}: another run holds it{who}; {remedy}"
 
 
-def _holder(lock: Path) -> Holder | None:
+def _read_record(lock: Path) -> Holder | None:
     try:
         return read_holder(read_text(lock))
     except (FileNotFoundError, UnicodeDecodeError):
         return None
 
 
-def _let_go(lock: Path, own: Holder) -> None:
-    """Remove the record and the locked file where they are still this hold's."""
+def _release_record(lock: Path, own: Holder) -> None:
+    """Remove the record and the guard file if they still belong to this lock."""
     with suppress(OSError):
-        found = _holder(lock)
+        found = _read_record(lock)
         if found is not None and found.token == own.token:
             lock.unlink()
             lock.with_name(GUARD_NAME).unlink()
 
 
-def _saved_since(folder: Path, instant_ns: int) -> str:
-    """Return in words which files have been written in a folder, and right below it, since an instant of its clock."""
+def _describe_saved_files(folder: Path, instant_ns: int) -> str:
+    """Return a phrase that lists the files written in a folder and its direct subfolders since an instant."""
     fresh: list[Path] = []
     with suppress(OSError):
         fresh = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if _is_fresh(path, folder, instant_ns)]
@@ -200,6 +205,6 @@ def _saved_since(folder: Path, instant_ns: int) -> str:
 
 
 def _is_fresh(path: Path, folder: Path, instant_ns: int) -> bool:
-    """Whether a path is a file, not a hidden one, that has been written since."""
+    """Return whether a path is a visible file that has been written since an instant."""
     is_hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
     return not is_hidden and path.is_file() and path.stat().st_mtime_ns >= instant_ns

@@ -13,12 +13,12 @@ from pathlib import Path
 from uuid import uuid4
 
 MOST_COMMAND = 200
-"""Letters of a command line that a message shows."""
+"""Maximum number of characters of a command line shown in messages."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Holder:
-    """A run that holds a folder.
+    """Run that holds a folder.
 
     Parameters
     ----------
@@ -26,11 +26,11 @@ class Holder:
     host : str
         Name of the machine.
     since, command : str
-        Since when the folder is held, and the command line, both to be shown.
+        Time of locking and command line, shown in messages.
     token : str
-        Of this hold alone.
+        Unique token of this lock.
     within : str
-        Token of the hold for which the work is done, as of a fleet; empty where it is nobody's.
+        Token of the enclosing lock for which the work is done, such as that of a fleet; empty if there is none.
     """
 
     pid: int
@@ -42,12 +42,12 @@ class Holder:
 
     @property
     def words(self) -> str:
-        """Who it is, in a line."""
+        """One-line description of the process."""
         return f"{self.command} (process {self.pid} on {self.host}, since {self.since})"
 
     @property
     def is_elsewhere(self) -> bool:
-        """Whether it is a process on another machine."""
+        """Whether the process is on another machine."""
         return self.host != platform.node()
 
     def text(self) -> str:
@@ -56,7 +56,7 @@ class Holder:
 
 
 def this_process(within: str = "") -> Holder:
-    """Return a new holder that this process is."""
+    """Return a new holder that describes this process."""
     program = Path(sys.argv[0])
     name = program.parent.name if program.name == "__main__.py" else program.name  # python -m mechid
     command = " ".join([name, *sys.argv[1:]])
@@ -71,7 +71,7 @@ def this_process(within: str = "") -> Holder:
 
 
 def read_holder(text: str) -> Holder | None:
-    """Return the holder that a record names; None where it names none."""
+    """Return the holder described by a record, or None if the record is malformed."""
     try:
         found = json.loads(text)
     except ValueError:

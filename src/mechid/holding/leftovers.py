@@ -1,4 +1,4 @@
-"""Half-written leftovers of a killed run in a result folder: files and folders that were to be renamed."""
+"""Removal of partial files and folders that a killed run left in a result folder before renaming them."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from contextlib import suppress
 from pathlib import Path
 
 LOCK_NAME = ".mechid.lock"
-"""Of the file that says who holds a folder."""
+"""Name of the record that identifies the holder of a folder."""
 PART = re.compile(r"\..+\.(?P<pid>\d+)\.part")
-"""Name of a file, or a folder, beside its place, as `mechid.writing` gives it."""
+"""Name of a partial file or folder, as given by `mechid.writing`."""
 
 
 def sweep(folder: Path, *, with_own: bool = False) -> list[Path]:
-    """Remove what was left half-written in a folder and in the folders right in it, and return what it was.
+    """Remove partial files and folders from a folder and its direct subfolders, and return their paths.
 
-    What a process of this number is at work on stays; what cannot be removed, too. `with_own` removes also what this
-    process is at work on, which is about to end.
+    Partial files of a running process are kept, and so are files that cannot be removed. With `with_own`, those of
+    this process are removed too; use it only when the process is about to end.
     """
-    found = [path for place in (folder, *_folders(folder)) for path in _left(place, with_own=with_own)]
+    found = [path for place in (folder, *_folders(folder)) for path in _leftovers(place, with_own=with_own)]
     for path in found:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
@@ -32,14 +32,15 @@ def sweep(folder: Path, *, with_own: bool = False) -> list[Path]:
 
 
 def _folders(folder: Path) -> Iterator[Path]:
-    """Yield the folders in a folder, without links, which lead to what is others', and those held by themselves."""
+    """Yield the subfolders of a folder that have no lock of their own."""
+    # Links are skipped because their targets may belong to others.
     with suppress(OSError):
         for path in folder.iterdir():
             if path.is_dir() and not path.is_symlink() and not (path / LOCK_NAME).exists():
                 yield path
 
 
-def _left(folder: Path, *, with_own: bool) -> Iterator[Path]:
+def _leftovers(folder: Path, *, with_own: bool) -> Iterator[Path]:
     with suppress(OSError):
         for path in folder.iterdir():
             part = PART.fullmatch(path.name)

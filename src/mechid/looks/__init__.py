@@ -1,1 +1,1 @@
-"""A look at records before any model: the public function and what is shown of its result."""
+"""Survey of records before any model: the public function and the presentation of its result."""

@@ -1,4 +1,4 @@
-"""The tables of a look as CSV: lines, third octaves, densities, spectra, amplitude over rate."""
+"""CSV tables of a survey: lines, third octaves, densities, spectra, amplitude over rate."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ SHEETS = {
     "third_octaves.csv": ("third_octaves", BAND_KEYS),
     "amplitude_over_rate.csv": ("over_rate", RATE_KEYS),
 }
-"""File name, where its rows are in a channel's dict, and their columns."""
+"""File name, key of its rows in a channel's dict, and their columns."""
 
 
 def look_tables(data: Data, looks: Sequence[RecordLook]) -> dict[str, Iterable[str]]:
-    """Return the CSV files by name, line by line: a row with its channel; densities apart."""
+    """Return the CSV files by name, line by line; densities and spectra have one file per channel."""
     sheets: dict[str, Iterable[str]] = {name: _sheet(data, *sheet) for name, sheet in SHEETS.items()}
     for look in looks:
         for key, channel in zip(channel_keys(look.record), look.channels, strict=True):
@@ -52,7 +52,7 @@ def _lines(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[str
 
 
 def _cell(value: Any) -> str:
-    """Return a value as a cell; a text that holds a comma in quotes."""
+    """Return a value as a cell; texts with a comma are quoted."""
     if value is None:
         return ""
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""A look as a document: all channels in one table, then each record and what its channels show."""
+"""Survey document: all channels in one table, then each record with its channels."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from mechid.writing import write_together
 
 JSON_NAME, CSV_FOLDER = "look.json", "csv"
 PLAIN = "plain"
-"""Class of tables of numbers, which a small page scrolls."""
+"""Class of tables of numbers, which scroll on a small page."""
 FEW = 12
-"""Lines of a spectrum whose table a page does not fold."""
+"""Largest number of spectral lines for which a page does not fold the table."""
 TAB_LETTERS = 60
-"""Of a page's title in a browser."""
+"""Largest number of letters of a page's title in a browser."""
 SHARED = "Frequencies that do not follow the step rate, in several records or by several orders of one"
 ORDERS = "Orders of the step rate (1: once a full step), RMS over windows of equal travel"
 ABOUT = {
@@ -42,12 +42,12 @@ ABOUT = {
 """Heading of each kind of sentence on a channel; a terminal begins its lines with the kind."""
 
 
-def _linked(row: Row) -> Markup:
+def _channel_link(row: Row) -> Markup:
     return Markup('<a href="#channel-{}">{}</a>').format(row["key"], row["name"])
 
 
 OVERVIEW = (
-    Column("record", "name", words=True, on_page=OnPage(ink=_linked)),
+    Column("record", "name", words=True, on_page=OnPage(ink=_channel_link)),
     Column("channel", "channel", words=True),
     Column("samples", "samples"),
     Column("rate, Hz", "sample_rate_hz"),
@@ -83,7 +83,7 @@ FIGURES = (
     ("waterfall", "Waterfall", "", "Waterfall"),
     ("bands", "Density, and RMS in third octaves", "", "Power density and third octaves"),
 )
-"""Of each channel: the end of its name, heading, caption, and what it shows."""
+"""Figures of each channel: suffix of the name, heading, caption, and content."""
 STYLE = f"""{COMPACT}{ONE_COLUMN}
 .short {{ white-space: nowrap; }}
 @media print {{ section:has(> h2[id^="record-"]) {{ break-before: page; }} }}
@@ -91,7 +91,7 @@ STYLE = f"""{COMPACT}{ONE_COLUMN}
 
 
 def look_document(data: Mapping[str, Any]) -> Document:
-    """Return the document of what `look_numbers` made."""
+    """Return the document of the data of `look_numbers`."""
     records = data["records"]
     names = ", ".join(record["name"] for record in records)
     return Document(
@@ -182,7 +182,7 @@ def _step_lines(channel: Data) -> Table:
 
 
 def _all_lines(channel: Data) -> Section:
-    """Return every line of the spectrum, on a page alone: there may be hundreds."""
+    """Return every line of the spectrum, on a page only, since there may be hundreds."""
     columns = (
         Column("frequency, Hz", "frequency_hz"),
         Column(_with_unit("amplitude", channel["unit"]), "amplitude"),
@@ -203,6 +203,7 @@ def _third_octaves(channel: Data) -> Table:
 
 
 def _write_tables(found: Survey, data: Mapping[str, Any], folder: Path) -> list[Path]:
+    # The tables are many; a folder of their own keeps the results readable.
     (folder / CSV_FOLDER).mkdir(exist_ok=True)
     write_together(folder, {f"{CSV_FOLDER}/{name}": text for name, text in look_tables(data, found.looks).items()})
     return [folder / CSV_FOLDER]

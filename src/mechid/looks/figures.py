@@ -1,4 +1,4 @@
-"""The figures of a look: each channel over time, over frequency, over both, in bands, and over the step rate."""
+"""Figures of a survey: each channel over time, over frequency, as a waterfall, in bands, and over the step rate."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from mechid.ink.extremes import drawn
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, made, over_time
 from mechid.ink.palette import INK, MARK, MARK_OVER, MEASURED, NOISE, ORDER, series
 from mechid.ink.quantities import FREQUENCY, TIME, quantity_words
-from mechid.looks.words import order_of, unit_text
+from mechid.looks.words import order_name, unit_text
 from mechid.records.channel_keys import channel_keys
 from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
 from mechid.signal.spectrogram import largest_rows
 
 GROUPS, MOST_ROWS, MOST_MARKED, MOST_LABELS = 3000, 400, 200, 12
-"""Of a spectrum, of a waterfall; gaps and lines that are marked."""
+"""Largest numbers: groups of a spectrum, rows of a waterfall, marked gaps and lines, labelled lines."""
 KINDS = ("time", "spectrum", "waterfall", "bands", "over_rate")
 RATE = "step rate, full steps/s"
 SHOWN_DECADES = 3.5
-"""Of a waterfall's amplitude."""
+"""Decades of a waterfall's amplitude."""
 ABOVE_RATE, ABOVE_RESONANCE, ABOVE_LINES = 4.5, 1.3, 1.2
-"""It is shown up to so many times the largest rate, the highest resonance, the highest of the larger lines."""
+"""Upper end of a waterfall, as multiples of the largest rate, the highest resonance, the highest larger line."""
 LARGER = 0.03
-"""Of the largest line."""
+"""Share of the largest line above which a line is one of the larger."""
 
 
 def look_figures(looks: Sequence[RecordLook], kinds: Sequence[str] = KINDS) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of each channel with their names, or of some kinds alone."""
+    """Yield the figures of each channel with their names, or only those of some kinds."""
     for look in looks:
         for key, channel in zip(channel_keys(look.record), look.channels, strict=True):
             drawings = (one for one in _drawings(look, channel) if one[0] in kinds)
@@ -58,17 +58,17 @@ def _drawings(look: RecordLook, channel: ChannelLook) -> Iterator[tuple[str, flo
 
 
 def axis_label(look: ChannelLook, of: str = "") -> str:
-    """Return what stands at an axis of a channel: quantity, or what of it, and its unit."""
+    """Return the axis label of a channel: the quantity, or a given name, and its unit."""
     unit = unit_text(look.channel.unit)
     return f"{of or quantity_words(look.channel.quantity)}{', ' if unit else ''}{unit}"
 
 
 def _time(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
-    """Draw the least and the largest sample of each column of the picture, and what is odd."""
+    """Draw the least and the largest sample per column of the picture; mark gaps, quiet and clipped stretches."""
     axes, base = figure.subplots(), look.base
     for runs, colour, alpha in (
         (channel.gaps, ORDER, 0.5),
-        (_quiet(channel), NOISE, 0.2),
+        (_quiet_runs(channel), NOISE, 0.2),
         (channel.clipped, series(1), 0.5),
     ):
         for first, stop in runs[:MOST_MARKED]:
@@ -78,25 +78,27 @@ def _time(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
     axes.set(xlabel=TIME, ylabel=axis_label(channel), xlim=(base.start_s, base.start_s + look.record.duration_s))
 
 
-def _quiet(channel: ChannelLook) -> Runs:
+def _quiet_runs(channel: ChannelLook) -> Runs:
     return tuple((stretch.first, stretch.stop) for stretch in channel.quiet)
 
 
 def _number(order: float) -> str:
-    return order_of(order).removeprefix("order ")
+    return order_name(order).removeprefix("order ")
 
 
 def spectrum_groups(channel: ChannelLook) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return frequency, amplitude and level around, (M,) each: the largest of each group of bins, and its median."""
+    """Return frequency, amplitude and surrounding level, (M,) each: the largest per group of bins, and its median."""
     spectrum = channel.spectrum
+    # A line must not disappear between the points of a figure: the largest bin of each group is kept.
     starts = peak_groups(spectrum.amplitude.size, GROUPS)
     middle = (starts + np.append(starts[1:], spectrum.amplitude.size) - 1) // 2
     amplitude = np.maximum.reduceat(spectrum.amplitude, starts)
+    # The median of an exponentially distributed power is log(2) times its mean.
     return middle * spectrum.bin_hz, amplitude, np.sqrt(spectrum.level[middle] / math.log(2.0))
 
 
 def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
-    """Draw the amplitude over the level around it, its lines, and those that the command would make."""
+    """Draw the amplitude over the surrounding level, its lines, and the lines that the command would cause."""
     axes = figure.subplots()
     if look.declared and look.constant_rate:
         for order in sorted({*ORDERS, float(look.declared.command.microsteps)}):
@@ -131,6 +133,7 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
     _in_decades(axes, amplitude)
     shown = level[(level > 0.0) & np.isfinite(level)]
     if shown.size:
+        # Without a lower limit a single bin near zero would take most decades of the axis.
         axes.set_ylim(bottom=float(np.quantile(shown, 0.05)) / 3.0)
     axes.set(xlabel=FREQUENCY, ylabel=axis_label(channel, "amplitude"), xscale="log")
     axes.set_xlim(frequency[0], frequency[-1])
@@ -139,10 +142,11 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
 
 
 def _bands(channel: ChannelLook, figure: Any) -> None:
-    """Draw the density beside the RMS in third octaves."""
+    """Draw the density next to the RMS in third octaves."""
     left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.3})
     root, rms = np.sqrt(channel.density[1:]), np.array([band.rms for band in channel.bands])
     left.plot(channel.density_hz[1:], root, color=MEASURED, linewidth=0.6)
+    # White noise has a constant one-sided density up to half the sample rate.
     white = channel.noise.sigma * math.sqrt(2.0 / channel.spectrum.sample_rate_hz)
     left.axhline(white, color=NOISE, linewidth=0.9, linestyle="--", label="white noise of the level found")
     unit = unit_text(channel.channel.unit)
@@ -157,20 +161,21 @@ def _bands(channel: ChannelLook, figure: Any) -> None:
 
 
 def _in_decades(axes: Any, values: FloatArray) -> None:
-    """Give an axis of values a logarithmic scale, where they have any."""
+    """Set a logarithmic scale if there are positive values."""
     if np.any((values > 0.0) & np.isfinite(values)):
         axes.set_yscale("log")
         in_powers(axes.yaxis)
 
 
 def _waterfall(channel: ChannelLook, figure: Any) -> None:
-    """Draw amplitude over frequency, and over time, or over the rate where it is known and rises or falls all along."""
+    """Draw amplitude over frequency and time, or over the rate if it is known and monotonic."""
     w = channel.waterfall
-    kept = max(int(np.searchsorted(w.frequency_hz, _top(channel, w), side="right")), 4)
+    # At least four rows, below which there is no picture.
+    kept = max(int(np.searchsorted(w.frequency_hz, _top_frequency(channel, w), side="right")), 4)
     each = math.ceil(kept / MOST_ROWS)
     rows = largest_rows(w.amplitude[:kept], each)
     frequency = w.frequency_hz[: rows.shape[0] * each : each][: rows.shape[0]] + 0.5 * (each - 1) * w.frequency_hz[1]
-    over = _over(w)
+    over = _waterfall_axis(w)
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
     high = float(np.nanmax(rows[1:])) or 1.0
@@ -194,15 +199,15 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
     in_powers(bar.ax.yaxis)
 
 
-def _over(w: Waterfall) -> tuple[str, FloatArray]:
-    """Return what a waterfall is over, and where its columns are."""
+def _waterfall_axis(w: Waterfall) -> tuple[str, FloatArray]:
+    """Return the label and the positions of a waterfall's columns."""
     step = np.diff(w.rate)
     monotonic = bool(np.all(np.isfinite(w.rate)) and (np.all(step > 0.0) or np.all(step < 0.0)))
     return (RATE, w.rate) if monotonic else (TIME, w.time_s)
 
 
-def _top(channel: ChannelLook, w: Waterfall) -> float:
-    """Return up to which frequency in Hz a look is worth while."""
+def _top_frequency(channel: ChannelLook, w: Waterfall) -> float:
+    """Return the highest frequency of interest, Hz."""
     rate = float(np.nanmax(w.rate)) if np.any(np.isfinite(w.rate)) else 0.0
     largest = max((seen.line.amplitude for seen in channel.lines), default=0.0)
     lines = [seen.line.frequency_hz for seen in channel.lines if seen.line.amplitude >= LARGER * largest]
@@ -214,7 +219,7 @@ def _top(channel: ChannelLook, w: Waterfall) -> float:
 
 
 def _over_rate(channel: ChannelLook, figure: Any) -> None:
-    """Draw the amplitude of each order over the rate, as far as it stands out of its noise."""
+    """Draw the amplitude of each order over the rate, with the noise subtracted."""
     axes = figure.subplots()
     orders = sorted({line.order for line in channel.over_rate})
     for k, order in enumerate(orders):

@@ -1,4 +1,4 @@
-"""Numbers of a look at records, with their texts, in one plain dict: the content of look.json."""
+"""Results of a survey of records, with their texts, as one plain dict: the content of look.json."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mechid.looks.words import (
     channel_words,
     driven_words,
     mains_word,
-    order_of,
+    order_name,
     resonance_word,
     unit_text,
 )
@@ -31,16 +31,16 @@ from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
 FORMAT = "mechid-look/1"
-TOLD = 8
-"""Gaps, clipped peaks and quiet stretches that are told one by one."""
+SHOWN = 8
+"""Largest number of gaps, clipped peaks and quiet stretches listed individually."""
 
 
 def look_numbers(found: Survey) -> dict[str, Any]:
-    """Return all that `mechid look` shows."""
+    """Return all results that `mechid look` shows."""
     return {
         "format": FORMAT,
         "records": [_record(look) for look in found.looks],
-        "resonances": [_shared(one) for one in shared_resonances(found.looks)],
+        "resonances": [_shared_resonance(one) for one in shared_resonances(found.looks)],
         "left_out": [asdict(one) for one in found.left_out],
     }
 
@@ -48,10 +48,10 @@ def look_numbers(found: Survey) -> dict[str, Any]:
 def _record(look: RecordLook) -> dict[str, Any]:
     record, base = look.record, look.base
     declared, suggested = look.declared, look.suggested
-    reading = _reading(declared, suggested)
+    reading = _rate_reading(declared, suggested)
     driven = {
-        "declared": _declared(declared) if declared else None,
-        "suggested": _suggested(suggested) if suggested else None,
+        "declared": _declared_drive(declared) if declared else None,
+        "suggested": _suggested_drive(suggested) if suggested else None,
         "reading": {"rate": reading.rate, "sigma": reading.sigma, "repeats": reading.repeats} if reading else None,
     }
     return {
@@ -77,15 +77,16 @@ def _record(look: RecordLook) -> dict[str, Any]:
     }
 
 
-def _reading(declared: Drive | None, suggested: SuggestedRate | None) -> RateReading | None:
-    """Return the record's own reading of the rate that is declared, where both are one."""
+def _rate_reading(declared: Drive | None, suggested: SuggestedRate | None) -> RateReading | None:
+    """Return the record's own measurement of the declared rate, if both are constant."""
     if not declared or not suggested or not suggested.is_constant:
         return None
+    # A record does not show the direction of rotation.
     rates = {abs(rate) for rate in declared.command.rate.rates}
     return read_declared_rate(suggested, rates.pop()) if len(rates) == 1 else None
 
 
-def _declared(drive: Drive) -> dict[str, Any]:
+def _declared_drive(drive: Drive) -> dict[str, Any]:
     rate = drive.command.rate
     return {
         "stepping": drive.command.stepping,
@@ -97,7 +98,7 @@ def _declared(drive: Drive) -> dict[str, Any]:
     }
 
 
-def _suggested(found: SuggestedRate) -> dict[str, Any]:
+def _suggested_drive(found: SuggestedRate) -> dict[str, Any]:
     return {
         "times_s": list(found.profile.times_s),
         "rates": list(found.profile.rates),
@@ -129,9 +130,9 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
         **numbers,
         "gaps": _runs(look.gaps, start, fs),
         "clipped": _runs(look.clipped, start, fs),
-        "spikes": {"count": int(look.spikes.size), "first_at_s": (start + look.spikes[:TOLD] / fs).tolist()},
+        "spikes": {"count": int(look.spikes.size), "first_at_s": (start + look.spikes[:SHOWN] / fs).tolist()},
         "quiet": [
-            {"from_s": start + q.first / fs, "to_s": start + q.stop / fs, "rms": q.rms} for q in look.quiet[:TOLD]
+            {"from_s": start + q.first / fs, "to_s": start + q.stop / fs, "rms": q.rms} for q in look.quiet[:SHOWN]
         ],
         "noise": {
             "sigma": noise.sigma,
@@ -160,7 +161,7 @@ def _runs(runs: Runs, start_s: float, sample_rate_hz: float) -> dict[str, Any]:
         "count": len(runs),
         "samples": sum(lengths),
         "longest_s": max(lengths, default=0) / sample_rate_hz,
-        "first_at_s": [start_s + first / sample_rate_hz for first, _ in runs[:TOLD]],
+        "first_at_s": [start_s + first / sample_rate_hz for first, _ in runs[:SHOWN]],
     }
 
 
@@ -176,7 +177,7 @@ def _line(seen: SeenLine) -> dict[str, Any]:
         "mains_hz": mains.mains_hz if mains else None,
         "mains_multiple": mains.multiple if mains else None,
     }
-    words = ", or ".join(filter(None, (order_of(seen.order), mains_word(data))))
+    words = ", or ".join(filter(None, (order_name(seen.order), mains_word(data))))
     text = {
         "frequency_hz": plain(line.frequency_hz, 6),
         "amplitude": amplitude,
@@ -190,6 +191,7 @@ def _line(seen: SeenLine) -> dict[str, Any]:
 def _step_line(line: StepLine) -> dict[str, Any]:
     amplitude, sigma = with_sigma(line.amplitude, line.sigma)
     resolved = line.amplitude > ORDER.resolved * line.sigma
+    # An unresolved line is given as the limit below which it must lie.
     least = f"below {digits(ORDER.resolved * line.sigma, 2)}"
     text = {
         "order": plain(line.order, 4),
@@ -210,7 +212,7 @@ def _step_line(line: StepLine) -> dict[str, Any]:
 
 
 def _order_line(line: OrderLine) -> dict[str, float]:
-    """Return one order in one window: amplitude less the noise's, and the error of its parts."""
+    """Return one order in one window: amplitude with the noise subtracted, and the error of its parts."""
     return {
         "order": line.order,
         "rate": line.rate,
@@ -229,6 +231,6 @@ def _resonance(found: MeasuredResonance) -> dict[str, Any]:
     return data | {"words": resonance_word(data)}
 
 
-def _shared(one: SharedResonance) -> dict[str, Any]:
+def _shared_resonance(one: SharedResonance) -> dict[str, Any]:
     words = f"{digits(one.frequency_hz, 3)} Hz in {', '.join(one.records)}"
     return {"frequency_hz": one.frequency_hz, "records": list(one.records), "words": words}

@@ -1,4 +1,4 @@
-"""Public function that looks at records before any model."""
+"""Public function for surveying records before any model."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def look(
     quantity: str | None = None,
     unit: str | None = None,
 ) -> Survey:
-    """Look at records before any model: health, noise, lines, resonances, and how they seem to be driven.
+    """Survey records before any model: health, noise, lines, resonances, and the drive that they suggest.
 
     Parameters
     ----------
@@ -26,11 +26,11 @@ def look(
         Measured files, campaign files or their folders; campaigns whose records are read, and records of
         `make_record`, with their commands.
     sample_rate_hz : float or None
-        Of files without a time column or clock.
+        Sample rate of files without a time column or clock.
     columns : sequence of str
-        Of the files, by name or by index from 0; none takes all.
+        Columns of the files, by name or by index from 0; empty takes all.
     quantity, unit : str or None
-        What these columns are, and the unit of their numbers where the file states none.
+        Quantity of these columns, and the unit of their numbers if the file states none.
 
     Returns
     -------

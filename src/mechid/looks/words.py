@@ -1,4 +1,4 @@
-"""Sentences on a record and its channels: how it was driven, health, noise, lines, mains, resonances."""
+"""Sentences on a record and its channels: drive, health, noise, lines, mains, resonances."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ SHOWN_LINES = 3
 QUARTER_WORDS = {0.25: "¼", 0.5: "½", 0.75: "¾"}
 NO_RATE = "The step rate is not known: a hump may also be a line that wanders."
 DIFFERS = 5.0
-"""Standard errors by which a rate is not the one declared."""
+"""Number of standard errors above which a rate differs from the declared one."""
 
 
 def unit_text(unit: str) -> str:
-    """Return a unit as it is written in a sentence.
+    """Return a unit as written in a sentence.
 
     Examples
     --------
@@ -25,17 +25,17 @@ def unit_text(unit: str) -> str:
     return unit.replace("*", " ")
 
 
-def of_unit(value: float | None, count: int, unit: str) -> str:
-    """Return a number with its unit, where there is one."""
+def with_unit(value: float | None, count: int, unit: str) -> str:
+    """Return a number with its unit, if any."""
     return f"{digits(value, count)} {unit}".rstrip()
 
 
-def order_of(order: float | None) -> str:
-    """Return which multiple of the step rate a line is.
+def order_name(order: float | None) -> str:
+    """Return the order of a line, its multiple of the step rate, in words.
 
     Examples
     --------
-    >>> order_of(0.5), order_of(2.25), order_of(None)
+    >>> order_name(0.5), order_name(2.25), order_name(None)
     ('order ½', 'order 2¼', '')
     """
     if order is None:
@@ -45,7 +45,7 @@ def order_of(order: float | None) -> str:
 
 
 def mains_word(line: Data) -> str:
-    """Return which multiple of the mains' frequency a line is; nothing where it is none."""
+    """Return a line's multiple of the mains' frequency in words; empty if it is none."""
     if line["mains_hz"] is None:
         return ""
     times = f" x {line['mains_multiple']}" if line["mains_multiple"] > 1 else ""
@@ -53,8 +53,8 @@ def mains_word(line: Data) -> str:
 
 
 def resonance_word(found: Data) -> str:
-    """Return a resonance with what it rests on."""
-    orders = ", ".join(order_of(order).removeprefix("order ") for order in found["orders"])
+    """Return a resonance with its evidence."""
+    orders = ", ".join(order_name(order).removeprefix("order ") for order in found["orders"])
     tracked = f"orders {orders} of the step rate are largest there, each at its own rate" if orders else ""
     hump = "a hump of the spectrum" if found["hump"] else ""
     spread = f" ± {digits(found['spread_hz'], 2)}" if found["spread_hz"] > 0.0 else ""
@@ -62,7 +62,7 @@ def resonance_word(found: Data) -> str:
 
 
 def driven_words(driven: Data) -> list[str]:
-    """Return how a record is said to be driven, and what it says of that itself."""
+    """Return sentences on the declared drive of a record and on the drive that its data suggest."""
     declared, suggested = driven["declared"], driven["suggested"]
     lines = [f"Declared: {declared['words']}."] if declared else []
     if suggested is None:
@@ -71,8 +71,8 @@ def driven_words(driven: Data) -> list[str]:
             "The record suggests no step rate: its lines have no common fundamental, no ridge runs over time.",
         ]
     if len(suggested["rates"]) > 1:
-        return [*lines, _sweep_words(suggested), *_other_ends(declared, suggested)]
-    return [*lines, *(_beside_declared(driven) if declared else _constant_words(suggested))]
+        return [*lines, _sweep_words(suggested), *_compare_ridge(declared, suggested)]
+    return [*lines, *(_compare_with_declared(driven) if declared else _constant_words(suggested))]
 
 
 def _sweep_words(suggested: Data) -> str:
@@ -84,8 +84,8 @@ def _sweep_words(suggested: Data) -> str:
     )
 
 
-def _other_ends(declared: Data | None, suggested: Data) -> list[str]:
-    """Return how the largest rate declared stands to that of the ridge."""
+def _compare_ridge(declared: Data | None, suggested: Data) -> list[str]:
+    """Return a sentence that compares the largest declared rate with that of the ridge."""
     if declared is None:
         return []
     most, seen = (max(abs(rate) for rate in one["rates"]) for one in (declared, suggested))
@@ -95,6 +95,7 @@ def _other_ends(declared: Data | None, suggested: Data) -> list[str]:
         (2.0, "twice the rate"),
         (4.0, "four times the rate"),
     ):
+        # A ridge may be a harmonic or a subharmonic of the step rate: a repetition every one, two or four full steps.
         if abs(seen / (times * most) - 1.0) < 0.05:
             return [f"That is {words} declared."]
     return ["That is not the rate declared, nor half or twice of it: check the profile, or the time it starts."]
@@ -114,8 +115,8 @@ def _constant_words(suggested: Data) -> list[str]:
     return [words, f"{others} full steps/s would explain the same lines."] if others else [words]
 
 
-def _beside_declared(driven: Data) -> list[str]:
-    """Return what a record of one rate says of the rate that is declared."""
+def _compare_with_declared(driven: Data) -> list[str]:
+    """Return sentences that compare the rate of a record with the declared rate."""
     reading, declared, suggested = driven["reading"], driven["declared"], driven["suggested"]
     rates = {abs(rate) for rate in declared["rates"]}
     if reading is None:
@@ -143,7 +144,7 @@ def _microstep_words(seen: float, wanted: int) -> str:
 
 
 def channel_words(channel: Data, *, rate_known: bool) -> dict[str, list[str]]:
-    """Return what is said of a channel, by what it is about."""
+    """Return sentences on a channel, by topic."""
     resonances = [one["words"] for one in channel["resonances"]]
     return {
         "health": _health(channel),
@@ -169,7 +170,7 @@ def _health(channel: Data) -> list[str]:
         )
     if spikes["count"]:
         lines.append(f"{_count(spikes['count'], 'single sample')} far off the neighbours, first at {_times(spikes)}.")
-    low, high, rms = (of_unit(channel[key], 3, unit) for key in ("min", "max", "rms"))
+    low, high, rms = (with_unit(channel[key], 3, unit) for key in ("min", "max", "rms"))
     return [*(lines or ["No gaps, no clipping, no spikes."]), f"{low} to {high}, RMS about the mean {rms}."]
 
 
@@ -183,7 +184,7 @@ def _times(found: Data) -> str:
 
 def _noise(channel: Data) -> list[str]:
     noise, unit = channel["noise"], channel["unit"]
-    sigma, floor = (of_unit(noise[key], 3, unit) for key in ("sigma", "floor"))
+    sigma, floor = (with_unit(noise[key], 3, unit) for key in ("sigma", "floor"))
     rests = {
         "floor": "from the quietest part of the upper band; coloured noise is more than that",
         "quiet stretch": f"from the quietest stretches; the white part is {floor}, the rest colour or a weak signal",
@@ -191,9 +192,9 @@ def _noise(channel: Data) -> list[str]:
     }[noise["rests_on"]]
     lines = [f"{sigma} a sample, {rests}."]
     if noise["quiet_rms"] is not None and noise["rests_on"] != "quiet stretch":
-        lines.append(f"The quietest stretches have {of_unit(noise['quiet_rms'], 3, unit)} RMS.")
+        lines.append(f"The quietest stretches have {with_unit(noise['quiet_rms'], 3, unit)} RMS.")
     if noise["resolution"]:
-        lines.append(f"Resolution {of_unit(noise['resolution'], 3, unit)}.")
+        lines.append(f"Resolution {with_unit(noise['resolution'], 3, unit)}.")
     if channel["quiet"]:
         stretches = ", ".join(f"{plain(q['from_s'], 4)} to {plain(q['to_s'], 4)} s" for q in channel["quiet"])
         lines.append(f"Quiet: {stretches}.")
@@ -222,10 +223,10 @@ def _mains(channel: Data) -> list[str]:
         for line in own
     ]
     if shared:
-        names = ", ".join(f"{mains_word(line)} and {order_of(line['order'])}" for line in _few(shared))
+        names = ", ".join(f"{mains_word(line)} and {order_name(line['order'])}" for line in _first_lines(shared))
         lines.append(f"Cannot be separated here: {names}.")
     return lines or ["No line at multiples of 50 or 60 Hz."]
 
 
-def _few(lines: Sequence[Data]) -> Sequence[Data]:
+def _first_lines(lines: Sequence[Data]) -> Sequence[Data]:
     return lines[:SHOWN_LINES]

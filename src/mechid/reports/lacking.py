@@ -18,7 +18,7 @@ DIAGNOSE = (
 COMPLETED = "The mechanism was completed by what the records ask for; this is what they ask for beyond."
 
 
-def lacking_lines(fit: Fit) -> list[str]:
+def residual_lines(fit: Fit) -> list[str]:
     """Return what a fit of grade B or C says that its model is missing, a line each; none of another one."""
     if fit.grade not in (Grade.B, Grade.C):
         return []

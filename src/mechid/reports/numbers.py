@@ -18,7 +18,7 @@ from mechid.identification.result.record_result import ChannelFit, MaskedMoment,
 from mechid.ink.digits import digits, like, plain, with_sigma
 from mechid.ink.quantities import quantity_words
 from mechid.parameter import Status
-from mechid.reports.lacking import lacking_lines
+from mechid.reports.lacking import residual_lines
 from mechid.reports.side import side_rows
 from mechid.reports.use import with_left_out, with_use
 from mechid.units import angle_difference, unit_words
@@ -72,7 +72,7 @@ def report_data(
         "arrived": f"How the search arrived: {', then '.join(fit.path)}." if fit.path else "",
         "missing": [missing_data(one) for one in fit.missing],
         "as_written": fit.as_written.to_dict() if fit.as_written else None,
-        "lacking": lacking_lines(fit),
+        "lacking": residual_lines(fit),
         "completed": completed_data(fit.completed),
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),

@@ -73,7 +73,7 @@ def _lines(every: Sequence[_AtRate], estimate: Estimate) -> Table:
     sigma = joined(lambda s: line_sigmas(estimate, s))
     phase_sigma = joined(lambda s: np.degrees(phase_sigmas(estimate, s)))
     residual, bound = exerted(lambda e: e.residual), exerted(lambda e: e.bound)
-    carried = list(chain.from_iterable(at.emission.carried for at in every))
+    carried = list(chain.from_iterable(at.emission.transfer_rules for at in every))
     columns = (
         *_named(every, lambda at: at.emission.orders.size),
         numbers("order", "1", "frequency over the rate", exerted(lambda e: e.orders)),

@@ -1,4 +1,4 @@
-"""The records that tell rival explanations apart in the least test time, and what they would show."""
+"""Choice of the records that separate alternative explanations in the least test time, and their predicted result."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
-from mechid.designs.planned import PlannedRecord
-from mechid.designs.rivals import Group
-from mechid.designs.separation import CLEAR, Pair, pairs_of, predicted_torque, refitted
+from mechid.designs.alternatives import Group
+from mechid.designs.planned_record import PlannedRecord
+from mechid.designs.separation import CLEAR, Pair, pairs_of, predicted_torque, refit
 from mechid.designs.settings import DESIGN
 
 
 @dataclass(frozen=True)
 class Promise:
-    """What is expected of a pair of rivals after the records proposed.
+    """Prediction for a pair of alternatives after the proposed records.
 
     Attributes
     ----------
-    first_order, refitted : float
-        By how much the chi-square of the other is above that of the true one; by a fit of what is expected.
+    first_order, by_refit : float
+        Chi-square of the other alternative above that of the true one, to first order and by a refit.
     record : str
-        In which of the records proposed the two differ most.
+        Proposed record in which the two differ most.
     rms_Nm, frequency_hz : float
-        By how much they differ there after all has adjusted, and at which frequency most.
+        Difference in that record after all parameters have adjusted, and its strongest frequency.
     """
 
     first_order: float
-    refitted: float
+    by_refit: float
     record: str
     rms_Nm: float
     frequency_hz: float
@@ -38,19 +38,19 @@ class Promise:
 
 @dataclass(frozen=True, eq=False)
 class GroupSeparation:
-    """How the rivals of one group are told apart.
+    """Separation of the alternatives of one group.
 
     Attributes
     ----------
     group : Group
     pairs : tuple of Pair
-        Every two rivals that the records leave open, each one once for the truth; none where these leave one only.
+        Every ordered pair of alternatives that the records leave open; empty if only one is left.
     promises : tuple of Promise
-        A pair each; none where no record is proposed.
+        One per pair; empty if no record is proposed.
     reach : float
-        The least that is expected of any pair with the records that come farthest in the test time.
+        Least expected chi-square of any pair with the most effective records in the test time.
     far : tuple of int
-        These records; where they tell the rivals apart, they are proposed.
+        These records; they are proposed if they separate the alternatives.
     """
 
     group: Group
@@ -60,36 +60,36 @@ class GroupSeparation:
     far: tuple[int, ...]
 
     @property
-    def told_already(self) -> bool:
-        """Whether the records that there are speak against all rivals but one, each fitted as well as it can be."""
+    def is_resolved(self) -> bool:
+        """Whether the existing records contradict all alternatives but one, each at its best fit."""
         return not self.pairs
 
     @property
-    def expected(self) -> float:
-        """The least that is expected of any pair: by a fit where records are proposed."""
-        return min((p.refitted for p in self.promises), default=self.reach)
+    def expected_chi_square(self) -> float:
+        """Least expected chi-square of any pair; by a fit if records are proposed."""
+        return min((p.by_refit for p in self.promises), default=self.reach)
 
     @property
-    def clear(self) -> bool:
-        """Whether the records proposed tell its rivals apart."""
-        return bool(self.promises) and self.expected >= CLEAR
+    def is_clear(self) -> bool:
+        """Whether the proposed records separate the alternatives."""
+        return bool(self.promises) and self.expected_chi_square >= CLEAR
 
     def worst(self, record: int) -> float | None:
-        """Return the least that is expected of any pair after one record; None where it was not looked at."""
+        """Return the least expected chi-square of any pair after one record; None if it was not examined."""
         if not self.pairs or not all(np.all(np.isfinite(pair.shown[record])) for pair in self.pairs):
             return None
-        return min(pair.expected([record]) for pair in self.pairs)
+        return min(pair.expected_chi_square([record]) for pair in self.pairs)
 
 
 @dataclass(frozen=True, eq=False)
 class Separation:
-    """How the rivals of all groups are told apart.
+    """Separation of the alternatives of all groups.
 
     Attributes
     ----------
     groups : tuple of GroupSeparation
     chosen : tuple of int
-        Records of the pool, proposed for it.
+        Records of the pool that are proposed.
     """
 
     groups: tuple[GroupSeparation, ...]
@@ -107,7 +107,7 @@ def separation(
     total_s: float,
     workers: int = 1,
 ) -> Separation:
-    """Return the records that tell rivals apart.
+    """Return the records that separate alternatives.
 
     Parameters
     ----------
@@ -115,30 +115,31 @@ def separation(
     groups : sequence of Group
     records : sequence of PlannedRecord
     driven : (records,) of bool
-        Which are looked at.
+        Records to examine.
     allowed : (records,) of bool
-        Which may be proposed.
+        Records that may be proposed.
     seconds : (records,)
         Test time of each.
     total_s : float
-        That there is.
+        Available test time.
     workers : int
-        Threads.
+        Number of threads.
     """
     looked = [k for k, can in enumerate(driven) if can]
     able = np.asarray(allowed & driven)
 
-    def looked_at(group: Group) -> GroupSeparation:
-        pairs = pairs_of(campaign, group.open, [records[k] for k in looked], workers)
+    def examine(group: Group) -> GroupSeparation:
+        pairs = pairs_of(campaign, group.undecided, [records[k] for k in looked], workers)
         whole = tuple(_spread(pair, looked, len(records)) for pair in pairs)
-        far = choice(whole, able, seconds, total_s)
+        far = choose(whole, able, seconds, total_s)
         return GroupSeparation(group, whole, (), _least(whole, far), far)
 
-    found = [looked_at(group) for group in groups]
+    found = [examine(group) for group in groups]
     chosen, separated = tuple[int, ...](), list[GroupSeparation]()
+    # Groups are added one by one: a group that cannot be separated in the time must not cost the others their records.
     for one in (one for one in found if one.pairs):
         together = [*separated, one]
-        tried = choice([pair for each in together for pair in each.pairs], able, seconds, total_s)
+        tried = choose([pair for each in together for pair in each.pairs], able, seconds, total_s)
         if all(_least(each.pairs, tried) >= CLEAR for each in together):
             chosen, separated = tried, together
     promised = [
@@ -151,18 +152,19 @@ def separation(
 
 
 def _spread(pair: Pair, looked: Sequence[int], count: int) -> Pair:
-    """Return a pair with what it shows at its places in the pool; the rest is not known."""
+    """Return a pair with its results at their positions in the pool; NaN for the other records."""
     shown: list[FloatArray] = [np.full((1, 1 + pair.known.shape[1]), np.nan)] * count
     for k, rows in zip(looked, pair.shown, strict=True):
         shown[k] = rows
     return replace(pair, shown=tuple(shown))
 
 
-def choice(pairs: Sequence[Pair], allowed: BoolArray, seconds: FloatArray, total_s: float) -> tuple[int, ...]:
-    """Return the records that tell the rivals of all pairs apart in the least time; else those that come farthest.
+def choose(pairs: Sequence[Pair], allowed: BoolArray, seconds: FloatArray, total_s: float) -> tuple[int, ...]:
+    """Return the records that separate all pairs in the least time, or else the most effective ones.
 
-    The shortest single record that does, of these the clearest. Else records are added by what they add for a second,
-    no pair counted beyond `CLEAR`, and those without which it is still clear are left out again.
+    The shortest single record that suffices is taken, of equally short ones the clearest. Otherwise records are added
+    by their gain per second, with each pair counted up to `CLEAR`, and records that turn out unnecessary are removed
+    again.
     """
     fits = [int(k) for k in np.flatnonzero(allowed & (seconds <= total_s))]
     if not pairs or not fits:
@@ -174,12 +176,13 @@ def choice(pairs: Sequence[Pair], allowed: BoolArray, seconds: FloatArray, total
     farthest = max(fits, key=lambda k: alone[k])
     while _least(pairs, chosen) < CLEAR:
         left = total_s - float(sum(seconds[k] for k in chosen))
-        here = _capped(pairs, chosen)
-        gains = {k: _capped(pairs, [*chosen, k]) - here for k in fits if k not in chosen and seconds[k] <= left}
+        here = _capped_sum(pairs, chosen)
+        gains = {k: _capped_sum(pairs, [*chosen, k]) - here for k in fits if k not in chosen and seconds[k] <= left}
         best = max(gains, key=lambda k: gains[k] / seconds[k], default=None)
         if best is None or gains[best] < DESIGN.least_chi_square:
             break
         chosen.append(best)
+    # Where the set falls short of `CLEAR`, removing a record must not lower its reach.
     enough = min(_least(pairs, chosen), CLEAR)
     for k in sorted(chosen, key=lambda k: -seconds[k]):
         rest = [j for j in chosen if j != k]
@@ -188,27 +191,27 @@ def choice(pairs: Sequence[Pair], allowed: BoolArray, seconds: FloatArray, total
 
 
 def _least(pairs: Sequence[Pair], records: Sequence[int]) -> float:
-    return min((pair.expected(records) for pair in pairs), default=0.0)
+    return min((pair.expected_chi_square(records) for pair in pairs), default=0.0)
 
 
-def _capped(pairs: Sequence[Pair], records: Sequence[int]) -> float:
-    return sum(min(pair.expected(records), CLEAR) for pair in pairs)
+def _capped_sum(pairs: Sequence[Pair], records: Sequence[int]) -> float:
+    return sum(min(pair.expected_chi_square(records), CLEAR) for pair in pairs)
 
 
 def _promises(
     campaign: Campaign, one: GroupSeparation, records: Sequence[PlannedRecord], chosen: Sequence[int], workers: int
 ) -> tuple[Promise, ...]:
-    """Return what the records proposed promise of each pair, the other rival fitted to what is expected."""
+    """Return the prediction for each pair, with the other alternative fitted to the expected records."""
     models = dict(zip(one.group.names, one.group.models, strict=True))
     torques = {name: predicted_torque(campaign, model, records, workers) for name, model in models.items()}
     promises = []
     for pair in one.pairs:
-        cost, left = refitted(campaign, models[pair.against], records, torques[pair.true])
+        cost, left = refit(campaign, models[pair.against], records, torques[pair.true])
         rms = [float(np.sqrt(np.mean(e**2))) for e in left]
         most = int(np.argmax(rms))
         promises.append(
             Promise(
-                pair.expected(chosen),
+                pair.expected_chi_square(chosen),
                 cost - models[pair.true].cost,
                 records[most].name,
                 rms[most],
@@ -219,5 +222,6 @@ def _promises(
 
 
 def _strongest_hz(series: FloatArray, rate_hz: float) -> float:
+    # The window keeps a slow drift from leaking over the lines.
     spectrum = np.abs(np.fft.rfft(series * np.hanning(series.size)))
     return float(np.argmax(spectrum[1:]) + 1) * rate_hz / series.size

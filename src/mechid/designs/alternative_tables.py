@@ -1,4 +1,4 @@
-"""Rival explanations as a design shows them: the record that tells them apart, and the difference to look for."""
+"""Sentences and table on alternative explanations: the records that separate them and the expected difference."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ PAIRS = (
     Column("most at Hz", "hz"),
 )
 SAME = 1.0
-"""Chi-square below which nothing at all is to be seen."""
+"""Chi-square below which two alternatives cannot be distinguished."""
 
 
 def chi_text(value: float | None) -> str:
-    """Return a chi-square as it is read: whole from 10 on.
+    """Return a chi-square as text, without decimals from 10 up.
 
     Examples
     --------
@@ -33,7 +33,7 @@ def chi_text(value: float | None) -> str:
 
 
 def rival_lines(data: Data) -> list[str]:
-    """Return a sentence or two a group of rivals."""
+    """Return one or two sentences per group of alternatives."""
     return [f"{' or '.join(group['names'])}: {_words(data, group)}" for group in data["rivals"] or ()]
 
 
@@ -43,11 +43,11 @@ def _words(data: Data, group: Data) -> str:
         best = min(group["now"], key=lambda name: group["now"][name])
         others = ", ".join(f"{name} by {chi_text(x)}" for name, x in group["now"].items() if name != best)
         return (
-            f"the records that there are tell already: fitted from where the others have come, {best} explains them "
-            f"best, and the chi-square of others is larger: {others}. No record is proposed for it."
+            f"the records that there are tell already: fitted from the optima of the others, {best} explains them "
+            f"best, and the chi-square of the others is larger: {others}. No record is proposed for it."
         )
     if not group["records"]:
-        return _not_told(data, group, needed)
+        return _unresolved_words(data, group, needed)
     drive = f"drive {', '.join(group['records'])} ({group['seconds']:.0f} s with what is between records)"
     least = chi_text(group["expected"])
     if not group["clear"]:
@@ -61,9 +61,9 @@ def _words(data: Data, group: Data) -> str:
     )
 
 
-def _not_told(data: Data, group: Data, needed: str) -> str:
+def _unresolved_words(data: Data, group: Data, needed: str) -> str:
     reach, records = group["farthest"]["expected"], ", ".join(group["farthest"]["records"])
-    out = _left_out(data, group)
+    out = _best_refused(data, group)
     if reach < SAME:
         return (
             "no record of torque that was looked at tells them apart: with all else adjusted, both make the same "
@@ -77,8 +77,8 @@ def _not_told(data: Data, group: Data, needed: str) -> str:
     )
 
 
-def _left_out(data: Data, group: Data) -> str:
-    """Say which record would tell, if it could be proposed."""
+def _best_refused(data: Data, group: Data) -> str:
+    """Return words on the refused record that would separate the alternatives, empty without one."""
     first = group["names"][0]
     refused = [(c["tells_apart"][first] or 0.0, c) for c in data["candidates"] if c["objection"]]
     if not refused:
@@ -90,12 +90,12 @@ def _left_out(data: Data, group: Data) -> str:
 
 
 def pair_table(data: Data) -> Table:
-    """Return how far every two rivals are apart, now and after the records chosen."""
+    """Return the chi-square between every two alternatives, now and after the chosen records."""
     return Table(PAIRS, pair_rows(data))
 
 
 def pair_rows(data: Data) -> list[dict[str, str]]:
-    """Return a row for every two rivals, each one once for the truth."""
+    """Return one row per ordered pair of alternatives."""
     return [
         {
             "if_true": pair["if_true"],

@@ -1,4 +1,4 @@
-"""Rival explanations of the same records, each at the values with which it explains them."""
+"""Alternative explanations of the same records, each fitted to them."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from mechid.plant.superset import extension_named, rivals_of, superset_of
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Effects of which one is true, and the records do not tell which.
+    """Alternative effects of which one is true, where the records do not decide which.
 
     Attributes
     ----------
     names : tuple of str
-        That which the diagnosis names, then its aliases.
+        Effect named by the diagnosis, followed by its aliases.
     models : tuple of Model
-        The mechanism with each, and with whatever else the diagnosis names, at its optimum.
+        Mechanism with each of them, and with all other effects of the diagnosis, at its optimum.
     """
 
     names: tuple[str, ...]
     models: tuple[Model, ...]
 
     @property
-    def open(self) -> Group:
-        """Those that the records leave open: none of the others explains them better by what a diagnosis asks for."""
+    def undecided(self) -> Group:
+        """Alternatives that the records leave open: none of the others fits better by the threshold of a diagnosis."""
         best = min(model.cost for model in self.models)
         kept = [
             pair
@@ -53,23 +53,23 @@ def rival_groups(
     workers: int = 1,
     say: Callable[[str], None] = lambda line: None,
 ) -> tuple[Group, ...]:
-    """Return the groups of rivals of a diagnosis, each rival fitted to the records that there are.
+    """Return the groups of alternatives of a diagnosis, each alternative fitted to the existing records.
 
     Parameters
     ----------
     fit : Fit
-        Holds its campaign, the records read.
+        Holds its campaign with the records read.
     diagnosis : Diagnosed
-        Of that fit.
+        Diagnosis of that fit.
     workers : int
-        Threads.
+        Number of threads.
     say : callable
-        Of progress.
+        Called with lines of progress.
 
     Raises
     ------
     InputFileError
-        The diagnosis is one of another campaign or fit.
+        The diagnosis belongs to another campaign or fit.
     """
     if not diagnosis.groups:
         return ()
@@ -84,11 +84,11 @@ def _fitted_groups(
     workers: int,
     say: Callable[[str], None],
 ) -> tuple[Group, ...]:
-    say("the mechanism with what the diagnosis names")
+    say("the mechanism with the effects of the diagnosis")
     plain, _ = initial_models(fit, workers=workers)
-    named = _named(plain, diagnosis)
+    named = _diagnosed_model(plain, diagnosis)
     if abs(named.over_noise / diagnosis.over_noise - 1.0) > DESIGN.same_ratio:
-        raise _of_another(
+        raise _mismatch_error(
             diagnosis,
             f"its mechanism leaves {named.over_noise:.4g} times the noise of these records, "
             f"not {diagnosis.over_noise:.4g} times as it says",
@@ -98,32 +98,34 @@ def _fitted_groups(
         models = [named]
         for alias in effect.aliases:
             say(f"{alias} in place of {effect.name} is fitted")
-            models.append(_with(diagnosis, named, effect.name, alias))
-        groups.append(Group((effect.name, *effect.aliases), fitted_alike(models)))
+            models.append(_replace_effect(diagnosis, named, effect.name, alias))
+        groups.append(Group((effect.name, *effect.aliases), refit_from_best(models)))
     return tuple(groups)
 
 
-def fitted_alike(models: Sequence[Model]) -> tuple[Model, ...]:
-    """Return rivals fitted also from where the best of them has come: one may have stopped on a wrong branch."""
+def refit_from_best(models: Sequence[Model]) -> tuple[Model, ...]:
+    """Refit alternatives from the best of them as well, since one may have stopped in a local minimum."""
     best = min(models, key=lambda model: model.cost)
     again = (model if model is best else model.fit(best) for model in models)
     return tuple(min(one, other, key=lambda model: model.cost) for one, other in zip(models, again, strict=True))
 
 
-def _of_another(diagnosis: Diagnosed, why: str) -> InputFileError:
-    return InputFileError(f"{diagnosis.path}: is of another campaign or fit: {why}; run mechid diagnose on this fit")
+def _mismatch_error(diagnosis: Diagnosed, why: str) -> InputFileError:
+    return InputFileError(
+        f"{diagnosis.path}: belongs to another campaign or fit: {why}; run mechid diagnose on this fit"
+    )
 
 
-def _named(plain: Model, diagnosis: Diagnosed) -> Model:
-    """Return the mechanism with all effects that a diagnosis names, at its values."""
+def _diagnosed_model(plain: Model, diagnosis: Diagnosed) -> Model:
+    """Return the mechanism with all effects of a diagnosis, at its values."""
     assert diagnosis.mechanism is not None
     model = plain
     for effect in diagnosis.effects:
-        model = _widened(diagnosis, model, effect.name)
+        model = _add_effect(diagnosis, model, effect.name)
     if missing := [
         p.name for p in model.setting.problem.space.mechanism.free if p.name not in diagnosis.mechanism.parameters
     ]:
-        raise _of_another(diagnosis, f"{PROPOSED_NAME} has no {missing[0]}")
+        raise _mismatch_error(diagnosis, f"{PROPOSED_NAME} has no {missing[0]}")
     values = {name: p.value for name, p in diagnosis.mechanism.parameters.items()}
     in_library = {wide: values[here] for wide, here in _entries(model, diagnosis.mechanism).items()}
     of_records = {
@@ -133,7 +135,7 @@ def _named(plain: Model, diagnosis: Diagnosed) -> Model:
 
 
 def _entries(model: Model, proposed: Mechanism) -> dict[str, str]:
-    """Return the name in the proposed file of each parameter of the model's terms: there they stand alone."""
+    """Return the name in the proposed file of each parameter of the model's terms, where each term stands alone."""
     alone = superset_of(model.base, only=model.terms, further=model.further) if model.terms else None
     if alone is None or model.library is None:
         return {}
@@ -144,21 +146,21 @@ def _entries(model: Model, proposed: Mechanism) -> dict[str, str]:
     return pairs
 
 
-def _widened(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
-    """Return a model with one more effect, not fitted."""
+def _add_effect(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
+    """Return a model with an additional effect, not fitted."""
     if model.library and effect in {t.name for t in model.library.terms}:
         return replace(model, terms=(*model.terms, effect))
     if effect in {one.name for one in model.setting.disturbances}:
         return replace(model, disturbances=(*model.disturbances, effect))
     if beyond := extension_named(model.base, effect):
-        return _widened(diagnosis, model.add_candidates([beyond]), effect)
+        return _add_effect(diagnosis, model.add_candidates([beyond]), effect)
     law = next((law for law in rivals_of(model.base) if effect in (law.name, law.name.partition(":")[0])), None)
     if law is None:
-        raise _of_another(diagnosis, f'"{effect}" is no effect that its mechanism or its records may have')
+        raise _mismatch_error(diagnosis, f'"{effect}" is no effect that its mechanism or its records may have')
     return replace(model, base=law.mechanism, laws=(*model.laws, law.name))
 
 
-def _with(diagnosis: Diagnosed, model: Model, effect: str, alias: str) -> Model:
-    """Return a model with another effect in place of one of its terms or disturbances, fitted."""
+def _replace_effect(diagnosis: Diagnosed, model: Model, effect: str, alias: str) -> Model:
+    """Return a fitted model with another effect in place of one of its terms or disturbances."""
     terms, others = (tuple(n for n in names if n != effect) for names in (model.terms, model.disturbances))
-    return _widened(diagnosis, replace(model, terms=terms, disturbances=others), alias).fit(model)
+    return _add_effect(diagnosis, replace(model, terms=terms, disturbances=others), alias).fit(model)

@@ -1,4 +1,4 @@
-"""A record that is planned: how it would be driven, for how long, and how noisy it would be."""
+"""Planned record of a design: command, duration, sample rate and expected noise."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ TORQUE = "torque"
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedRecord:
-    """A record that could be taken.
+    """Record that could be taken.
 
     Parameters
     ----------
     name : str
-        Fit for a file name.
+        Suitable as a file name.
     command : Command
     duration_s : float
     sample_rate_hz : float
     sigma : float
         Standard deviation of white noise, N m.
     linear : int
-        0: nothing is projected out of it, 1: offset, 2: offset and drift.
+        0: nothing is projected out, 1: offset, 2: offset and drift.
     time_offset : (float, float, float) or None
-        Value and bounds in s where it would be estimated.
+        Value and bounds in s if it would be estimated.
     """
 
     name: str
@@ -51,11 +51,11 @@ class PlannedRecord:
 
     @property
     def base(self) -> TimeBase:
-        """Its samples, both ends included."""
+        """Time base of its samples, both ends included."""
         return TimeBase(self.sample_rate_hz, round(self.sample_rate_hz * self.duration_s) + 1)
 
     def target(self) -> Target:
-        """Return it as the identification would match it; what would be measured does not matter, it is zero."""
+        """Return the record as a target of the identification; its measured values do not matter and are zero."""
         value, *bounds = self.time_offset or (0.0,)
         offset = time_offset_of(self.name, value, bounds)
         return Target(
@@ -70,13 +70,13 @@ class PlannedRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """How records would be taken. None where the campaign's own files are to say it.
+    """Recording conditions; None takes those of the campaign's own files.
 
     Parameters
     ----------
     noise_Nm, sample_rate_hz : float or None
     duration_s : float
-        Of a record at constant rate that has no file.
+        Duration of a record at constant rate that has no file.
     durations_s : mapping of record to float
     """
 
@@ -87,23 +87,24 @@ class Recording:
 
 
 def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[PlannedRecord, ...], tuple[str, ...]]:
-    """Return the campaign's records as planned ones, and what had to be assumed.
+    """Return the campaign's records as planned ones, and lines on the assumptions made.
 
-    A record whose file is there has its length, sample rate and noise floor; one without is planned
-    (`campaign.planned_record`). So is one whose file is not there yet, as in the campaign that a design proposes; that
-    is said, since the name may be wrong.
+    An existing file determines length, sample rate and noise floor; a record without one is planned
+    (`campaign.planned_record`). A record whose file does not exist yet, as in the campaign that a design proposes, is
+    planned too, with a line that says so, since the name may be wrong.
 
     Raises
     ------
     UsageError
-        There is no record to be estimated from, or one is driven by measured channels or measures no torque.
+        There is no record to estimate from, or one is driven by measured channels or measures no torque.
     RecordError
-        A file that is there cannot be used.
+        An existing file cannot be used.
     """
     if not campaign.estimated:
         raise UsageError(f'{campaign.path}: no record has use = "estimate"; write down what is planned')
-    seen = {r.name: _measured(r) for r in campaign.estimated}
+    seen = {r.name: _file_properties(r) for r in campaign.estimated}
     sigmas = [sigma for _, _, sigma in filter(None, seen.values())]
+    # The median of the measured floors: one noisy record does not set that of all planned ones.
     noise = recording.noise_Nm or (float(np.median(sigmas)) if sigmas else DESIGN.noise_nm)
     said = (
         ()
@@ -111,17 +112,17 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
         else (f"the noise is assumed, {DESIGN.noise_nm:g} N m a sample; write noise_Nm in the design file",)
     )
     rates = [s[0] for s in seen.values() if s]
-    found = tuple(_planned(r, seen[r.name], recording, rates, noise) for r in campaign.estimated)
-    return found, (*said, *_not_there(campaign))
+    found = tuple(_plan(r, seen[r.name], recording, rates, noise) for r in campaign.estimated)
+    return found, (*said, *_missing_files(campaign))
 
 
-def _not_there(campaign: Campaign) -> tuple[str, ...]:
-    """Name the records whose file is not there."""
+def _missing_files(campaign: Campaign) -> tuple[str, ...]:
+    """Return a line for each record whose file does not exist."""
     absent = [r for r in campaign.estimated if r.data is None and r.file is not None and not is_file(Path(r.file))]
     return tuple(f'record "{r.name}": {r.spec.path} is not there: it counts as planned' for r in absent)
 
 
-def _planned(
+def _plan(
     record: CampaignRecord,
     seen: tuple[float, float, float] | None,
     recording: Recording,
@@ -133,13 +134,13 @@ def _planned(
     if record.leading != TORQUE:
         raise UsageError(f'record "{record.name}" measures {record.leading}; a design is made of records of torque')
     match, delay = record.estimated[0], record.time_offset
-    asked = (recording.durations_s or {}).get(record.name)
+    requested_s = (recording.durations_s or {}).get(record.name)
     planned = planned_rate_hz(record, rates), planned_duration_s(record.command, recording.duration_s), noise
     own_rate, own_duration, own_sigma = seen or planned
     return PlannedRecord(
         name=record.name,
         command=record.command,
-        duration_s=asked or own_duration,
+        duration_s=requested_s or own_duration,
         sample_rate_hz=recording.sample_rate_hz or own_rate,
         sigma=recording.noise_Nm or own_sigma,
         linear=(2 if match.drift else 1) if match.offset else 0,
@@ -147,8 +148,8 @@ def _planned(
     )
 
 
-def _measured(record: CampaignRecord) -> tuple[float, float, float] | None:
-    """Return sample rate in Hz, duration in s and noise floor in N m of a record's file, None where there is none."""
+def _file_properties(record: CampaignRecord) -> tuple[float, float, float] | None:
+    """Return sample rate in Hz, duration in s and noise floor in N m of a record's file, None without a file."""
     data = record.data
     if data is None and record.file is not None and is_file(Path(record.file)):
         data = read_record(record.file, record.spec)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.designs.rivals_shown import pair_rows, rival_lines
+from mechid.designs.alternative_tables import pair_rows, rival_lines
 from mechid.designs.separation import CLEAR
 
 NAMES = ["stepper.detent:7.2deg", "stepper.phase_offset"]

@@ -5,7 +5,7 @@ import pytest
 
 import mechid
 from mechid.campaign.bench import TRUTH
-from mechid.designs.planned import PlannedRecord, Recording, planned_records
+from mechid.designs.planned_record import PlannedRecord, Recording, planned_records
 from mechid.designs.settings import DESIGN
 
 COMMAND = mechid.make_command("full", rate=46.0, start_angle_deg=45.0)

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from mechid.designs.separating import choice
+from mechid.designs.group_separation import choose
 from mechid.designs.separation import CLEAR, Pair
 
 
@@ -22,11 +22,11 @@ def test_the_choice_tells_apart_in_little_time(seed):
     pairs = [made_up(rng, scale=scale) for scale in (4.0, 5.0)]
     seconds, allowed = rng.integers(10, 30, 5).astype(float), np.array([True, True, True, False, True])
     sets = [s for n in range(1, 5) for s in combinations([0, 1, 2, 4], n) if sum(seconds[list(s)]) <= 80.0]
-    clear = [s for s in sets if min(p.expected(s) for p in pairs) >= CLEAR]
-    chosen = choice(pairs, allowed, seconds, 80.0)
+    clear = [s for s in sets if min(p.expected_chi_square(s) for p in pairs) >= CLEAR]
+    chosen = choose(pairs, allowed, seconds, 80.0)
     assert 3 not in chosen
     assert sum(seconds[list(chosen)]) <= 80.0
-    assert bool(clear) == (min(p.expected(chosen) for p in pairs) >= CLEAR)
+    assert bool(clear) == (min(p.expected_chi_square(chosen) for p in pairs) >= CLEAR)
     if clear:
         least = min(sum(seconds[list(s)]) for s in clear)
         assert sum(seconds[list(chosen)]) <= 2.0 * least

@@ -11,15 +11,15 @@ from incomplete.benches import make_bench, true_record
 from mechid.campaign import load_campaign
 from mechid.campaign.in_files import command_text
 from mechid.command import Command, RateProfile
+from mechid.designs.alternatives import Group, refit_from_best
 from mechid.designs.candidates import CandidateChoice
 from mechid.designs.design import make_design
 from mechid.designs.design_file import DesignOptions, Limits
 from mechid.designs.document import PRESENTER
+from mechid.designs.group_separation import separation
 from mechid.designs.numbers import design_numbers
-from mechid.designs.planned import PlannedRecord
-from mechid.designs.rivals import Group, fitted_alike
-from mechid.designs.separating import separation
-from mechid.designs.separation import CLEAR, refitted
+from mechid.designs.planned_record import PlannedRecord
+from mechid.designs.separation import CLEAR, refit
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.identify import make_problem
@@ -44,7 +44,7 @@ def rivals_of_bench(effect, seed, names, folder):
     problem = make_problem(campaign, 1)
     plain = Model(Setting(problem, problem.whole_windows(), (), frozenset(names)), campaign.mechanism).at({})
     less = plain.fit(plain)
-    return campaign, Group(names, fitted_alike([less.with_effect(name) for name in names]))
+    return campaign, Group(names, refit_from_best([less.with_effect(name) for name in names]))
 
 
 def planned(rate):
@@ -70,7 +70,7 @@ def falls_with(campaign, group, record, effect, seed):
     falls = []
     for noise in (0.0, *noises):
         measured = torque + record.sigma * noise
-        true, other = (refitted(campaign, model, [record], [measured])[0] for model in group.models)
+        true, other = (refit(campaign, model, [record], [measured])[0] for model in group.models)
         falls.append(other - true)
     return falls
 
@@ -93,10 +93,10 @@ def test_the_wrong_rival_loses_by_what_the_design_says(effect, names, tmp_path):
     campaign, group = rivals_of_bench(effect, 3, names, tmp_path)
     pool, found = designed(campaign, group)
     (one,) = found.groups
-    assert one.clear
+    assert one.is_clear
     (chosen,) = found.chosen
     promise = next(p for p, pair in zip(one.promises, one.pairs, strict=True) if pair.true == names[0])
-    assert promise.refitted >= CLEAR
+    assert promise.by_refit >= CLEAR
     without_noise, *falls = falls_with(campaign, group, pool[chosen], effect, 3)
     LOG.info(
         "%s %s now %s %s without noise %s with %s",
@@ -108,8 +108,8 @@ def test_the_wrong_rival_loses_by_what_the_design_says(effect, names, tmp_path):
         falls,
     )
     assert min(falls) >= 30.0
-    assert np.mean(falls) == pytest.approx(promise.refitted, abs=6.0 * np.sqrt(promise.refitted))
-    assert without_noise == pytest.approx(promise.refitted, abs=6.0 * np.sqrt(promise.refitted))
+    assert np.mean(falls) == pytest.approx(promise.by_refit, abs=6.0 * np.sqrt(promise.by_refit))
+    assert without_noise == pytest.approx(promise.by_refit, abs=6.0 * np.sqrt(promise.by_refit))
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Check that a folder holds the finished fit of a campaign as it is now, by digests of all inputs of the fit."""
+"""Check that a folder holds the finished fit of an unchanged campaign, by digests of all inputs of the fit."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from mechid.reports.into_folder import identification_inputs
 COMPLETE, SEED = "--complete", "seed"
 
 
-def changed_since(campaign: Campaign, folder: Path, seed: int, *, complete: bool) -> tuple[str, ...] | None:
-    """Return what of a campaign has changed since it was identified into a folder; None where it was not, to the end.
+def changed_inputs(campaign: Campaign, folder: Path, seed: int, *, complete: bool) -> tuple[str, ...] | None:
+    """Return the inputs that have changed since a campaign was identified into a folder; None without a finished fit.
 
-    Files by their names; beside them what the journal names, as a table that a record's command reads. The version of
-    mechid does not count.
+    Inputs are files by their names, and other inputs named by the journal, such as a table that a record's command
+    reads. The version of mechid is ignored.
     """
     try:
         fit = read_numbers(folder)
@@ -32,7 +32,8 @@ def changed_since(campaign: Campaign, folder: Path, seed: int, *, complete: bool
     if FINISHED not in events or fit.outcome is FitOutcome.INTERRUPTED:
         return None
     files, inputs = file_digests(campaign), identification_inputs(campaign, seed)
-    if is_completed:  # the estimate is of another mechanism file then; the journal knows the campaign's own
+    if is_completed:
+        # The estimate refers to the completed mechanism file; the journal has the digest of the campaign's own.
         del files[campaign.mechanism_path.name]
     changed = [name for name, digest in files.items() if fit.inputs_sha256.get(name) != digest]
     changed += [name for name in sorted({*inputs, *known} - {VERSION}) if inputs.get(name) != known.get(name)]
@@ -42,6 +43,6 @@ def changed_since(campaign: Campaign, folder: Path, seed: int, *, complete: bool
 
 
 def can_resume(campaign: Campaign, folder: Path, seed: int) -> bool:
-    """Whether the last run in a folder's journal was of the same campaign, by this version of mechid."""
+    """Return whether the last run in a folder's journal was of the same campaign, by this version of mechid."""
     inputs, _ = last_run(folder / JOURNAL_NAME)
     return inputs == with_version(identification_inputs(campaign, seed))

@@ -8,9 +8,9 @@ from scipy.stats import ttest_ind, ttest_rel
 
 from mechid.fleets.changes import changes, mean_change
 from mechid.fleets.groups import group_difference
-from mechid.fleets.observed import observed, of_units
+from mechid.fleets.observations import average_by_unit, collect_observations
 from mechid.fleets.spread import spread
-from mechid.fleets.trends import first_day, trend, without
+from mechid.fleets.trends import first_day, remove_trend, trend
 
 SMALL = 1e-6
 
@@ -21,14 +21,14 @@ def seen(member, estimate):
 
     def make(rows, unit="N m"):
         members = [member(f"c{k}", **options) for k, (_, _, options) in enumerate(rows)]
-        return observed("p", members, [estimate(unit, p=(value, error)) for value, error, _ in rows])
+        return collect_observations("p", members, [estimate(unit, p=(value, error)) for value, error, _ in rows])
 
     return make
 
 
 def test_angles_on_both_sides_of_the_turn_are_near(seen):
     o = seen([(179.0, 1.0, {}), (-179.0, 1.0, {}), (178.0, 1.0, {})], unit="deg")
-    made = spread(of_units(o))
+    made = spread(average_by_unit(o))
     assert made.mean == pytest.approx(180.0 - 2.0 / 3.0)
     assert made.spread == pytest.approx(np.sqrt(np.var([-1.0, 1.0, -2.0], ddof=1) - 1.0))
 
@@ -41,7 +41,7 @@ def test_campaigns_of_a_unit_are_averaged_and_their_scatter_counts_in_its_error(
         (14.0, SMALL, {"unit": "B"}),
         (20.0, SMALL, {"unit": "C"}),
     ]
-    each = of_units(seen(rows))
+    each = average_by_unit(seen(rows))
     within = np.sqrt((2.0 + 8.0) / 2.0)  # sums of squares of A and B over their degrees of freedom
     assert each.units == ("A", "B", "C")
     assert each.values == pytest.approx([2.0, 12.0, 20.0])
@@ -81,7 +81,7 @@ def test_dates_are_counted_in_days_whatever_they_are_written_as(seen):
     assert first == days[0]
     assert found.slope == pytest.approx(2.0)
     assert found.reference == pytest.approx(9.5 / 4.0)
-    assert without(o, found, first).values == pytest.approx(np.full(4, 2.0 * 9.5 / 4.0))
+    assert remove_trend(o, found, first).values == pytest.approx(np.full(4, 2.0 * 9.5 / 4.0))
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_where_a_line_cannot_be_told_there_is_none(seen, rows):
 def test_two_groups_are_compared_as_by_the_t_test(seen, member):
     a, b = [1.0, 2.0, 4.0], [6.0, 7.0, 5.0, 9.0]
     o = seen([(v, SMALL, {"group": g}) for g, values in (("a", a), ("b", b)) for v in values])
-    found = group_difference("p", of_units(o), o.members)
+    found = group_difference("p", average_by_unit(o), o.members)
     assert found.p_value == pytest.approx(ttest_ind(a, b).pvalue, rel=1e-6)
     assert [(m.group, m.units) for m in found.means] == [("a", 3), ("b", 4)]
     assert [m.mean for m in found.means] == pytest.approx([np.mean(a), np.mean(b)])

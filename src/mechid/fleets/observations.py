@@ -1,4 +1,4 @@
-"""One parameter over a fleet: the values that count, of campaigns, and brought to one value of each unit."""
+"""Values of one parameter over a fleet, by campaign and averaged by unit."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.fleets.angles import unwrapped
+from mechid.fleets.angles import unwrap_angles
 from mechid.fleets.estimates import DEGREES, Estimate
 from mechid.fleets.members import Member
 from mechid.fleets.regression import regression
 
 
 @dataclass(frozen=True, kw_only=True)
-class Observed:
-    """A parameter's values that count.
+class Observations:
+    """Counted values of a parameter.
 
     Attributes
     ----------
     name, unit : str
         The unit is that of the file.
     members : tuple of Member
-        Of the campaigns, n of them.
+        Campaigns, n of them.
     values, errors : (n,)
         Angles on one branch.
     """
@@ -41,37 +41,37 @@ class Observed:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units, in order of appearance."""
+        """Units, in order of appearance."""
         return tuple(dict.fromkeys(m.unit for m in self.members))
 
     @property
     def is_of_unit(self) -> FloatArray:
-        """1 where a campaign is of a unit, else 0; (n, number of units)."""
+        """1 if a campaign belongs to a unit, else 0; (n, number of units)."""
         return np.array([[float(m.unit == unit) for unit in self.units] for m in self.members])
 
-    def of(self, members: Sequence[Member]) -> Observed:
-        """Return the same of some campaigns only."""
+    def of(self, members: Sequence[Member]) -> Observations:
+        """Return the observations of some campaigns only."""
         kept = [k for k, member in enumerate(self.members) if member in members]
         chosen = tuple(self.members[k] for k in kept)
         return replace(self, members=chosen, values=self.values[kept], errors=self.errors[kept])
 
-    def with_values(self, values: FloatArray) -> Observed:
-        """Return the same with other values."""
+    def with_values(self, values: FloatArray) -> Observations:
+        """Return the observations with other values."""
         return replace(self, values=values)
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfUnits:
-    """One value of each unit.
+class UnitValues:
+    """One value per unit.
 
     Attributes
     ----------
     units : tuple of str
         n of them.
     values, errors : (n,)
-        Means over a unit's campaigns, whose scatter beyond their errors counts in the error.
+        Means over a unit's campaigns; their scatter beyond the errors is included in the error.
     repeatability : float
-        That scatter: how far campaigns of one unit differ, as a standard deviation; NaN where no unit has several.
+        Standard deviation of that scatter between campaigns of one unit; NaN if no unit has several.
     """
 
     units: tuple[str, ...]
@@ -80,8 +80,8 @@ class OfUnits:
     repeatability: float
 
 
-def observed(name: str, members: Sequence[Member], estimates: Sequence[Estimate | None]) -> Observed:
-    """Return what of a parameter counts; estimates in the order of the members, None where there is none."""
+def collect_observations(name: str, members: Sequence[Member], estimates: Sequence[Estimate | None]) -> Observations:
+    """Return the counted values of a parameter; estimates in the order of the members, None for a missing one."""
     kept = [
         (member, value)
         for member, estimate in zip(members, estimates, strict=True)
@@ -90,18 +90,19 @@ def observed(name: str, members: Sequence[Member], estimates: Sequence[Estimate 
     values, errors = (np.array([getattr(v, key) for _, v in kept], dtype=np.float64) for key in ("value", "error"))
     unit = next((v.unit for e in estimates if e is not None and (v := e.values.get(name))), "1")
     if unit == DEGREES and values.size:
-        values = unwrapped(values, errors)
-    return Observed(name=name, unit=unit, members=tuple(m for m, _ in kept), values=values, errors=errors)
+        values = unwrap_angles(values, errors)
+    return Observations(name=name, unit=unit, members=tuple(m for m, _ in kept), values=values, errors=errors)
 
 
-def of_units(o: Observed) -> OfUnits:
-    """Return one value of each unit; the scatter among campaigns of one unit is taken to be the same in all units."""
+def average_by_unit(o: Observations) -> UnitValues:
+    """Return one value per unit; the scatter among campaigns of one unit is assumed equal in all units."""
     belongs, repeatability = o.is_of_unit, np.nan
     if len(o.units) < len(o.members):
+        # Estimated from all units together: two or three campaigns of one unit say little about their scatter.
         repeatability = regression(o.values, o.errors, belongs).scatter
     weights = 1.0 / (np.square(o.errors) + np.nan_to_num(repeatability) ** 2)
     total = belongs.T @ weights
-    return OfUnits(
+    return UnitValues(
         units=o.units,
         values=belongs.T @ (weights * o.values) / total,
         errors=1.0 / np.sqrt(total),
