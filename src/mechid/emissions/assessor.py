@@ -15,7 +15,7 @@ from mechid.emissions.declared import Declared
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
 from mechid.emissions.lines import find_lines, mains_of, orders_of
 from mechid.emissions.measured import Stretch, background_amplitude, measure
-from mechid.emissions.requirement import AMPLITUDE, PSD, Requirement, direction_of, unit_of
+from mechid.emissions.requirement import AMPLITUDE, PSD, Requirement, direction_of, judged_parts, unit_of
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra, usable_band, window_length
 from mechid.emissions.verdict import combine, judge
@@ -162,7 +162,7 @@ class Assessor:
                 requirement=one,
                 judged=combine([at.judged for at in self._at_rates[one.name]]),
                 at_rates=tuple(self._at_rates[one.name]),
-                judged_hz=_overlap(one.mask.range_hz, (low, high)),
+                judged_hz=judged_parts(one, (low, high))[0],
             )
             for one in self._declared.requirements
         )
@@ -188,10 +188,11 @@ class Assessor:
                     f"{one.requirement.name}: its mask, {first:.4g} to {last:.4g} Hz, is outside the band of the "
                     f"records, {band[0]:.4g} to {band[1]:.4g} Hz; it is not judged."
                 )
-            elif first < band[0] or last > band[1]:
+            elif left := judged_parts(one.requirement, band)[1]:
+                parts = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in left)
                 yield (
-                    f"{one.requirement.name}: its mask goes from {first:.4g} to {last:.4g} Hz; judged is the part from "
-                    f"{one.judged_hz[0]:.4g} to {one.judged_hz[1]:.4g} Hz that the records show."
+                    f"{one.requirement.name}: not judged is its mask at {parts} Hz, outside the band of the records, "
+                    f"{band[0]:.4g} to {band[1]:.4g} Hz."
                 )
         for chosen in dict.fromkeys(self._chosen.values()):
             yield _background_note(", ".join(d for d, one in self._chosen.items() if one is chosen), chosen)
@@ -213,11 +214,6 @@ def _background_note(direction: str, chosen: Background | None) -> str:
         return f"{direction}: no background was measured; the noise of the bench counts as emission."
     held = " It was measured with the motor powered: noise of the driver is subtracted too." * (chosen.state == HOLDING)
     return f'{direction}: the background "{chosen.name}" ({chosen.state}) is subtracted.{held}'
-
-
-def _overlap(mask: tuple[float, float], band: tuple[float, float]) -> tuple[float, float] | None:
-    low, high = max(mask[0], band[0]), min(mask[1], band[1])
-    return (low, high) if low < high else None
 
 
 def _stretches(record: CampaignRecord, data: Record) -> Iterator[tuple[slice, float]]:

@@ -10,10 +10,9 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.emissions.band_peak import band_peaks
 from mechid.emissions.bounds import difference_bounds, line_bounds, power_bounds
 from mechid.emissions.lines import Lines, mains_of, orders_of
-from mechid.emissions.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, Requirement
+from mechid.emissions.requirement import AMPLITUDE, BAND_PEAK, PSD, Requirement, whole_bands
 from mechid.emissions.settings import EMISSION
-from mechid.emissions.spectra import BIN_CORRELATION, Spectra
-from mechid.signal.density import THIRD
+from mechid.emissions.spectra import BIN_CORRELATION, Spectra, usable_band
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -244,7 +243,7 @@ def _mains_bins(stretch: Stretch, spectra: Spectra) -> BoolArray:
 def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> Measured:
     """Return RMS values of the mask's bands or of third octaves, from the sums of their bins."""
     spectra, background = stretch.spectra, stretch.background
-    bands = rms_bands(requirement, spectra)
+    bands = whole_bands(requirement, usable_band(spectra.bin_hz, spectra.sample_rate_hz))
     looks = max(len(bands), 1) * records
     weight = np.ones(spectra.density.size)
     if requirement.exclude_mains:
@@ -267,20 +266,6 @@ def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: in
     )
 
 
-def rms_bands(requirement: Requirement, spectra: Spectra) -> list[tuple[float, float, float]]:
-    """Return the bands of a requirement on RMS that the record holds: lower and upper frequency, and limit."""
-    mask = requirement.mask
-    low, high = EMISSION.first_bin * spectra.bin_hz, spectra.sample_rate_hz / EMISSION.guard
-    if requirement.kind == RMS:
-        return [band for band in mask.bands if band[0] >= low and band[1] <= high]
-    first, last = mask.range_hz
-    numbers = np.arange(np.ceil(10.0 * np.log10(first) - 1e-9), np.floor(10.0 * np.log10(last) + 1e-9) + 1)
-    centres = 10.0 ** (numbers / 10.0)
-    limits = mask.limit_at(np.clip(centres, first, last)).tolist()
-    edges = [(c / THIRD**0.5, c * THIRD**0.5) for c in centres.tolist()]
-    return [(a, b, limit) for (a, b), limit in zip(edges, limits, strict=True) if a >= low and b <= high]
-
-
 def sum_bins(density: FloatArray, bin_hz: float, edges: FloatArray) -> FloatArray:
     """Return the integrals of a density, (M,), between edges in Hz, (n, 2); a bin counts by the part that is inside."""
     ends = (np.arange(density.size + 1) - 0.5) * bin_hz
@@ -300,7 +285,7 @@ def _band_power(spectra: Spectra, edges: FloatArray, weight: FloatArray, windows
 
 def _peaks(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> Measured:
     rate = stretch.spectra.sample_rate_hz
-    bands = [band for band in requirement.mask.bands if band[1] <= rate / EMISSION.guard]
+    bands = whole_bands(requirement, usable_band(stretch.spectra.bin_hz, rate))
     edges = [(low, high) for low, high, _ in bands]
     looks = max(len(bands), 1) * records
     if stretch.background_y is None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.records.components import AXES, FORCES, MOMENTS, TORQUE, Mounting
+from mechid.signal.density import THIRD
 
 AMPLITUDE, RMS, PSD, THIRD_OCTAVE, BAND_PEAK = "amplitude", "rms", "psd", "third_octave", "band_peak"
 KINDS = (AMPLITUDE, RMS, PSD, THIRD_OCTAVE, BAND_PEAK)
@@ -150,3 +151,37 @@ class Requirement:
     def holds_at(self, rate: float) -> bool:
         """Whether it holds at a step rate in full steps/s; NaN, a rate that is not known, is in no range."""
         return not self.rates or any(low <= abs(rate) <= high for low, high in self.rates)
+
+
+def whole_bands(requirement: Requirement, band_hz: tuple[float, float]) -> list[tuple[float, float, float]]:
+    """Return the bands of a requirement that lie inside a band as a whole: lower and upper frequency, and limit.
+
+    A band that is cut off would be judged by a part of what it holds.
+    """
+    mask, (low, high) = requirement.mask, band_hz
+    if requirement.kind in IN_BANDS:
+        return [band for band in mask.bands if band[0] >= low and band[1] <= high]
+    first, last = mask.range_hz
+    numbers = np.arange(np.ceil(10.0 * np.log10(first) - 1e-9), np.floor(10.0 * np.log10(last) + 1e-9) + 1)
+    centres = 10.0 ** (numbers / 10.0)
+    limits = mask.limit_at(np.clip(centres, first, last)).tolist()
+    edges = [(c / THIRD**0.5, c * THIRD**0.5) for c in centres.tolist()]
+    return [(a, b, limit) for (a, b), limit in zip(edges, limits, strict=True) if a >= low and b <= high]
+
+
+def judged_parts(
+    requirement: Requirement, band_hz: tuple[float, float]
+) -> tuple[tuple[float, float] | None, tuple[tuple[float, float], ...]]:
+    """Return the range of a requirement's mask that records with a usable band show, and the parts they do not, in Hz.
+
+    Bands are judged as a whole or not at all; of the other kinds the part inside the band is judged.
+    """
+    if requirement.kind in (AMPLITUDE, PSD):
+        first, last = requirement.mask.range_hz
+        low, high = max(first, band_hz[0]), min(last, band_hz[1])
+        if not low < high:
+            return None, ((first, last),)
+        return (low, high), tuple((a, b) for a, b in ((first, low), (high, last)) if a < b)
+    judged = whole_bands(requirement, band_hz)
+    left = [band[:2] for band in whole_bands(requirement, (0.0, np.inf)) if band not in judged]
+    return (judged[0][0], judged[-1][1]) if judged else None, tuple(left)
