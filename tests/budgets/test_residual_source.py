@@ -20,7 +20,7 @@ from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.residual_source import ResidualSource
-from mechid.budgets.standing import RESIDUAL, standing
+from mechid.budgets.standing import RESIDUAL, assess_standing
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
@@ -187,7 +187,8 @@ def test_a_complete_model_has_the_budget_that_it_had(flying):
     source = ResidualSource(tuple(record(white(rng), rate) for rate in RATES), BenchToFlight(None))
     state, nobody = steady(flying.mechanism, flying.names), make_ensemble((), np.zeros(0), (), seed=0)
     with_it, without = (
-        standing(requirement(), "m", [(1.0, at_base(flying, one, state))], flying, nobody) for one in (source, None)
+        assess_standing(requirement(), "m", [(1.0, at_base(flying, one, state))], flying, nobody)
+        for one in (source, None)
     )
     assert with_it == without
     assert with_it.residual_rad == 0.0
@@ -199,7 +200,8 @@ def test_a_model_that_lacks_something_has_a_wider_budget(flying):
     source = ResidualSource(tuple(record(white(rng) + lines(5e-3, 1.0, r), r) for r in RATES), BenchToFlight(None))
     state, nobody = steady(flying.mechanism, flying.names), make_ensemble((), np.zeros(0), (), seed=0)
     wide, narrow = (
-        standing(requirement(), "m", [(1.0, at_base(flying, one, state))], flying, nobody) for one in (source, None)
+        assess_standing(requirement(), "m", [(1.0, at_base(flying, one, state))], flying, nobody)
+        for one in (source, None)
     )
     assert wide.level.value > narrow.level.value
     assert wide.level.sigma > narrow.level.sigma
@@ -216,7 +218,7 @@ def test_the_level_of_a_line_that_the_model_lacks_alone(flying):
     state = steady(flying.mechanism, flying.names)
     silent = replace(state, lines=0.0 * state.lines, gradient=0.0 * state.gradient)
     nobody = make_ensemble((), np.zeros(0), (), seed=0)
-    got = standing(requirement(), "m", [(1.0, at_base(flying, source, silent))], flying, nobody)
+    got = assess_standing(requirement(), "m", [(1.0, at_base(flying, source, silent))], flying, nobody)
     transfer = abs(STRUCTURE.to_line_of_sight(np.array([FLYING]))[0, 0])
     assert got.nominal_rad == pytest.approx(1.96 * transfer * 0.02 / np.sqrt(2.0), rel=0.05)
 

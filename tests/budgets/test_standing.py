@@ -20,7 +20,7 @@ from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.over_rate import level_curve, rms_bands
 from mechid.budgets.requirement import Requirement
-from mechid.budgets.standing import DISCREPANCY, SAMPLING, nominal_level, standing
+from mechid.budgets.standing import DISCREPANCY, SAMPLING, assess_standing, nominal_level
 from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
@@ -64,15 +64,15 @@ def certain(tmp_path_factory):
 def test_duty_is_the_share_of_the_time(certain):
     """Truth: of a line run for a share d of the time, rest else, the quantile c is that of (c - (1 - d))/d."""
     duty, c = 0.2, 0.9
-    got = standing(requirement(confidence=c), "m", [(duty, line(2.0))], certain, NOBODY)
+    got = assess_standing(requirement(confidence=c), "m", [(duty, line(2.0))], certain, NOBODY)
     assert got.level.value == pytest.approx(2.0 * np.sin(0.5 * np.pi * (c - (1.0 - duty)) / duty), rel=2e-3)
-    rests = standing(requirement(confidence=0.7), "m", [(duty, line(2.0))], certain, NOBODY)
+    rests = assess_standing(requirement(confidence=0.7), "m", [(duty, line(2.0))], certain, NOBODY)
     assert rests.level.value == pytest.approx(0.0, abs=0.01)
 
 
 def test_two_modes_by_duty(certain):
     """Truth: the mixture of two arcsine distributions."""
-    got = standing(requirement(), "m", [(0.5, line(1.0)), (0.5, line(3.0))], certain, NOBODY).level.value
+    got = assess_standing(requirement(), "m", [(0.5, line(1.0)), (0.5, line(3.0))], certain, NOBODY).level.value
     reached = [2.0 / np.pi * np.arcsin(min(got / a, 1.0)) for a in (1.0, 3.0)]
     assert np.mean(reached) == pytest.approx(0.95, abs=1e-3)
 
@@ -97,7 +97,7 @@ def test_an_ensemble_of_biases(certain):
     bias = OtherError(name="b", kind="bias", axes=ONE, size_rad=1.0, spread_rad=0.3)
     units = make_ensemble((), np.zeros(0), (bias,), seed=2)
     c = 0.9
-    got = standing(requirement(confidence=c), "m", [(1.0, line(0.5))], certain, units)
+    got = assess_standing(requirement(confidence=c), "m", [(1.0, line(0.5))], certain, units)
     worst = 1.0 + 0.3 * coverage_factor(c)
     rng = np.random.default_rng(12)
     draws = np.abs(worst + 0.5 * np.cos(rng.uniform(0.0, 2.0 * np.pi, 1_000_000)))
@@ -125,7 +125,7 @@ def test_a_level_moves_with_the_seed_by_no_more_than_its_sampling_error(certain,
     """Truth: the closed forms. The stated standard error is that of the seeds, and 2 % of the spread in the mean."""
     asked, truth = requirement(APE, confidence, interpretation), TRUTHS[interpretation](confidence)
     found = [
-        standing(
+        assess_standing(
             asked, "m", [(1.0, line(2.0, slopes=(1.0,)))], certain, make_ensemble(("p",), np.array([0.2]), (), seed)
         )
         for seed in range(8)
@@ -142,7 +142,7 @@ def test_a_level_moves_with_the_seed_by_no_more_than_its_sampling_error(certain,
 
 
 def test_a_nominal_unit_alone_has_no_sampling_error(certain):
-    got = standing(requirement(), "m", [(1.0, line(2.0))], certain, NOBODY)
+    got = assess_standing(requirement(), "m", [(1.0, line(2.0))], certain, NOBODY)
     assert (got.sampling_rad, got.level.value, got.spread_shares) == (0.0, got.nominal_rad, {})
 
 
@@ -174,7 +174,7 @@ def test_the_ecss_sum_of_a_line_with_other_sources(certain):
         OtherError(name="n", kind="random", axes=ONE, size_rad=0.4, bandwidth_hz=3.0),
     )
     units = make_ensemble((), np.zeros(0), errors, seed=0)
-    got = standing(requirement(confidence=0.9973), "m", [(1.0, line(2.0))], certain, units).ecss_rad
+    got = assess_standing(requirement(confidence=0.9973), "m", [(1.0, line(2.0))], certain, units).ecss_rad
     assert got == pytest.approx(0.5 + coverage_factor(0.9973) * np.sqrt(2.0 + 0.16), rel=1e-3)
     alone = [Contribution(name="waveform", kind="periodic", size=2.0, form=0.9)]
     assert total(alone, "mixed", 0.95) == pytest.approx(coverage_factor(0.95) * 1.8)
@@ -197,7 +197,7 @@ def test_what_the_model_misses_of_each_line(tmp_path, certain):
     missed = flying_estimate(read_fit(path), Flight()).discrepancy
     assert missed.orders == pytest.approx({1.0: 0.05})
     np.testing.assert_allclose(missed.of_lines(np.array([0.5, 1.0])), [0.1, 0.05])
-    off = standing(requirement(), "m", [(1.0, line(2.0))], replace(certain, discrepancy=missed), NOBODY).level
+    off = assess_standing(requirement(), "m", [(1.0, line(2.0))], replace(certain, discrepancy=missed), NOBODY).level
     assert off.sigma / off.value == pytest.approx(0.05, rel=0.15)
     assert off.shares[DISCREPANCY] == pytest.approx(1.0)
 
@@ -237,7 +237,7 @@ def test_bands_over_the_rate_are_those_of_units_simulated_anew(flying):
     expected = np.quantile(rms, [0.025, 0.975])
     np.testing.assert_allclose([low, high], expected, atol=0.15 * np.ptp(expected))
     curve = level_curve(requirement(), [[response]], flying, (), seed=1)
-    whole = standing(requirement(), "scan", [(1.0, response)], flying, NOBODY).level
+    whole = assess_standing(requirement(), "scan", [(1.0, response)], flying, NOBODY).level
     assert curve.level[0] == pytest.approx(whole.value, rel=1e-9)
     assert np.ptp(curve.band[0]) == pytest.approx(np.ptp(whole.ci95), rel=0.2)
 

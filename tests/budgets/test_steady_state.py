@@ -15,7 +15,7 @@ from mechid.budgets.line_of_sight import respond
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orders import phasors
 from mechid.budgets.requirement import Requirement
-from mechid.budgets.standing import nominal_level, standing
+from mechid.budgets.standing import assess_standing, nominal_level
 from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import coverage_factor
 from mechid.command import Command, RateProfile
@@ -65,7 +65,7 @@ def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, with
     """Truth: mechanisms drawn from the covariance, each simulated anew; of n draws sigma is known to 1/sqrt(2 n)."""
     structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
     none = make_ensemble((), np.zeros(0), (), seed=0)
-    band = standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], flying, none).level
+    band = assess_standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], flying, none).level
     rng = np.random.default_rng(8)
     nominal = np.array([flying.mechanism.value(name) for name in flying.names])
     levels = []
@@ -110,7 +110,7 @@ def test_a_spread_makes_an_ensemble(flying):
     name, sigma = "stepper.peak_voltage", 0.02
     state = steady_state(flying.mechanism, MODE, 37.3, (name,), SUBSTEPS)
     units = make_ensemble((name,), np.array([sigma]), (), seed=1)
-    worst = standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], _certain(flying), units)
+    worst = assess_standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], _certain(flying), units)
     levels = []
     for draw in coverage_factor(REQUIREMENT.confidence) * np.array([-1.0, 1.0]):
         moved = flying.mechanism.with_values({name: flying.mechanism.value(name) + draw * sigma})

@@ -138,7 +138,7 @@ def test_derivatives_to_the_stand_s_parameters(paper):
     """Truth: central differences of the matrices, each linearised anew."""
     found = linear(bench_of(paper, {**WHOLE, **LAYOUTS["second mode"]}), stand=True)
     held, model = found.held, found["free"]
-    kept = held.moving("free")
+    kept = held.moving_states("free")
     stand = [k for k, n in enumerate(model.names) if n.split(".")[0] in ("housing", *WHOLE)]
     assert len(stand) == 12
     for k in stand:

@@ -116,7 +116,7 @@ def test_figures_are_begun_before_validation_ends(reported, tmp_path):
 
         validate(reported.campaign, reported.fit, begin)
         nothing = {"correlation": {"names": []}, "information": None}
-        curves, pictures = illustration.finished(nothing)
+        curves, pictures = illustration.finish(nothing)
     assert seen == [("full_46", 0), ("sweep", 1)]
     assert [one.name for one in curves] == ["full_46", "sweep"]
     figures = {path.stem: path.read_text() for path in (reported.folder / "figures").glob("*.svg")}
@@ -133,5 +133,5 @@ def test_what_fails_waits_until_the_figures_are_asked_for(reported, tmp_path):
         illustration.begin(stranger)
         illustration.begin(reported.validation["full_46"])
         with pytest.raises(Exception, match="nobody's"):
-            illustration.finished({})
+            illustration.finish({})
     assert not list((tmp_path / "figures").iterdir())

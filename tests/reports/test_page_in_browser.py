@@ -11,7 +11,7 @@ from mechid.analysis.prediction import predict
 from mechid.reports import outline
 from mechid.reports.curves import record_curves
 from mechid.reports.files import write_report
-from mechid.reports.outline import decoded
+from mechid.reports.outline import decode_outline
 from mechid.reports.trace import decode
 from mechid.signal import stored
 from mechid.signal.envelope import envelope
@@ -201,7 +201,7 @@ def test_a_long_record_shows_its_outline_and_every_sample_of_named_stretches(bro
     source = SOURCE.replace("torque-full_46", "torque-sweep")
     for name in ("measured", "modelled", "residual"):
         x, y = waited(browser, source + f"return source('{name}')")
-        times, values = decoded(curves.trace, name)
+        times, values = decode_outline(curves.trace, name)
         np.testing.assert_allclose(x, times, rtol=1e-12)
         np.testing.assert_allclose(y, values, rtol=1e-12)
     assert set(curves.trace.stretches) == {"start", "largest", "least followed"}

@@ -5,7 +5,7 @@ import json
 import pytest
 from bokeh.models import Legend, Range1d
 
-from mechid.reports.plots import add_curve, add_legend, empty_plot, plot_items, stacked
+from mechid.reports.plots import add_curve, add_legend, empty_plot, plot_items, stack_axes
 
 KINDS = {
     "torque": {"measured", "modelled", "residual"},
@@ -57,4 +57,4 @@ def test_plots_on_one_axis_move_together():
     (legend,) = above.select(Legend)
     assert [(item.label.value, item.renderers) for item in legend.items] == [("as recorded", [curve])]
     assert above.yaxis.axis_label == "torque, N m"
-    assert set(stacked([above, below]).select({"type": type(above)})) == {above, below}
+    assert set(stack_axes([above, below]).select({"type": type(above)})) == {above, below}

@@ -6,7 +6,7 @@ import pytest
 from little_memory import little_memory  # noqa: F401
 from mechid.analysis.prediction import Prediction
 from mechid.reports import outline
-from mechid.reports.outline import decoded, outline_of
+from mechid.reports.outline import decode_outline, outline_of
 from mechid.reports.packing import pack_floats, pack_integers, unpack
 from mechid.reports.trace import decode, trace_of
 from mechid.signal.envelope import envelope
@@ -97,7 +97,7 @@ def test_it_has_the_extremes_of_every_column(drawn, failed_from):
         "residual": (p.level[:] - p.modelled[:])[:reached],
     }
     for name, y in truth.items():
-        times, values = decoded(found, name)
+        times, values = decode_outline(found, name)
         kept = envelope(y, COLUMNS)
         np.testing.assert_allclose(times, 0.5 + kept / 1e4, rtol=1e-12)
         assert np.abs(values - y[kept]).max() <= 0.0501 * NOISE

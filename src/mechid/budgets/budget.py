@@ -29,7 +29,7 @@ from mechid.budgets.requirement import Requirement, Standing
 from mechid.budgets.settings import LEVEL
 from mechid.budgets.side_response import SideResponse, side_response
 from mechid.budgets.side_source import SideSource
-from mechid.budgets.standing import Parts, nominal_level, standing
+from mechid.budgets.standing import Parts, assess_standing, nominal_level
 from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import map_tasks, one_core_algebra
@@ -263,7 +263,7 @@ class _Maker:
             return ()
         self.listener("all modes by duty")
         return tuple(
-            standing(
+            assess_standing(
                 r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes], self.estimate, self.ensemble
             )
             for r in self.file.requirements
@@ -304,7 +304,7 @@ def _states_from(
 
 def _assess(mode: str, estimate: Estimate, ensemble: Ensemble, task: tuple[Requirement, Parts]) -> Standing:
     requirement, parts = task
-    return standing(requirement, mode, parts, estimate, ensemble)
+    return assess_standing(requirement, mode, parts, estimate, ensemble)
 
 
 def _lacks_duty(modes: Sequence[ModeBudget]) -> bool:

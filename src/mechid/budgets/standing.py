@@ -28,7 +28,9 @@ Parts = Sequence[tuple[float, LineOfSight]]
 """Lines of sight with the share of the time of each; for the rest of the time the mechanism is at rest."""
 
 
-def standing(requirement: Requirement, mode: str, parts: Parts, estimate: Estimate, ensemble: Ensemble) -> Standing:
+def assess_standing(
+    requirement: Requirement, mode: str, parts: Parts, estimate: Estimate, ensemble: Ensemble
+) -> Standing:
     """Return the result of a mode, or of several by their share of the time, against a requirement."""
     at = _Assessment(requirement, parts, estimate, ensemble)
     nominal, quick = at.level(at.member()), at.quick(at.member())

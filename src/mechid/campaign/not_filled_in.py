@@ -48,7 +48,7 @@ def refuse_empty_commands(table: Mapping[str, Any], place: Place, mechanism_path
     if is_file(mechanism_path):
         mechanism = read_toml(mechanism_path, "mechanism")
         if mechanism.get(TEMPLATE) is True:
-            problems.append(_unfinished(mechanism, Place(mechanism_path.name)))
+            problems.append(_unfinished_words(mechanism, Place(mechanism_path.name)))
     raise InputFileError("; and ".join(problems))
 
 
@@ -69,11 +69,11 @@ def without_template(table: Mapping[str, Any], place: Place) -> Mapping[str, Any
     if TEMPLATE not in table:
         return table
     if flag(table[TEMPLATE], place.key(TEMPLATE)):
-        raise InputFileError(_unfinished(table, place))
+        raise InputFileError(_unfinished_words(table, place))
     return {key: entry for key, entry in table.items() if key != TEMPLATE}
 
 
-def _unfinished(table: Mapping[str, Any], place: Place) -> str:
+def _unfinished_words(table: Mapping[str, Any], place: Place) -> str:
     """Return a message that lists the mechanism entries unchanged since ``mechid new``, with the remedy."""
     example, found = dict(_entries(_example(table))), dict(_entries(table))
     # Entries equal to the example are listed as unfinished; the user may confirm them by deleting the mark.

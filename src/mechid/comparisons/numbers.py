@@ -12,7 +12,7 @@ from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.comparisons.spectra import residual_spectra
 from mechid.identification.result.estimate_file import provenance_of_fits
-from mechid.ink.digits import digits, rounded, with_sigma
+from mechid.ink.digits import count_text, digits, with_sigma
 
 FORMAT = "mechid-comparison/1"
 FILE_NAME = "comparison.json"
@@ -63,7 +63,7 @@ def _record(record: RecordComparison) -> dict[str, Any]:
         texts |= {f"residual_{i}": digits(rms, 4), f"fit_{i}": digits(fit, 4)}
     return {
         **asdict(record),
-        "text": {"samples": str(record.samples), "effective": rounded(record.effective_samples), **texts},
+        "text": {"samples": str(record.samples), "effective": count_text(record.effective_samples), **texts},
     }
 
 

@@ -10,7 +10,7 @@ from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.look import Drive
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import CampaignRecord
-from mechid.emissions.background import HOLDING, Background, subtracted
+from mechid.emissions.background import HOLDING, Background, choose_background
 from mechid.emissions.declared import Declared
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
 from mechid.emissions.lines import find_lines, mains_of, orders_of
@@ -47,7 +47,7 @@ class Assessor:
         self._sources: list[SourceFile] = []
         self._mains: dict[str, set[float]] = {}
         self._chosen = {
-            direction: subtracted(declared.backgrounds, direction)
+            direction: choose_background(declared.backgrounds, direction)
             for direction in sorted({declared.own_direction(one) for one in declared.requirements})
         }
 
@@ -147,11 +147,11 @@ class Assessor:
             )
             for f, order, amplitude, sigma, beside, multiple in zip(*(c.tolist() for c in columns), strict=True)
         ]
-        self._spectra.append(_grouped(name, stretch.rate, direction, spectra))
+        self._spectra.append(_group_bins(name, stretch.rate, direction, spectra))
         if stretch.background is not None and direction not in self._backgrounds:
             chosen = self._chosen[direction]
             assert chosen is not None
-            self._backgrounds[direction] = _grouped(chosen.name, np.nan, direction, stretch.background)
+            self._backgrounds[direction] = _group_bins(chosen.name, np.nan, direction, stretch.background)
 
     def result(self) -> Emission:
         """Return the verdicts over all records that were added."""
@@ -245,7 +245,7 @@ def _source(data: Record, state: str, rates: tuple[float, ...]) -> SourceFile:
     )
 
 
-def _grouped(name: str, rate: float, direction: str, spectra: Spectra) -> EmissionSpectrum:
+def _group_bins(name: str, rate: float, direction: str, spectra: Spectra) -> EmissionSpectrum:
     starts = peak_groups(spectra.density.size, EMISSION.groups)
     middle = (starts + np.append(starts[1:], spectra.density.size) - 1) // 2
     density = np.maximum.reduceat(spectra.density, starts)

@@ -194,7 +194,7 @@ def _spec(entry: Mapping[str, Any], place: Place, records: Sequence[CampaignReco
     return spec, one_of(state, STATES, place.key("state"))
 
 
-def subtracted(backgrounds: Sequence[Background], direction: str) -> Background | None:
+def choose_background(backgrounds: Sequence[Background], direction: str) -> Background | None:
     """Return the background that is subtracted in a direction; None where none measured it.
 
     The bench alone comes first: a motor that holds its position exports the noise of its driver, which belongs to the

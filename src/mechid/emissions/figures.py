@@ -59,7 +59,7 @@ def emission_figures(found: Emission, data: Mapping[str, Any]) -> Iterator[tuple
                 if kind == AMPLITUDE or any(one["kind"] == PSD for one in masks):
                     drawing = partial(_spectrum, found, own, [one for one in masks if one["kind"] == kind], kind)
                     yield spectrum_name(direction, kind), make_figure(drawing, SPECTRUM_IN)
-            if _rated(own):
+            if _one_for_each_rate(own):
                 yield waterfall_name(direction), make_figure(partial(_waterfall, own), WATERFALL_IN)
         for k, requirement in enumerate(data["requirements"]):
             if len(rates_of(requirement["at_rates"])) > 1:
@@ -75,7 +75,7 @@ def _measures(requirement: Mapping[str, Any], direction: str, found: Emission) -
     )
 
 
-def _rated(spectra: Sequence[EmissionSpectrum]) -> list[EmissionSpectrum]:
+def _one_for_each_rate(spectra: Sequence[EmissionSpectrum]) -> list[EmissionSpectrum]:
     """Return the spectra of a waterfall, one for each rate; none where there is but one rate."""
     by_rate = {abs(one.rate): one for one in spectra if np.isfinite(one.rate)}
     return [by_rate[rate] for rate in sorted(by_rate)] if len(by_rate) > 1 else []
@@ -123,7 +123,7 @@ def _spectrum(
 
 def _waterfall(own: Sequence[EmissionSpectrum], figure: Any) -> None:
     """Draw amplitude over frequency and rate."""
-    rated = _rated(own)
+    rated = _one_for_each_rate(own)
     frequency = rated[0].frequency_hz
     rows = np.stack([np.interp(frequency, one.frequency_hz, one.amplitude) for one in rated])
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)

@@ -128,7 +128,7 @@ def excluded_lines(stretch: Stretch) -> BoolArray:
 def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> Measured:
     """Return the amplitudes of all lines, and for the bins beside them what a line there could have at most."""
     spectra, lines = stretch.spectra, stretch.lines
-    judged = spectra.judged()
+    judged = spectra.usable_bins()
     limits = _in_mask(spectra.frequency_hz, requirement)
     looks = max(int(np.sum(judged & np.isfinite(limits))), 1) * records
     lower, upper = lines.bounds(alpha / looks, alpha)
@@ -147,7 +147,7 @@ def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, record
     bins_upper = np.sqrt(line_bounds(ratio, lines.windows, alpha)[1] * noise[free]) / EMISSION.least_response
     zero = np.zeros(bins_upper.size)
     frequency = np.concatenate([lines.frequency_hz[kept], spectra.frequency_hz[free]])
-    return _sorted(
+    return _sort_by_frequency(
         Measured(
             frequency_hz=frequency,
             value=np.concatenate([np.sqrt(np.maximum(lines.amplitude**2 - beside**2, 0.0))[kept], zero]),
@@ -160,7 +160,7 @@ def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, record
     )
 
 
-def _sorted(found: Measured) -> Measured:
+def _sort_by_frequency(found: Measured) -> Measured:
     order = np.argsort(found.frequency_hz, kind="stable")
     order = order[np.isfinite(found.limit[order])]
     return Measured(**{name: values[order] for name, values in vars(found).items()})
@@ -175,14 +175,14 @@ def _densities(
 ) -> Measured:
     own, background = spectra
     limit = _in_mask(own.frequency_hz, requirement)
-    kept = own.judged() & np.isfinite(limit)
+    kept = own.usable_bins() & np.isfinite(limit)
     if requirement.exclude_mains:
         kept &= ~_mains_bins(stretch, own)
     powers = (own.density[kept], own.variance[kept])
     other = (background.density[kept], background.variance[kept]) if background else None
     drift = _line_powers(own, background)[kept]
     looks = max(int(kept.sum()), 1) * records
-    value, sigma, lower, upper = _subtracted(powers, other, drift, (alpha / looks, alpha))
+    value, sigma, lower, upper = _subtract_background(powers, other, drift, (alpha / looks, alpha))
     zero = np.zeros(value.size)
     return Measured(
         frequency_hz=own.frequency_hz[kept],
@@ -195,7 +195,7 @@ def _densities(
     )
 
 
-def _subtracted(
+def _subtract_background(
     own: tuple[FloatArray, FloatArray],
     other: tuple[FloatArray, FloatArray] | None,
     drift: FloatArray,
@@ -252,7 +252,7 @@ def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: in
     own = _band_power(spectra, edges, weight, len(spectra.apart))
     other = _band_power(background, edges, weight, len(background.apart)) if background else None
     drift = sum_bins(_line_powers(spectra, background) * weight, spectra.bin_hz, edges)
-    value, sigma, lower, upper = _subtracted(own, other, drift, (alpha / looks, alpha))
+    value, sigma, lower, upper = _subtract_background(own, other, drift, (alpha / looks, alpha))
     root = np.sqrt(value)
     tiny = np.finfo(np.float64).tiny
     return Measured(

@@ -96,7 +96,7 @@ class Spectra:
         )
         return mains_lines(found)
 
-    def judged(self) -> BoolArray:
+    def usable_bins(self) -> BoolArray:
         """Tell which bins can be judged, (M,)."""
         low, high = usable_band(self.bin_hz, self.sample_rate_hz)
         return (self.frequency_hz >= low) & (self.frequency_hz <= high)

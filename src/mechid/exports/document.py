@@ -26,7 +26,7 @@ def export_document(data: Mapping[str, Any]) -> Document:
     digests = [f"{name}: {digest}" for name, digest in fit.get("inputs_sha256", {}).items()]
     facts = [("target", data["target"]), ("grade of the fit", made["grade"]), ("mechid", made["mechid"])]
     facts += [("seed of the fit", str(fit["seed"]))] if "seed" in fit else []
-    checked, known = _checked(data["checked"]), (*data["words"], str(made["trust"]))
+    checked, known = _check_words(data["checked"]), (*data["words"], str(made["trust"]))
     return Document(
         title="An export",
         command="mechid export",
@@ -44,7 +44,7 @@ def export_document(data: Mapping[str, Any]) -> Document:
     )
 
 
-def _checked(checked: Mapping[str, Any] | None) -> str:
+def _check_words(checked: Mapping[str, Any] | None) -> str:
     if checked is None:
         return "Not checked."
     errors = f"largest error {checked['largest_error']:.3g}, RMS {checked['rms_error']:.3g}"

@@ -51,7 +51,7 @@ def load_fit(folder: Path | str, campaign: Campaign | Path | str | None = None) 
     if isinstance(campaign, Campaign):
         if not source.is_dir():
             raise UsageError(f"{source}: is no folder; give the result folder of the fit")
-        return read_fit(source, _completed(campaign, source))
+        return read_fit(source, _load_completed(campaign, source))
     return read_fit(result_folder(source), load_campaign_of(source, campaign))
 
 
@@ -139,7 +139,7 @@ def _campaign_file(source: Path, campaign: Path | str | None) -> Path:
     return beside if beside.is_file() else identified_campaign(source)
 
 
-def _completed(campaign: Campaign, folder: Path) -> Campaign:
+def _load_completed(campaign: Campaign, folder: Path) -> Campaign:
     """Return a campaign with the mechanism file to which the fit in a folder was completed."""
     file = completed_file(folder)
     if file is None or file.resolve() == campaign.mechanism_path.resolve():

@@ -30,7 +30,7 @@ def with_sigma(value: float, sigma: float | None) -> tuple[str, str]:
     exponent = _exponent(max(abs(value), sigma))
     scale, suffix = 10.0**exponent, f"e{exponent:+03d}" if exponent else ""
     decimals = _decimals(sigma / scale)
-    return _fixed(value / scale, decimals) + suffix, _fixed(sigma / scale, decimals) + suffix
+    return _fixed_point(value / scale, decimals) + suffix, _fixed_point(sigma / scale, decimals) + suffix
 
 
 def like(value: float, sigma: float | None) -> str:
@@ -49,12 +49,12 @@ def plain(value: float | None, digits: int = PLAIN_DIGITS) -> str:
     return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
-def rounded(value: float | None) -> str:
+def count_text(value: float | None) -> str:
     """Format a real-valued count, as of effective samples: below 100 with two digits, ``-`` for None.
 
     Examples
     --------
-    >>> rounded(9931.51), rounded(4.39), rounded(None)
+    >>> count_text(9931.51), count_text(4.39), count_text(None)
     ('9932', '4.4', '-')
     """
     return f"{value:.0f}" if value is not None and 100.0 <= value < LARGEST else plain(value, SIGMA_DIGITS)
@@ -88,7 +88,7 @@ def _decimals(sigma: float) -> int:
     return SIGMA_DIGITS - 1 - math.floor(math.log10(rounded))
 
 
-def _fixed(value: float, decimals: int) -> str:
+def _fixed_point(value: float, decimals: int) -> str:
     if decimals < 0:
         value = round(value, decimals)
     text = f"{value:.{max(decimals, 0)}f}"

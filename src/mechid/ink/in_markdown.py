@@ -93,10 +93,10 @@ def _heading(text: str, level: int) -> list[str]:
 
 
 def _with_emphasis(text: str) -> str:
-    return "**".join(cell(piece) if piece.strip() == piece else _spaced(piece) for piece in text.split("**"))
+    return "**".join(cell(piece) if piece.strip() == piece else _space(piece) for piece in text.split("**"))
 
 
-def _spaced(piece: str) -> str:
+def _space(piece: str) -> str:
     """Return a piece of a sentence with the spaces at its ends, which `cell` would remove."""
     before, after = piece[: len(piece) - len(piece.lstrip())], piece[len(piece.rstrip()) :]
     return f"{before}{cell(piece)}{after}" if piece.strip() else piece

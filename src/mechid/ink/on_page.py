@@ -83,7 +83,7 @@ def _pieces(template: str, document: Document, style: str, **more: Any) -> Itera
             parts=_without_groups(document.parts),
             shown=_shown_on_page,
             kind_of=_name_of_kind,
-            emphasised=emphasised,
+            emphasise=emphasise,
             style=page_style() + style,
             **more,
         )
@@ -103,12 +103,12 @@ def _in_base64(file: Path) -> str:
     return base64.b64encode(file.read_bytes()).decode()
 
 
-def emphasised(text: str) -> Markup:
+def emphasise(text: str) -> Markup:
     """Return a text with passages between two ``**`` in bold.
 
     Examples
     --------
-    >>> print(emphasised("met where the **lower limit** is < 0"))
+    >>> print(emphasise("met where the **lower limit** is < 0"))
     met where the <b>lower limit</b> is &lt; 0
     """
     pieces = text.split("**")

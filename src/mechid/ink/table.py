@@ -66,18 +66,20 @@ class Table:
     def print(self, console: Console) -> None:
         """Print the table on a terminal, without empty columns."""
         layouts = ([self.columns], *self.narrower)
-        print_tables(console, [[_shown(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows)
+        print_tables(
+            console, [[_shown_columns(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows
+        )
 
     def markdown(self) -> str:
         """Return the table as Markdown."""
-        shown = _shown(self.columns, MARKDOWN)
+        shown = _shown_columns(self.columns, MARKDOWN)
         named = [self.group] if self.group and self._grouped else []
         lines = ([*([row[GROUP]] if named else []), *(_in_markdown(row, c) for c in shown)] for row in self.rows)
         return markdown_table([*named, *(c.label for c in shown)], lines)
 
     def html(self) -> Markup:
         """Return the table as HTML."""
-        shown = _shown(self.columns, PAGE)
+        shown = _shown_columns(self.columns, PAGE)
         heads = Markup("").join(map(_head, shown)) if any(column.label for column in shown) else ""
         head = Markup('<div class="scroll"><table class="{}">\n<thead><tr>{}</tr></thead><tbody>')
         parts = [head.format(self.style, heads)]
@@ -96,7 +98,7 @@ class Table:
         return self.group is not None and any(GROUP in row for row in self.rows)
 
 
-def _shown(columns: Sequence[Column], where: str) -> list[Column]:
+def _shown_columns(columns: Sequence[Column], where: str) -> list[Column]:
     return [c for c in columns if where in c.where]
 
 

@@ -69,7 +69,7 @@ def _attribute(*names: str) -> Any:
     """Return an intrinsic that adds LLVM attributes to the function that contains the call."""
 
     @intrinsic
-    def attributed(typing: Any) -> Any:
+    def add_attributes(typing: Any) -> Any:
         del typing
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -80,7 +80,7 @@ def _attribute(*names: str) -> Any:
 
         return types.void(), code
 
-    return attributed
+    return add_attributes
 
 
 in_vectors = _attribute("optsize")

@@ -41,7 +41,7 @@ class Embedded:
 
 
 @cache
-def embedded() -> Embedded:
+def embed_records() -> Embedded:
     """Return what a page embeds, from the cache where it is there; where it cannot be kept it is made each time."""
     path = _path()
     with suppress(OSError, ValueError, TypeError):
@@ -57,7 +57,7 @@ def embedded() -> Embedded:
 
 def page_script(curves: Sequence[Curves], resonances: Sequence[Mapping[str, Any]]) -> Script:
     """Return what the page's script draws the figures of some curves with."""
-    made = embedded()
+    made = embed_records()
     return Script(library=made.library, kinds=made.kinds, records=[payload(one, resonances) for one in curves])
 
 

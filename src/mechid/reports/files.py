@@ -69,7 +69,7 @@ def write_report(
                 own.begin(record)
             return write_report(data, campaign, fit, validation, folder, own)
     contents = report_contents(data, campaign, fit)
-    curves, pictures = illustration.finished(contents)
+    curves, pictures = illustration.finish(contents)
     document = report_document(contents, curves, equations_mathml(fit.mechanism.plant))
     texts: dict[str, str | Iterable[str]] = {
         PAGE_NAME: interactive_page(document, pictures, page_script(curves, contents["resonances"])),

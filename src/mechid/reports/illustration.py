@@ -86,7 +86,7 @@ class Illustration:
         except Exception as error:
             self._failed = error
 
-    def finished(self, contents: Mapping[str, Any]) -> tuple[list[Curves], dict[str, Path]]:
+    def finish(self, contents: Mapping[str, Any]) -> tuple[list[Curves], dict[str, Path]]:
         """Return the curves in the order begun, and the SVG files by name once all are drawn; matrices are drawn last.
 
         Raises

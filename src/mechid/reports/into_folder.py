@@ -89,10 +89,10 @@ def identify_into_folder(
     """
     with Pens() as pens, ExitStack() as entered:  # pens load beside the search, which leaves a core idle now and then
 
-        def illustrated(fit: Fit) -> Illustration:
+        def illustrate(fit: Fit) -> Illustration:
             return entered.enter_context(Illustration(fit.required_campaign, fit, folder, pens))
 
-        into = _IntoFolder(folder, audience, run, illustrated)
+        into = _IntoFolder(folder, audience, run, illustrate)
         with into.told_where_the_estimate_is():
             into.open_journal(campaign)
             fit = run_identification(campaign, run, into)

@@ -8,7 +8,7 @@ from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.ink.data import Data
-from mechid.ink.digits import digits, plain, rounded
+from mechid.ink.digits import count_text, digits, plain
 
 DIGITS = (3, 4, 5, 6)
 """As many as tell a ratio from the largest by chance."""
@@ -85,7 +85,7 @@ def above_words(residual: AgainstNoise) -> str:
     >>> above_words(AgainstNoise(residual_rms=1.16, effective_samples=31.0, **record))
     '1.16 times the noise floor, and coloured: 10001 samples worth 31 effective ones, by chance up to 1.2'
     """
-    most, effective = residual.most_by_chance, rounded(residual.effective_samples)
+    most, effective = residual.most_by_chance, count_text(residual.effective_samples)
     count = next((n for n in DIGITS if digits(residual.ratio, n) != digits(most, n)), DIGITS[-1])
     times = f"{digits(residual.ratio, count)} times the noise floor"
     if residual.ratio > NOISE.misfit:

@@ -106,7 +106,7 @@ def _extremes(series: Series, step: float) -> Extremes:
     return Extremes(numbers=pack_integers(np.diff(kept, prepend=0)), steps=pack_integers(np.diff(steps, prepend=0)))
 
 
-def decoded(outline: Outline, curve: str) -> tuple[FloatArray, FloatArray]:
+def decode_outline(outline: Outline, curve: str) -> tuple[FloatArray, FloatArray]:
     """Return the record times in s and samples, (m,) each, of a curve of an outline: the twin of the page's script."""
     one = outline.curves[curve]
     times = outline.start_s + np.cumsum(unpack(one.numbers)) / outline.sample_rate_hz

@@ -42,7 +42,7 @@ def pack_integer_blocks(size: int, parts: Iterable[IntArray]) -> Packed:
     for part in parts:
         words[done : done + part.size] = ((part << 1) ^ (part >> 63)).astype("<u4")
         done += part.size
-    return _packed("int", words)
+    return _pack("int", words)
 
 
 def pack_floats(values: FloatArray) -> Packed:
@@ -53,7 +53,7 @@ def pack_floats(values: FloatArray) -> Packed:
     >>> unpack(pack_floats(np.array([0.5, -2.0]))).tolist()
     [0.5, -2.0]
     """
-    return _packed("float", values.astype("<f4"))
+    return _pack("float", values.astype("<f4"))
 
 
 def unpack(packed: Packed) -> FloatArray:
@@ -71,7 +71,7 @@ def pack_text(text: str) -> str:
     return base64.b64encode(zlib.compress(text.encode("utf-8"), 9)).decode("ascii")
 
 
-def _packed(kind: str, words: NDArray[Any]) -> Packed:
+def _pack(kind: str, words: NDArray[Any]) -> Packed:
     planes = np.ascontiguousarray(words).view(np.uint8).reshape(words.size, WORD).T
     deflate = zlib.compressobj(LEVEL)
     parts = [deflate.compress(plane[part].tobytes()) for plane in planes for part in blocks(words.size)]

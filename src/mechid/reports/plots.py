@@ -57,7 +57,7 @@ def _torque() -> Any:
     for plot, lines in ((above, curves), (below, [residual])):
         plot.add_tools(hover_on(lines, [("time", "@x{0.000000} s"), ("torque", "@y{0.000000} N m")]))
     above.xaxis.visible = False
-    return stacked([above, below])
+    return stack_axes([above, below])
 
 
 def _spectrum() -> Any:
@@ -114,7 +114,7 @@ def _spectrogram() -> Any:
     plots = [_image(which, mapper, time, frequency) for which in ("measured", "modelled")]
     plots[1].add_layout(amplitude_bar(mapper), "below")
     plots[1].height += 60
-    return stacked(plots)
+    return stack_axes(plots)
 
 
 def amplitude_bar(mapper: LogColorMapper) -> ColorBar:
@@ -205,7 +205,7 @@ def add_legend(plot: Any, renderers: Iterable[Any], words: dict[str, str] | None
     plot.add_layout(legend, "above")
 
 
-def stacked(plots: list[Any]) -> Any:
+def stack_axes(plots: list[Any]) -> Any:
     """Return figures one above the other with one toolbar."""
     options: Any = {"logo": None, "active_drag": None}
     rows: Any = [[plot] for plot in plots]

@@ -131,12 +131,12 @@ def identify_into(
     """
 
     @contextmanager
-    def followed() -> Iterator[Listener]:
+    def follow_progress() -> Iterator[Listener]:
         with progress_listener(listener) as tell:
             yield tell
 
     with hold_folder(out), line_receiver(say) as tell_line, working_on(executor):
-        audience = Audience(followed=followed, say=tell_line)
+        audience = Audience(followed=follow_progress, say=tell_line)
         run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume, truth=truth)
         return identify_into_folder(campaign, Path(out), audience, run)
 

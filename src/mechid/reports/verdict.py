@@ -84,7 +84,7 @@ def _tone(data: Data, residuals: Residuals) -> str:
         return tone
     unsure = any(row["status"] in ("at_bound", "frozen") or row["local_only"] for row in data["parameters"])
     unexplained = any(not residual.is_noise for _, residual in residuals)
-    return CAUTION if unexplained or unsure or _coloured(data) or data["warnings"] else GOOD
+    return CAUTION if unexplained or unsure or _coloured_parameters(data) or data["warnings"] else GOOD
 
 
 def _quality(data: Data, residuals: Residuals) -> list[str]:
@@ -100,26 +100,26 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
         explained = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
         lines.append(explained if data["grade"] == "A" else _capital(size))
     lines += [
-        f"Record {_called(row)}: the simulation does not come to its end."
+        f"Record {_name_words(row)}: the simulation does not come to its end."
         for row, residual in residuals
         if residual.level is NoiseLevel.LOST
     ]
     lines += [_misfit(row, residual) for row, residual in _misfits(data, residuals)]
-    lines += [left_out_words(_called(row), row["text"]["fit_percent"]) for row in left_out(rows)]
+    lines += [left_out_words(_name_words(row), row["text"]["fit_percent"]) for row in left_out(rows)]
     tested = held_out(rows)
-    lines += [_predicted(row) for row in tested]
+    lines += [_prediction_words(row) for row in tested]
     if rows and not tested:
         lines.append('No record was held out (use = "validate"): the prediction of new records is not tested.')
     return lines
 
 
-def _predicted(row: Data) -> str:
+def _prediction_words(row: Data) -> str:
     """Return how a record that was held out is predicted, and which part of it where one was fitted."""
     fit = f"predicted with a fit of {row['text']['fit_percent']} %."
     if row.get("judged_from_s") is None:
-        return f"Record {_called(row)} was held out and is {fit}"
+        return f"Record {_name_words(row)} was held out and is {fit}"
     own, until = ", ".join(row["fitted_of_its_own"]), digits(row["judged_from_s"], 4)
-    return f"Record {_called(row)} was held out: {own} fitted on its first part, up to {until} s; the rest is {fit}"
+    return f"Record {_name_words(row)} was held out: {own} fitted on its first part, up to {until} s; the rest is {fit}"
 
 
 def _capital(sentence: str) -> str:
@@ -137,10 +137,10 @@ def _misfit(row: Data, residual: AgainstNoise) -> str:
     if row["bands"] and residual.ratio > NOISE.misfit:  # below, the largest band may be that of the noise
         band = max(row["bands"], key=lambda b: float(b["residual_rms"]))
         where = f", most of it in the third octave at {digits(band['centre_hz'], 3)} Hz"
-    return f"Record {_called(row)}: the residual is {above_words(residual)}{where}."
+    return f"Record {_name_words(row)}: the residual is {above_words(residual)}{where}."
 
 
-def _called(row: Data) -> str:
+def _name_words(row: Data) -> str:
     """Return a record's name, and the channel where that is not its torque."""
     return str(row["name"]) if row["quantity"] == "torque" else f"{row['name']} ({quantity_words(row['quantity'])})"
 
@@ -169,7 +169,7 @@ def _uncertain(data: Data) -> list[str]:
     pair = worst_pair(data["correlation"])
     if pair and abs(pair[2]) >= STRONG:
         lines.append(f"{pair[0]} and {pair[1]} depend on each other most: correlation {pair[2]:+.3f}.")
-    coloured = _coloured(data)
+    coloured = _coloured_parameters(data)
     if coloured:
         lines.append(
             "Residuals are coloured: standard errors that count it exceed those for white noise "
@@ -178,7 +178,7 @@ def _uncertain(data: Data) -> list[str]:
     return lines
 
 
-def _coloured(data: Data) -> list[str]:
+def _coloured_parameters(data: Data) -> list[str]:
     return [
         row["name"]
         for row in data["parameters"]
@@ -191,11 +191,11 @@ def _coloured(data: Data) -> list[str]:
 def _improvement(data: Data, residuals: Residuals) -> list[str]:
     lines = [f"Next: {reason['next_command']}." for reason in data["reasons"][:1]]
     lines += [
-        f"A model of what record {_called(row)} still contains: look at its residual's spectrum and at its orders."
+        f"A model of what record {_name_words(row)} still contains: look at its residual's spectrum and at its orders."
         for row, _ in _misfits(data, residuals)
     ]
     lines += [
-        f"Knowing how record {_called(row)} was commanded and wired: the warnings say what was tried."
+        f"Knowing how record {_name_words(row)} was commanded and wired: the warnings say what was tried."
         for row in left_out(data["validation"])
     ]
     row, information = least_certain(data), data["information"]

@@ -38,7 +38,7 @@ def resting_outputs(
     """
     lanes = directions.shape[1]
     y, J = np.zeros(len(plant.outputs)), np.zeros((len(plant.outputs), lanes))
-    for j, (expression, held) in enumerate(zip(plant.outputs.values(), _held(plant), strict=True)):
+    for j, (expression, held) in enumerate(zip(plant.outputs.values(), _compile_held_outputs(plant), strict=True)):
         if expression in plant.states:
             i = plant.states.index(expression)
             y[j] = w[int(module.AT_X) + i]
@@ -50,7 +50,7 @@ def resting_outputs(
 
 
 @lru_cache(maxsize=32)
-def _held(plant: Plant) -> tuple[Held | None, ...]:
+def _compile_held_outputs(plant: Plant) -> tuple[Held | None, ...]:
     """Compile each output that depends on inputs and parameters alone: its value and its parameter derivatives."""
     known = {*plant.parameters, *plant.inputs}
     compiled: list[Held | None] = []

@@ -8,7 +8,7 @@ from typing import Any
 
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
-from mechid.ink.digits import digits, plain, rounded
+from mechid.ink.digits import count_text, digits, plain
 from mechid.ink.quantities import has_only_torque, quantity_words
 from mechid.units import unit_words
 
@@ -60,7 +60,7 @@ def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]
             **{part: _share(theil[part]) for part in ("bias", "variance", "covariance")},
             "p_value": digits(test["p_value"], 2),
             "largest": digits(test["largest"], 2),
-            "effective": rounded(channel.effective_samples),
+            "effective": count_text(channel.effective_samples),
         },
     }
 

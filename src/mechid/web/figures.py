@@ -12,7 +12,7 @@ from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormat
 from mechid.arrays import FloatArray, IntArray
 from mechid.ink.palette import series
 from mechid.ink.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
-from mechid.reports.plots import empty_plot, hover_on, stacked
+from mechid.reports.plots import empty_plot, hover_on, stack_axes
 from mechid.signal.envelope import envelope
 from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene
@@ -81,7 +81,7 @@ class Slot:
             plot.yaxis.formatter = BasicTickFormatter(power_limit_low=-6)
         self.axes = {"": plots["torque"].yaxis, "residual": plots["residual"].yaxis, "effect": plots["effect"].yaxis}
         plots["torque"].xaxis.visible = plots["residual"].xaxis.visible = False
-        return stacked(list(plots.values()))
+        return stack_axes(list(plots.values()))
 
     def _spectrum_plot(self) -> Any:
         plot = empty_plot(
@@ -214,7 +214,7 @@ class RunFigures:
         for plot in (noise, places):
             plot.min_border_left = LEFT
         noise.xaxis.visible = False
-        return stacked([noise, places])
+        return stack_axes([noise, places])
 
     def show(self, ratios: Mapping[str, Course], places: Mapping[str, Course], symbols: Mapping[str, str]) -> None:
         """Draw the noise ratios of the worst and the median record, and each parameter, over the reports."""

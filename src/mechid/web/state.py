@@ -108,8 +108,8 @@ def campaign_at(campaign: Campaign, state: State) -> Campaign:
     """Return the campaign at the values and free parameters of a state."""
     values, free, turned = state.now.values, state.now.free, state.knobs
 
-    def own(q: Parameter) -> Parameter:
+    def turn(q: Parameter) -> Parameter:
         return set_parameter(q, values[q.name], turned[q.name], is_free=q.name in free) if q.name in turned else q
 
-    records = tuple(replace(r, parameters=tuple(map(own, r.parameters))) for r in campaign.records)
+    records = tuple(replace(r, parameters=tuple(map(turn, r.parameters))) for r in campaign.records)
     return replace(campaign, mechanism=mechanism_at(campaign.mechanism, values, free, turned), records=records)

@@ -9,7 +9,7 @@ from bokeh.models import ColumnDataSource, HoverTool, LogColorMapper, Range1d
 from bokeh.palettes import Cividis256
 
 from mechid.ink.quantities import AMPLITUDE, FREQUENCY, TIME, axis_labels
-from mechid.reports.plots import amplitude_bar, empty_plot, stacked
+from mechid.reports.plots import amplitude_bar, empty_plot, stack_axes
 from mechid.web.figures import LEFT, hold, largest, round_up
 from mechid.web.picture import Scene
 from mechid.web.sweep import SweepPicture
@@ -38,7 +38,7 @@ class SweepFigure:
             plot.xaxis.visible = False
         plots[-1].add_layout(self.bar, "below")
         plots[-1].height += AXIS_HEIGHT + BAR_HEIGHT
-        self.root = stacked(plots)
+        self.root = stack_axes(plots)
         self.root.name = f"spectrogram_{number}"
         self.frequency.name = f"frequency_{number}"
 

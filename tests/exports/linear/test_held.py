@@ -260,7 +260,7 @@ def test_derivatives_to_every_parameter(held):
     """Truth: central differences of the matrices, each linearised anew where the mechanism then rests."""
     mechanism = held.opened.mechanism
     for name, model in held.models(0, 0).items():
-        kept = held.moving(name)
+        kept = held.moving_states(name)
         for k, parameter in enumerate(model.names):
             value = mechanism.value(parameter)
             step = 1e-5 * (abs(value) or 1e-2)
@@ -277,7 +277,7 @@ def test_the_equilibrium_moves_along(held, models):
     still = replace(about, x_by_parameter=np.zeros_like(about.x_by_parameter)).by_parameter[0]
     moved = held.opened.mechanism.kernel_jacobian()
     row, column = free.states.names.index("rotor_rate"), free.states.names.index("rotor_angle")
-    places = held.moving("free")
+    places = held.moving_states("free")
     shares = {}
     for k, name in enumerate(free.names):
         direct = np.tensordot(moved[name], still, axes=1)[places[row], places[column]]

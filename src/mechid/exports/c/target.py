@@ -74,7 +74,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
         write_atomically(folder / name, text)
     words = [f"Functions of the C library in its loop: {', '.join(source.library)}."] if source.library else []
     try:
-        found = _checked(source, folder)
+        found = _check(source, folder)
     except CompilerError as error:
         return Written(FILES, None, (f"Not compared: {error}.", *words))
     if found is None:
@@ -83,7 +83,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     return Written(FILES, found, tuple(words))
 
 
-def _checked(source: Source, folder: Path) -> Checked | None:
+def _check(source: Source, folder: Path) -> Checked | None:
     """Compile the source and compare it under the commands of the records."""
     with TemporaryDirectory() as aside:
         program = compile_sources([folder / "mechanism.c", folder / "main.c"], Path(aside) / "mechanism")

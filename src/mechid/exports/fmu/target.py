@@ -41,11 +41,11 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
         return Written(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
     # Units hold a limited number of points of a rate profile.
     tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
-    found = [_compared(tried, folder / name, version, unit) for version, name in files.items()]
+    found = [_compare(tried, folder / name, version, unit) for version, name in files.items()]
     return Written(tuple(files.values()), _worse(found), tuple(words))
 
 
-def _compared(tried: list[Reference], path: Path, version: str, unit: Unit) -> Checked | None:
+def _compare(tried: list[Reference], path: Path, version: str, unit: Unit) -> Checked | None:
     """Compare a unit at its communication points with the kernel."""
     count = len(unit.handover.mechanism.plant.outputs)
     thinned, results = [], []

@@ -61,19 +61,19 @@ def variables_of(handover: Handover) -> tuple[Variable, ...]:
 
 def _command() -> Iterator[Variable]:
     yield Variable("time", 0, "independent", "continuous", "command time", "s")
-    yield _fixed("mode", 1, f"what commands the steps: {MODES}", 0)
-    yield _fixed("microsteps", 2, "steps of the driver for a full step: 1 full, 2 half", 1)
-    yield _fixed("square", 3, "1: each phase at full voltage or none; 0: cosine", 0)
-    yield _fixed("points", 4, "points of the rate profile that count", 0)
-    yield _fixed("start_angle_deg", 5, "electrical angle held until the first step", 0.0, "deg")
-    yield _fixed("clock_tick_s", 6, "period of the step clock, 0 for none", 0.0, "s")
+    yield _fixed_variable("mode", 1, f"what commands the steps: {MODES}", 0)
+    yield _fixed_variable("microsteps", 2, "steps of the driver for a full step: 1 full, 2 half", 1)
+    yield _fixed_variable("square", 3, "1: each phase at full voltage or none; 0: cosine", 0)
+    yield _fixed_variable("points", 4, "points of the rate profile that count", 0)
+    yield _fixed_variable("start_angle_deg", 5, "electrical angle held until the first step", 0.0, "deg")
+    yield _fixed_variable("clock_tick_s", 6, "period of the step clock, 0 for none", 0.0, "s")
     for k in range(POINTS):
-        yield _fixed(f"time_s[{k + 1}]", TIME_OF_POINT + k, f"time of point {k + 1}", 0.0, "s")
+        yield _fixed_variable(f"time_s[{k + 1}]", TIME_OF_POINT + k, f"time of point {k + 1}", 0.0, "s")
     for k in range(POINTS):
-        yield _fixed(f"rate[{k + 1}]", RATE_OF_POINT + k, f"full steps/s at point {k + 1}", 0.0, "1/s")
+        yield _fixed_variable(f"rate[{k + 1}]", RATE_OF_POINT + k, f"full steps/s at point {k + 1}", 0.0, "1/s")
 
 
-def _fixed(key: str, number: int, words: str, start: float, unit: str = "") -> Variable:
+def _fixed_variable(key: str, number: int, words: str, start: float, unit: str = "") -> Variable:
     """Return a parameter of the command, an integer if its start value is one."""
     whole = isinstance(start, int)
     return Variable(f"command.{key}", number, "parameter", "fixed", words, unit, start, whole=whole)

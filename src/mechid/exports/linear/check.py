@@ -71,7 +71,7 @@ def departure(held: Held, name: str, matrices: Matrices) -> float:
     matrices : Matrices
         Matrices as read back from the file.
     """
-    driven = _Driven(held, held.about(name), held.moving(name))
+    driven = _Driven(held, held.about(name), held.moving_states(name))
     ways = [(column, hz) for column in range(len(held.columns)) for hz in FREQUENCIES_HZ]
     return max((_departure(driven, matrices, *way) for way in ways), default=0.0)
 

@@ -93,7 +93,7 @@ def sort_by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
     lines, slopes = np.full(shape, np.nan + 0j), np.full((*shape, len(estimate.names)), np.nan + 0j)
     sigma, phase_sigma, bound = (np.full(shape, np.nan) for _ in range(3))
     for row, (state, exerted) in enumerate(zip(states, forcing.emissions, strict=True)):
-        own, at = _found(state, orders)
+        own, at = _find_lines(state, orders)
         lines[row, at], slopes[row, at] = state.lines[own], state.gradient[own]
         sigma[row, at], phase_sigma[row, at] = line_sigmas(estimate, state)[own], phase_sigmas(estimate, state)[own]
         # The bounds of modelled lines come first, so the indices of the lines apply.
@@ -123,7 +123,7 @@ def _orders(states: tuple[SteadyState, ...]) -> FloatArray:
     return np.unique(np.round(np.concatenate([np.zeros(0), *every]), 9))
 
 
-def _found(state: SteadyState, orders: FloatArray) -> tuple[IntArray, IntArray]:
+def _find_lines(state: SteadyState, orders: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the indices of lines at the given orders, and the indices of these orders."""
     near = np.abs(state.step_orders[:, None] - orders) < SAME_ORDER
     own, at = np.nonzero(near)

@@ -85,7 +85,7 @@ class Held:
                 "--option start_angle_deg=DEG"
             ) from error
 
-    def moving(self, name: str) -> list[int]:
+    def moving_states(self, name: str) -> list[int]:
         """Return the indices of the states that can move: not those held by friction or driven only by held ones."""
         about = self.about(name)
         return _movable_states(self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about)))
@@ -106,7 +106,7 @@ class Held:
         return np.concatenate([y, accelerated])
 
     def _model(self, name: str, draws: FloatArray) -> LinearModel:
-        about, kept = self.about(name), self.moving(name)
+        about, kept = self.about(name), self.moving_states(name)
         whole, slopes = self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about))
         drawn = [dict(zip(self.uncertain.names, draw.tolist(), strict=True)) for draw in draws]
         samples = [self.matrices_at(name, values, kept) for values in drawn]

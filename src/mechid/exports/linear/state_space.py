@@ -159,7 +159,7 @@ class LinearModel:
     def _slopes(self, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
         """Return the derivatives of the response with respect to the uncertain parameters, (k, f, n_y, m)."""
         A, B, C, _ = self.matrices.all
-        M = _shifted(A, frequency_hz)
+        M = _shift(A, frequency_hz)
         right = np.linalg.solve(M, np.broadcast_to(B + 0j, (len(M), *B.shape)))
         left = np.linalg.solve(np.swapaxes(M, 1, 2), np.broadcast_to(C.T + 0j, (len(M), *C.T.shape))).swapaxes(1, 2)
         moved = self.by_uncertain
@@ -215,12 +215,12 @@ class LinearModel:
 def response_of(matrices: Matrices, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
     """Return C (i w - A)^-1 B + D, (f, n_y, m), at positive frequencies."""
     A, B, C, D = matrices.all
-    M = _shifted(A, frequency_hz)
+    M = _shift(A, frequency_hz)
     resolved = np.linalg.solve(M, np.broadcast_to(B + 0j, (len(M), *B.shape)))
     return np.asarray(C @ resolved + D, dtype=np.complex128)
 
 
-def _shifted(A: FloatArray, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
+def _shift(A: FloatArray, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:
     """Return i w - A, (f, n, n)."""
     w = 2.0 * np.pi * np.asarray(frequency_hz, dtype=np.float64)
     return np.asarray(1j * w[:, None, None] * np.eye(len(A)) - A, dtype=np.complex128)

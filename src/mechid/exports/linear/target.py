@@ -42,10 +42,10 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     write_atomically(folder / JSON, json_text(linear.to_dict(), indent=None))
     write_mat(linear, folder / MAT)
     write_atomically(folder / FUNCTION, UNCERTAIN_SS)
-    return Written(FILES, _checked(linear, folder), linear.words)
+    return Written(FILES, _check(linear, folder), linear.words)
 
 
-def _checked(linear: Linear, folder: Path) -> Checked:
+def _check(linear: Linear, folder: Path) -> Checked:
     """Compare the models of both files with the nonlinear equations, and return their largest deviation."""
     from_mat = loadmat(folder / MAT)
     from_json = json.loads((folder / JSON).read_text(encoding="utf-8"))["models"]

@@ -90,7 +90,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     files = _write(handover, (*tables, *histories), folder)
     if torque:
         files.append(write_bulk(torque.forcings, options, handover.provenance, folder))
-    return Written(tuple(files), _checked(directs), words)
+    return Written(tuple(files), _check(directs), words)
 
 
 def _torque(handover: Handover, options: Options) -> _Torque | None:
@@ -123,7 +123,7 @@ def _write(handover: Handover, tables: Sequence[Table], folder: Path) -> list[st
     return files
 
 
-def _checked(directs: Sequence[Direct]) -> Checked | None:
+def _check(directs: Sequence[Direct]) -> Checked | None:
     """Summarise the comparison with direct simulations; None if there are none."""
     if not directs:
         return None
