@@ -161,9 +161,9 @@ def _shares(data: Data, figure: Any) -> None:
 def _map(mode: Data, figure: Any) -> None:
     """Draw the speed-harmonic map: torque amplitude over rate and order."""
     orders, amplitude = number_array(mode["map"]["orders"]), number_array(mode["map"]["torque_amplitude_Nm"])
-    # Orders in between exist only at rates with a motion of several periods and would leave gaps in the map.
-    whole = 2.0 * orders % 1.0 == 0.0
-    orders, amplitude = orders[whole], amplitude[:, whole]
+    # Orders off the grid of halves occur only at rates whose motion repeats after several periods: they leave gaps.
+    on_half_grid = 2.0 * orders % 1.0 == 0.0
+    orders, amplitude = orders[on_half_grid], amplitude[:, on_half_grid]
     most = float(np.nanmax(amplitude)) or 1.0
     shown = max(int(np.searchsorted(orders, 16.0, side="right")), 2)
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)

@@ -44,7 +44,7 @@ class Pool:
 
 @dataclass(frozen=True)
 class Choice:
-    """Chosen records in order of choice, and the criterion after each."""
+    """Chosen records in order of choice; the criterion before the first, and after each."""
 
     chosen: tuple[int, ...]
     trail: tuple[float, ...]
@@ -56,7 +56,7 @@ class Choice:
 
 
 def select(pool: Pool, criterion: Criterion, kept: Sequence[int] = ()) -> Choice:
-    """Return the best records; `kept` ones are always included.
+    """Return a good set of records, found greedily; `kept` ones are always included.
 
     The time is filled once by gain per second and once by gain alone, each result is improved by exchange, and the
     better one is returned. Equal input gives equal output.

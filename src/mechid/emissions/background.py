@@ -147,7 +147,7 @@ def read_backgrounds(
     folder : Path
         Against which relative paths are taken.
     records : sequence of CampaignRecord
-        A background that names no channels has those of the first record.
+        A background that names no channels, sample rate or time has those of the first record.
     mounting : Mounting or None
 
     Raises

@@ -67,7 +67,7 @@ def emission_figures(found: Emission, data: Mapping[str, Any]) -> Iterator[tuple
 
 
 def _measures(requirement: Mapping[str, Any], direction: str, found: Emission) -> bool:
-    """Whether a requirement is on a direction; that on the torque is on the only moment without another name."""
+    """Tell whether a requirement applies to a direction; on the torque it does to the moment about the drive axis."""
     names = directions_of(found)
     return bool(
         requirement["direction"] == direction
@@ -151,7 +151,7 @@ def _waterfall(own: Sequence[EmissionSpectrum], figure: Any) -> None:
 
 
 def _over_rate(requirement: Mapping[str, Any], figure: Any) -> None:
-    """Draw the value that decides at each rate with its bounds, over its limit; of a band peak, every band's worst."""
+    """Draw the value that decides at each rate with its bounds, over its limit."""
     axes = figure.subplots()
     rows = [one for one in requirement["at_rates"] if one["rate"] is not None and one["worst"] is not None]
     rows.sort(key=lambda one: float(one["rate"]))

@@ -82,7 +82,7 @@ def test_a_window_of_noise_is_no_misfit_by_chance():
     problem = problem_of("full_46", seconds=0.3)
     window = gate_window(problem.targets[0])
     noise = np.random.default_rng(4).standard_normal((100_000, window))
-    assert 1.5 < np.mean(noise**2, axis=1).max() < chance_limit(problem) < SEARCH.diverged_at + 1.0
+    assert 1.5 < np.mean(noise**2, axis=1).max() < chance_limit(problem) < SEARCH.gate_limit + 1.0
 
 
 @pytest.mark.parametrize("name", ["full_46", "micro_46"])

@@ -14,7 +14,7 @@ from synthetic import bench, displaced, truth, with_leading
 
 STIFFNESS = "gear.stiffness"
 BEGINS, ENDS = 1500, 1560
-MOST = SEARCH.diverged_at
+MOST = SEARCH.gate_limit
 
 
 def spoilt(factor, samples):

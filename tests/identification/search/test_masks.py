@@ -120,4 +120,4 @@ def test_trusted_values_mask_what_they_do_not_follow():
     assert mask_near(plain, q, rng()) == (plain, q)
     masked, moved = mask_near(problem, q, rng())
     assert masked_runs(masked) == {FULL: ((2450, 2600),)}
-    assert not unfollowed_records(masked, moved, most=SEARCH.diverged_at)
+    assert not unfollowed_records(masked, moved, most=SEARCH.gate_limit)

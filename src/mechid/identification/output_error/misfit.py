@@ -72,7 +72,7 @@ class Model:
         if any(is_of_start(p) for p in target.own):
             return [self.run(target, q, stop) for q in points]
         simulator, at = self._simulator(target, self._start(target, points[0], carried=False)), self.coordinates
-        # Points share one map of time if the target has no parameters of its own.
+        # Points share one map of time if the target has no free parameters of its own.
         same = None if target.free_parameters else at.timing(target, points[0])
         timings = [same or at.timing(target, q) for q in points]
         return [

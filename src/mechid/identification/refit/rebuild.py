@@ -38,7 +38,7 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     InputFileError
         If the files of the campaign are not those of the fit.
     FitError
-        If the fit has no optimum.
+        If the grade of the fit is C or failed, or its point cannot be simulated.
     """
     refuse_changed_files(fit)
     if not fit.grade.good:

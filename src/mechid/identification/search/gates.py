@@ -52,7 +52,7 @@ def grow_horizons(
     rng: np.random.Generator,
     progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
     *,
-    most: float = SEARCH.diverged_at,
+    most: float = SEARCH.gate_limit,
     escapes: float = math.inf,
     leaps: int = 0,
     journal: Journal | None = None,

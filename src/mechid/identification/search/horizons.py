@@ -37,7 +37,7 @@ def _floor(target: Target) -> int:
 
 
 def horizon(
-    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = SEARCH.diverged_at
+    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = SEARCH.gate_limit
 ) -> int:
     """Return the number of samples that the model at `q` follows, at most twice the gate unless it is the whole record.
 
@@ -116,10 +116,10 @@ class _Trace:
     def _limit(self) -> float:
         """Mean square beyond chance."""
         # Rounding errors alone may stay at 3 times their variance for any length of time.
-        return max(self.most, SEARCH.diverged_at * (self.channel.rounding / self.channel.sigma) ** 2)
+        return max(self.most, SEARCH.gate_limit * (self.channel.rounding / self.channel.sigma) ** 2)
 
 
-def followed_samples(problem: Problem, target: Target, q: FloatArray, *, most: float = SEARCH.diverged_at) -> int:
+def followed_samples(problem: Problem, target: Target, q: FloatArray, *, most: float = SEARCH.gate_limit) -> int:
     """Return the number of samples that the model at `q` follows from the record's start."""
     gate = _floor(target)
     # `horizon` at most doubles the gate. It is repeated because a longer gate determines offset and drift better.
@@ -136,13 +136,13 @@ def horizons_at(
     gates: Mapping[str, int],
     least: Mapping[str, int],
     *,
-    most: float = SEARCH.diverged_at,
+    most: float = SEARCH.gate_limit,
 ) -> Horizons:
     """Return the horizon of every record at `q`."""
     return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
 
 
-def unfollowed_records(problem: Problem, q: FloatArray, *, most: float = SEARCH.diverged_at) -> list[str]:
+def unfollowed_records(problem: Problem, q: FloatArray, *, most: float = SEARCH.gate_limit) -> list[str]:
     """Return the names of the records that are not followed to their ends at `q`."""
     whole = {t.name: t.samples for t in problem.targets}
     found = horizons_at(problem, q, whole, least_horizons(problem), most=most)

@@ -39,15 +39,15 @@ def leap(
     most : float
         Largest mean square residual of a window that is followed, in sigmas squared.
     """
-    # A further fit is worth its time only while fewer windows are lost than before it.
-    lost_before = math.inf
+    # A further fit is worth its time only while the net loss falls: samples excluded less samples gained.
+    loss_before = math.inf
     for _ in range(SEARCH.leap_fits):
         ahead = {t.name: _extended_horizon(problem, t, q, gates[t.name], most) for t in problem.targets}
         horizons = {name: stop for name, (stop, _) in ahead.items()}
-        lost = sum(out.size - (stop - gates[name]) for name, (stop, out) in ahead.items() if out.size)
-        if sum(horizons.values()) < SEARCH.leap_gain * sum(gates.values()) or lost >= lost_before:
+        net_loss = sum(out.size - (stop - gates[name]) for name, (stop, out) in ahead.items() if out.size)
+        if sum(horizons.values()) < SEARCH.leap_gain * sum(gates.values()) or net_loss >= loss_before:
             return None
-        lost_before = lost
+        loss_before = net_loss
         masked = replace(problem, targets=tuple(exclude_samples(t, ahead[t.name][1]) for t in problem.targets))
         windows = {name: (0, stop) for name, stop in horizons.items()}
         q = solve(masked, q, windows, steps=SEARCH.leap_steps, tolerance=SEARCH.leap_tolerance).q

@@ -141,7 +141,7 @@ def _lift_followed(problem: Problem, target: Target, q: FloatArray) -> Target:
 
 def _is_noise(channel: TargetChannel, r: FloatArray, window: int) -> bool:
     """Tell whether no window of a residual, (n,) in sigmas, has a mean square beyond chance."""
-    limit = max(chance_limit_of(window), SEARCH.diverged_at * (channel.rounding / channel.sigma) ** 2)
+    limit = max(chance_limit_of(window), SEARCH.gate_limit * (channel.rounding / channel.sigma) ** 2)
     windows = r[: r.size // window * window].reshape(-1, window)
     return bool(np.all(np.isfinite(r)) and np.all(np.mean(windows**2, axis=1) <= limit))
 

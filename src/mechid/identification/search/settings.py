@@ -36,9 +36,9 @@ class SearchSettings:
     # Gated growth.
 
     gate_window_s: float = 0.005
-    """Window whose mean squared residual stays below a limit where the model follows a record."""
-    diverged_at: float = 4.0
-    """That limit, in sigmas squared."""
+    """Window whose mean squared residual stays below `gate_limit` where the model follows a record."""
+    gate_limit: float = 4.0
+    """Largest mean squared residual of a gate window that counts as followed, in sigmas squared."""
     beyond_s: float = 0.08
     """Time past the horizons over which escapes are judged."""
     rounds: int = 80
@@ -68,7 +68,7 @@ class SearchSettings:
     leap_lost: float = 0.6
     """Share of these that may be lost."""
     leap_gain: float = 1.02
-    """Factor by which a leap must increase the counted samples."""
+    """Factor by which a leap must lengthen the sum of the horizons."""
     leap_fits: int = 4
     """Fits of one leap: each excludes the windows that are not followed then."""
     leap_steps: int = 4
