@@ -109,6 +109,7 @@ def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, flo
 
 def _rate_at(lines: Sequence[OrderLine], amplitude: FloatArray, peak: int) -> float:
     """Return the rate of a peak, averaged over the adjacent windows with their power as weight."""
+    # The top lies between the rates of the windows; their power locates it.
     around = slice(max(peak - 1, 0), peak + 2)
     return float(np.average([line.rate for line in lines[around]], weights=amplitude[around] ** 2))
 
@@ -117,6 +118,7 @@ def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, floa
     """Group peaks of similar frequency."""
     groups: list[list[tuple[float, float]]] = []
     for peak in sorted(peaks, key=lambda p: p[1]):
+        # Compared with the first peak of the group: a chain of close peaks must not grow without limit.
         if groups and peak[1] <= groups[-1][0][1] * (1.0 + RESONANCE.alike):
             groups[-1].append(peak)
         else:
@@ -146,6 +148,7 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
     lowest = max(RESONANCE.lines_a_hump * spacing_hz, 8.0 * width)
     if lowest * 10.0 ** (8 / RESONANCE.points_a_decade) >= frequency[-1]:
         return []
+    # A window of one line spacing always contains the top of a line.
     reach = 2 * math.ceil(0.5 * spacing_hz / width) + 1
     tops = maximum_filter1d(density, reach) if spacing_hz else density
     # A logarithmic grid gives humps the same relative resolution at all frequencies.
@@ -154,6 +157,7 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
     )
     level = np.maximum(np.interp(grid, frequency, _running_mean(frequency, tops)), np.finfo(float).tiny)
     decibels = 10.0 * gaussian_filter1d(np.log10(level), RESONANCE.smooth * RESONANCE.points_a_decade / math.log(10.0))
+    # The upper octave of the band stands for the noise floor.
     floor = float(np.median(decibels[grid > 0.5 * frequency[-1]]))
     peaks, facts = find_peaks(decibels, prominence=RESONANCE.hump_db, width=1, rel_height=1.0)
     found = []
@@ -176,6 +180,7 @@ def _extent(decibels: FloatArray, peak: int, below: float) -> tuple[int, int]:
 
 def _running_mean(frequency: FloatArray, density: FloatArray) -> FloatArray:
     """Return the moving average of a density over the relative width `RESONANCE.smooth` on both sides."""
+    # With a cumulative sum the cost does not depend on the width, which grows with frequency.
     total = np.concatenate([[0.0], np.cumsum(density)])
     number = np.arange(frequency.size)
     first = np.minimum(np.floor(number * (1.0 - RESONANCE.smooth)).astype(np.int64), number)

@@ -47,6 +47,7 @@ class OrderLine:
 
     def power(self, signal: int = 0) -> float:
         """Return the squared amplitude minus the mean contribution of noise; for noise alone it scatters about 0."""
+        # Real and imaginary part each have the variance of the error.
         return abs(self.amplitudes[signal]) ** 2 - 2.0 * self.errors[signal] ** 2
 
 
@@ -192,6 +193,7 @@ def _windows(travel: Series) -> Iterator[IntArray]:
         return
     begun, number = [np.zeros(0, dtype=np.int64)], 0
     for part in blocks(travel.size):
+        # One sample of overlap, so that motion across the boundary of two blocks is seen.
         before = max(part.start - 1, 0)
         position = travel[before : part.stop]
         moving = 1 + np.flatnonzero(np.diff(position) > 0.0)

@@ -42,6 +42,7 @@ def shared_resonances(looks: Sequence[RecordLook]) -> tuple[SharedResonance, ...
     ]
     groups: list[list[_Seen]] = []
     for one in sorted(seen, key=lambda each: each.found.frequency_hz):
+        # Compared with the lowest of the group, so that a chain of close frequencies does not merge.
         if groups and one.found.frequency_hz <= groups[-1][0].found.frequency_hz * (1.0 + RESONANCE.alike):
             groups[-1].append(one)
         else:

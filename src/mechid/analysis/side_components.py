@@ -120,6 +120,7 @@ def side_components(
     """
     hidden: frozenset[float] = frozenset()
     if mains_hz:
+        # Cross-powers need an order in every signal: one that the mains hide in one signal is left out in all.
         each = [remove_hum(signal, travel, sample_rate_hz, mains_hz, TRACKED) for signal in signals]
         signals, hidden = [signal for signal, _ in each], hidden.union(*(own for _, own in each))
     found: dict[int, list[SideAtRate]] = {}

@@ -67,11 +67,13 @@ class Ensemble:
         stretch = np.array([LEVEL.stretch, *[across] * (direction.size - 1)])
         white = self._white()
         far = white * stretch
+        # The constant factor of the densities' ratio cancels in the normalisation.
         weights = np.exp(0.5 * np.sum(white**2 - far**2, axis=2))
         return Members(far @ _reflection_to(direction) @ self.follows, weights / weights.sum(axis=1, keepdims=True))
 
     def _white(self) -> FloatArray:
         """Return quasi-random normal draws, (r, n, d)."""
+        # Spawned seeds make the replicas independent of each other.
         seeds = np.random.SeedSequence(self.seed).spawn(LEVEL.replicas)
         uniform = [qmc.Sobol(len(self.variables), seed=np.random.default_rng(s)).random(LEVEL.members) for s in seeds]
         # A Sobol point may be exactly 0 or 1, whose normal quantile is infinite.
@@ -83,6 +85,7 @@ def make_ensemble(names: Sequence[str], spread: FloatArray, errors: Sequence[Oth
     variables: dict[str, list[int]] = {name: [k] for k, name in enumerate(names) if spread[k] > 0.0}
     for k, error in enumerate(errors):
         if error.spread_rad > 0.0:
+            # Errors of the same name still vary independently, unless they share a group.
             alone = f"error {error.name}" if f"error {error.name}" not in variables else f"error {error.name} ({k})"
             variables.setdefault(f"errors of {error.group}" if error.group else alone, []).append(len(names) + k)
     follows = np.zeros((len(variables), len(names) + len(errors)))

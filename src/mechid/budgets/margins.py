@@ -33,6 +33,7 @@ def _two_way_margin(standing: Standing, two_way_rad: float) -> dict[str, Any] | 
 
 
 def _scaled_margin(standing: Standing, scale: float) -> dict[str, Any]:
+    # 1 - margin is the level over the requirement, and scales with the level.
     low, high = (1.0 - scale * (1.0 - margin) for margin in standing.margin95)
     return {
         "level_rad": scale * standing.level.value,

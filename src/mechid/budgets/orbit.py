@@ -95,6 +95,7 @@ def _approaches(period: PeriodMap, start: FloatArray, x: FloatArray, image: Imag
     The simulation continues until the linear map leaves little of the distance: Newton's method may have converged to
     another stable orbit.
     """
+    # At least `little`, so that the logarithm is finite if all multipliers vanish.
     slowest = float(abs(multipliers(image.by_state)).max(initial=MOTION.little))
     times = min(math.ceil(math.log(MOTION.little) / math.log(slowest)), MOTION.most_followed) if slowest < 1.0 else 1
     off = period.modulo(start - x)
@@ -116,6 +117,7 @@ def multipliers(by_state: FloatArray) -> ComplexArray:
     array([0.5+0.j])
     """
     while True:
+        # Repeated, since coordinates that moved only neutral ones become neutral once these are removed.
         neutral = np.max(np.abs(by_state - np.eye(len(by_state))), axis=0, initial=0.0) < MOTION.neutral
         if not neutral.any():
             break

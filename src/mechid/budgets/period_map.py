@@ -165,6 +165,7 @@ class PeriodMap:
         for _ in run.blocks():
             seen.append(run.state.x)
         self._check(run)
+        # The sign brings the derivatives to the frame of the start, as `_to_start_frame` does with the state.
         lanes = self.repetition.sign[:, None] ** periods * run.state.lanes
         size = np.ptp(np.array(seen), axis=0)
         return Image(

@@ -157,6 +157,7 @@ class _Assessment:
         missed = self.estimate.discrepancy
         if not missed.overall and not missed.orders:
             return 0.0
+        # A fixed seed: the band must not change from run to run.
         rng = np.random.default_rng(0)
         drawn = (
             [(share, part.draw_discrepancy(missed, rng)) for share, part in self.parts]
@@ -243,5 +244,6 @@ def _with_part(band: Band, sigma: float, name: str) -> Band:
     variance = band.sigma**2 + sigma**2
     if variance <= 0.0:
         return band
+    # Variances add, and all shares refer to the new sum.
     shares = {each: share * band.sigma**2 / variance for each, share in band.shares.items()}
     return Band(band.value, float(np.sqrt(variance)), {**shares, name: sigma**2 / variance})

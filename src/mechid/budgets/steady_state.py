@@ -100,6 +100,7 @@ class SteadyState:
     @property
     def decay_s(self) -> float:
         """Time in which the slowest transient falls to 1/e; NaN if the motion does not repeat."""
+        # A multiplier of 0 means that transients vanish within one repetition.
         largest = self.largest_multiplier
         return -self.steps * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
 
@@ -115,6 +116,7 @@ class SteadyState:
 
     def phase_changes(self, moved: ComplexArray) -> FloatArray:
         """Return the phase changes of the lines, (k, n) rad, for small changes (k, n) N m; 0 for a line of zero."""
+        # To first order the phase changes by the imaginary part of the relative change.
         here = self.lines != 0.0
         return np.asarray(np.imag(moved * np.where(here, 1.0 / np.where(here, self.lines, 1.0), 0.0)))
 
@@ -235,6 +237,7 @@ def _line_fields(period: PeriodMap, found: Lines) -> dict[str, Any]:
         "error": found.error,
         "sample_rate_hz": found.sample_rate_hz,
         "samples_a_period": found.sample_rate_hz * period.duration_s,
+        # Rounding may leave a power near 0 negative.
         "rms": math.sqrt(max(found.power, 0.0)),
     }
 
@@ -244,6 +247,7 @@ def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[s
 
     Given the `names` of the derivatives that are needed later, it compiles the kernel that they use.
     """
+    # The highest rate is the most demanding one: its step count serves all rates.
     period = PeriodMap(with_line_filter(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
     simulator = period.simulator(round(0.2 * MOTION.sample_rate_hz), period.lanes)
     return simulate_accurately(simulator, period.mechanism.kernel_values()).substeps

@@ -74,6 +74,7 @@ def _column_row(index: int, column: Column, sampling: Sampling) -> dict[str, Any
         "sample_rate_hz": sampling.clock.rate_hz if sampling.clock else sampling.irregular_hz,
         "start_s": sampling.clock.start_s if sampling.clock else None,
     }
+    # An irregular clock has no exact rate, so that fewer digits are shown.
     shown = {"samples": 9, "sample_rate_hz": 9 if regular else 4, "start_s": 9}
     texts = {key: "" if value is None else plain(value, shown[key]) for key, value in numbers.items()}
     words = {

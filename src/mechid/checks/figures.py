@@ -58,6 +58,7 @@ def _base(data: Record) -> TimeBase:
 
 def _strip(channel: Channel, base: TimeBase) -> Strip:
     is_input = channel.role is Role.INPUT
+    # Half a sample on either side gives a single bridged sample a width.
     bridged = [
         (base.start_s + (first - 0.5) / base.sample_rate_hz, base.start_s + (stop - 0.5) / base.sample_rate_hz)
         for first, stop in runs_of(channel.bridged)[:MOST_MARKED]

@@ -50,6 +50,7 @@ def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         + [
             _parameter(q, None)
             for q in campaign.free
+            # Free initial states are listed with their record, under `start`.
             if q.name not in campaign.mechanism.parameters and not is_start_name(q.name)
         ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
@@ -129,6 +130,7 @@ def _planned_entry(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]
 
 def figure_names(record: CampaignRecord, data: Record) -> list[str]:
     """Return the names of a record's figures: the record over time, then each channel over frequency."""
+    # At a constant rate a waterfall would repeat the spectrum.
     kinds = ("spectrum",) if has_one_rate(record, data) else ("spectrum", "waterfall")
     return [record.name, *(f"{key}_{kind}" for key in channel_keys(data) for kind in kinds)]
 

@@ -87,6 +87,7 @@ def _fitted_groups(
     say("the mechanism with the effects of the diagnosis")
     plain, _ = initial_models(fit, workers=workers)
     named = _diagnosed_model(plain, diagnosis)
+    # The ratio depends on the records, so it also detects a diagnosis of others whose parameter names happen to fit.
     if abs(named.over_noise / diagnosis.over_noise - 1.0) > DESIGN.same_ratio:
         raise _mismatch_error(
             diagnosis,

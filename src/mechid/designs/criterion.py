@@ -46,6 +46,7 @@ class Criterion:
         """Return the logarithm of the standard error, (points, ...), of informations (points, ..., n, n)."""
         scaled = information * np.outer(self.size, self.size)
         if self.kind == "D":
+            # The determinant itself may overflow or underflow; its logarithm does not.
             _, logdet = np.linalg.slogdet(scaled)
             return np.asarray(-0.5 * logdet / self.size.size, dtype=np.float64)
         if self.kind == "E":
@@ -100,6 +101,7 @@ def _direction(space: SearchSpace, q: FloatArray, row: int) -> FloatArray:
     """Return the derivative of a parameter relative to its value; of an angle in degrees the absolute derivative."""
     names, slopes = space.value_jacobian(q)
     value = abs(space.values(q)[names[row]])
+    # An error relative to an angle would depend on the choice of its zero.
     is_angle = space.mechanism.parameters[names[row]].is_periodic
     return np.asarray(slopes[row] / (1.0 if is_angle or value == 0.0 else value), dtype=np.float64)
 
@@ -114,9 +116,11 @@ def sizes(space: SearchSpace, points: FloatArray) -> FloatArray:
     root = np.sqrt(np.mean(points**2, axis=0))
     for j, c in enumerate(space.coordinates):
         if c.kind == "cosine":
+            # Depending on the detent's phase, either part alone may be near 0.
             out[j] = out[j + 1] = np.hypot(root[j], root[j + 1])
         elif space.is_turning(c):
             out[j] = np.degrees(1.0)
         elif c.kind in ("linear", "excess"):
             out[j] = root[j]
+    # A coordinate that is 0 at all points has no size; 1 keeps the scaled information regular.
     return np.where(out > 0.0, out, 1.0)

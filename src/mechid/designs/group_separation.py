@@ -224,4 +224,5 @@ def _promises(
 def _strongest_hz(series: FloatArray, rate_hz: float) -> float:
     # The window keeps a slow drift from leaking over the lines.
     spectrum = np.abs(np.fft.rfft(series * np.hanning(series.size)))
+    # Bin 0 is the mean, not a line.
     return float(np.argmax(spectrum[1:]) + 1) * rate_hz / series.size

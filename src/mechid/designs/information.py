@@ -79,6 +79,7 @@ def without_offsets(J: FloatArray, size: int) -> FloatArray:
     `J`, (m, n), holds derivatives in standard deviations of the noise; free time offsets follow the mechanism's
     coordinates.
     """
+    # The QR decomposition of zero columns has arbitrary unit vectors, which would remove information.
     if J.shape[1] > size and np.any(J[:, size:]):
         across, _ = np.linalg.qr(J[:, size:])
         J = J - across @ (across.T @ J)
@@ -98,6 +99,7 @@ def prior_points(space: SearchSpace, count: int, seed: int) -> FloatArray:
     for j, c in enumerate(space.coordinates):
         p = space.mechanism.parameters[c.name]
         if p.sigma and c.kind in ("log", "linear"):
+            # Quantiles from 1 to 99 % keep every draw within 2.33 standard deviations.
             values = p.value + p.sigma * norm.ppf(rng.uniform(0.01, 0.99, len(points) - 1))
             values = np.clip(values, p.min, p.max)
             points[1:, j] = np.log(values) if c.kind == "log" else values
@@ -109,6 +111,7 @@ def range_information(space: SearchSpace) -> FloatArray:
 
     It is negligible against a record, but keeps a direction without any information from having an infinite error.
     """
+    # A large width in place of an infinite one keeps the information positive definite.
     width = np.where(np.isfinite(space.upper - space.lower), space.upper - space.lower, 1e6)
     # The variance of a uniform distribution is its squared width over 12.
     known = np.diag(12.0 / width**2)

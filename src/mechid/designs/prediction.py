@@ -53,6 +53,7 @@ class PredictedErrors:
     def correlation(self) -> FloatArray:
         """Correlation matrix, (k, k); zero for parameters without a standard error."""
         scale = np.sqrt(np.diag(self.covariance))
+        # Parameters without a standard error have zero rows; 1 avoids 0 / 0.
         scale[scale == 0.0] = 1.0
         return np.asarray(self.covariance / np.outer(scale, scale))
 
@@ -124,6 +125,7 @@ def _reasons(
     for c in problem.space.coordinates:
         if c.partner and c.name in reasons:
             reasons[c.partner] = reasons[c.name]
+        # At zero amplitude the phase has no effect on the torque.
         elif c.partner and abs(values[names.index(c.name)]) < 1e-9 * c.upper:
             reasons[c.partner] = NO_PHASE
     return reasons

@@ -81,6 +81,7 @@ class _Sweep:
     def bins(self, start: int, stop: int) -> IntArray:
         """Return the bin of each sample, (stop - start,); -1 before the sweep begins."""
         passed = np.searchsorted(self.times_s, np.arange(start, stop) / RATE.sample_rate_hz, side="right")
+        # A sample exactly on the last edge belongs to the last bin.
         return np.asarray(np.minimum(passed - 1, self.edges.size - 2), dtype=np.int64)
 
 
@@ -108,6 +109,7 @@ def _sweep(highest: float, steps: int) -> _Sweep:
     bins = min(max(round(highest / RATE.narrowest), RATE.least_bins), RATE.bins)
     edges = np.linspace(0.0, highest, bins + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
+    # An electrical period is always held; a longer repetition is cut off at the longest dwell.
     each_s = np.maximum(np.minimum(steps / middle, RATE.longest_s), np.maximum(ELECTRICAL / middle, RATE.shortest_s))
     return _Sweep(edges, RATE.settled_s + np.concatenate([[0.0], np.cumsum(each_s)]))
 
@@ -130,6 +132,7 @@ def _amplitudes(simulator: Simulator, sweep: _Sweep, mechanism: Mechanism) -> Fl
     for block in simulator.run(mechanism.kernel_values()).blocks():
         at = sweep.bins(block.start, block.stop)
         swept = at >= 0
+        # Many samples share a bin: plain indexed assignment would keep only the last of them.
         np.minimum.at(low, at[swept], block.y[swept, 0])
         np.maximum.at(high, at[swept], block.y[swept, 0])
     return np.asarray(0.5 * (high - low), dtype=np.float64)

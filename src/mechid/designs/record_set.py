@@ -109,5 +109,6 @@ def _standard_errors(here: Standpoint, information: FloatArray) -> tuple[Sequenc
     for q, of_point in zip(here.points, information, strict=True):
         names, slopes = here.space.value_jacobian(q)
         inverses = np.linalg.inv(of_point)
+        # Rounding may leave a variance near 0 negative.
         rows.append([np.sqrt(np.einsum("ij,jk,ik->i", slopes, one, slopes).clip(min=0.0)) for one in inverses])
     return names, np.array(rows)

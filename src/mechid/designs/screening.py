@@ -37,6 +37,7 @@ class Screening:
 
     def _objection(self, k: int, over: BoolArray, risk: float) -> str:
         for bad, word in ((self.lost[:, k], "loses steps"), (over, "exceeds the torque range")):
+            # The assumed mechanism excludes a record at any admitted risk.
             if bad[0]:
                 return f"{word} at the values believed"
             if bad.mean() > risk:
@@ -46,6 +47,7 @@ class Screening:
 
 def screen(mechanisms: Sequence[Mechanism], records: Sequence[PlannedRecord], workers: int = 1) -> Screening:
     """Simulate each mechanism through each record."""
+    # One task per record; the result is indexed by mechanism first, hence the transposes.
     found = map_tasks(partial(_drive_all, mechanisms), records, workers)
     lost = np.array([[d.lost for d in column] for column in found], dtype=np.bool_)
     peak = np.array([[d.peak_torque for d in column] for column in found])

@@ -81,6 +81,7 @@ def select(pool: Pool, criterion: Criterion, kept: Sequence[int] = ()) -> Choice
 def _exchange_round(pool: Pool, criterion: Criterion, chosen: list[int], fixed: int) -> list[int]:
     """Return the best set after one round of removing each record and filling the time again, or the same set."""
     best, value = chosen, _value(pool, criterion, chosen)
+    # Records to be kept come first in the list and are never exchanged.
     for at in range(fixed, len(chosen)):
         rest = chosen[:at] + chosen[at + 1 :]
         for first in _replacements(pool, criterion, rest, chosen[at]):
@@ -98,6 +99,7 @@ def _replacements(pool: Pool, criterion: Criterion, rest: Sequence[int], out: in
     if not fits.size:
         return []
     gains = _gains(pool, criterion, _sum(pool, rest), fits)
+    # A stable sort breaks ties by the order of the pool, so that equal input gives equal output.
     ranked = (np.argsort(-gains / pool.seconds[fits], kind="stable"), np.argsort(-gains, kind="stable"))
     return list(dict.fromkeys(int(fits[k]) for order in ranked for k in order[: DESIGN.tried]))
 

@@ -74,6 +74,7 @@ def least_misfit(known: FloatArray, shown: Sequence[FloatArray]) -> float:
         Residual and derivatives on each further record.
     """
     rows = np.vstack([np.column_stack([np.zeros(len(known)), known]), *shown])
+    # A record that cannot be simulated separates nothing.
     if not np.all(np.isfinite(rows)):
         return 0.0
     r, J = rows[:, 0], rows[:, 1:]
@@ -165,6 +166,7 @@ def without_own(rows: FloatArray, problem: Problem, model: Model, q: FloatArray)
         return np.full((1, 1 + len(kept)), np.nan)
     away, J = problem.coordinates.prior_rows(q)
     of_new = np.any(J[:, new] != 0.0, axis=1)
+    # Priors of the new per-record parameters limit how much of a difference these can absorb.
     rows = np.vstack([rows, np.column_stack([away, J])[of_new]])
     across, _ = np.linalg.qr(rows[:, [1 + j for j in new]])
     rows = rows - across @ (across.T @ rows)

@@ -71,6 +71,7 @@ def drive(mechanism: Mechanism, command: Command, seconds: float, *, torque: boo
     base = TimeBase(RATE.sample_rate_hz, round((seconds + RATE.hold_s) * RATE.sample_rate_hz) + 1)
     simulator = Simulator(watched.plant, held, base)
     trajectory = simulate_run(simulator.run(watched.kernel_values()))
+    # None differs from 0, so that a failed simulation counts as a loss of steps.
     if trajectory.outcome is not SimulationOutcome.COMPLETE:
         return DriveResult(None, math.inf)
     # The average over the last part removes the decaying swing of the rotor.
@@ -128,6 +129,7 @@ def pull_out(mechanism: Mechanism, command: Command, started: RateLimit | None =
     """
     started = started or pull_in(mechanism, command)
     first, last = started.widest or (RATE.lowest, RATE.lowest)
+    # The geometric mean, since rates are searched on a logarithmic scale.
     begin = math.sqrt(first * last) if first > RATE.lowest else 0.0
     up, down = RATE.ramp_s + RATE.started_s, 2.0 * RATE.ramp_s + RATE.started_s
 

@@ -55,6 +55,7 @@ def changes(o: Observations, states: tuple[str, str]) -> tuple[Change, ...]:
         first, second = float(o.values[before]), float(o.values[after])
         difference = angle_difference(second, first) if o.is_angle else second - first
         error = float(np.hypot(o.errors[before], o.errors[after]))
+        # The errors already have the width of Student's t (`Value.error`), so that the normal distribution applies.
         p = float(2.0 * ndtr(-abs(difference) / error))
         out.append(Change(name=o.name, unit=unit, states=states, difference=difference, error=error, p_value=p))
     return tuple(out)

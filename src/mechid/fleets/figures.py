@@ -77,6 +77,7 @@ def _panels(panels: Sequence[Any], names: Sequence[str], figure: Any) -> None:
         bottom=below / height,
         top=1.0 - 0.24 / height,
         wspace=0.3,
+        # Without common names below, each panel has an axis label of its own.
         hspace=0.32 if names else 0.62,
     )
     grid = figure.subplots(rows, COLUMNS, squeeze=False)

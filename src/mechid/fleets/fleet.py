@@ -132,6 +132,7 @@ def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:
     rate, lacking = asked.false_discovery_rate, _missing_by_parameter(asked, estimates)
     seen = {name: collect_observations(name, asked.members, estimates) for name in lacking}
     days = {name: first_day(asked.members, name) for name in asked.covariates}
+    # Later states of a pair would mix changes of a unit with differences between units.
     base = {name: o.of(asked.baseline) for name, o in seen.items()}
     lines = [t for o in base.values() for name in asked.covariates if (t := trend(o, name, days[name]))]
     trends = apply_fdr(lines, rate, lambda one: one.p_value)

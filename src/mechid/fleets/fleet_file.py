@@ -56,6 +56,7 @@ def read_members(sources: Sequence[Path | str]) -> Members:
     if len(files) > 1:
         raise UsageError(f"fleet: found {len(files)} fleet files, {files[0]} and {files[1]}; give one, with all in it")
     described = read_fleet_file(files[0]) if files else Members(members=())
+    # Paths are resolved, so that a campaign given in two spellings counts once.
     known = {member.source.resolve() for member in described.members}
     plain = [p for p in dict.fromkeys(paths) if _fleet_file(p) is None and _folder_or_file(p).resolve() not in known]
     for path in plain:
@@ -102,6 +103,7 @@ def _fleet_file(path: Path) -> Path | None:
         return path / FILE_NAME if (path / FILE_NAME).is_file() else None
     if path.suffix != ".toml" or path.name == CAMPAIGN_NAME:
         return None
+    # A fleet file may have any name; its [[campaign]] tables identify it.
     return path if path.name == FILE_NAME or isinstance(read_toml(path).get("campaign"), list) else None
 
 

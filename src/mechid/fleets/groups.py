@@ -42,6 +42,7 @@ def group_difference(name: str, each: UnitValues, members: Sequence[Member]) -> 
     of: Mapping[str, str] = {m.unit: m.group for m in members}
     kept = [k for k, unit in enumerate(each.units) if of[unit]]
     groups = list(dict.fromkeys(of[each.units[k]] for k in kept))
+    # With one unit in each group nothing is left to estimate the spread from unit to unit.
     if len(groups) < 2 or len(kept) <= len(groups):
         return None
     design = np.array([[float(of[each.units[k]] == group) for group in groups] for k in kept])

@@ -43,6 +43,7 @@ class Member:
     @property
     def folder_name(self) -> str:
         """Name of its result folder: the label, with characters that file names may not contain replaced."""
+        # A leading full stop would hide the folder, and Windows drops a trailing one.
         return re.sub(r"[^A-Za-z0-9._-]+", "_", self.label).strip("._") or "_"
 
 

@@ -55,6 +55,7 @@ def _relative_folder(out: Path, folder: Path) -> str | None:
     """
     try:
         return Path(os.path.relpath(folder, out)).as_posix()
+    # Raised on Windows, where no relative path leads to another drive.
     except ValueError:
         return None
 

@@ -100,6 +100,7 @@ def average_by_unit(o: Observations) -> UnitValues:
     if len(o.units) < len(o.members):
         # Estimated from all units together: two or three campaigns of one unit say little about their scatter.
         repeatability = regression(o.values, o.errors, belongs).scatter
+    # NaN where no unit has several campaigns: the errors alone weigh then.
     weights = 1.0 / (np.square(o.errors) + np.nan_to_num(repeatability) ** 2)
     total = belongs.T @ weights
     return UnitValues(

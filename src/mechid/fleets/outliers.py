@@ -68,6 +68,7 @@ def deleted_residuals(values: FloatArray, errors: FloatArray) -> FloatArray:
         n of three or more.
     """
     # Row i holds weight 0 for unit i and 1 for the others: all deletions are solved in one iteration.
+    # Each q is expected to equal its degrees of freedom: n - 1 values less one mean.
     others, tau2, wanted = 1.0 - np.eye(values.size), np.zeros(values.size), values.size - 2.0
     for _ in range(STEPS):
         weights = others / (np.square(errors) + tau2[:, None])
@@ -79,6 +80,7 @@ def deleted_residuals(values: FloatArray, errors: FloatArray) -> FloatArray:
         if not beyond.any():
             break
         fall = (weights * terms).sum(axis=1)[beyond]
+        # Newton's step on 1/Q, as in `regression`: it stays short of the root.
         tau2[beyond] += q[beyond] * (q[beyond] / wanted - 1.0) / fall
     off: FloatArray = (values - means) / np.sqrt(np.square(errors) + tau2 + 1.0 / total)
     return off

@@ -82,6 +82,7 @@ def regression(values: FloatArray, errors: FloatArray, design: FloatArray) -> Re
         Of full rank, k < n.
     """
     weighted, dof = _Weighted.of(values, np.square(errors), design), values.size - design.shape[1]
+    # Q falls with tau^2, so the upper quantile of Q gives the lower limit of tau^2.
     tau2, *ends = weighted.crossings(np.array([dof, *chdtri(dof, [0.025, 0.975])]))
     coefficients, covariance = _fit(values, np.square(errors) + tau2, design)
     return Regression(
@@ -108,10 +109,12 @@ def prediction_interval95(values: FloatArray, errors: FloatArray) -> tuple[float
     """
     dof = values.size - 1
     weighted = _Weighted.of(values, np.square(errors), np.ones((values.size, 1)))
+    # Midpoints of equally likely parts of tau^2's confidence distribution.
     shares = (np.arange(QUANTILES) + 0.5) / QUANTILES
     tau2 = weighted.crossings(chdtri(dof, shares))
     weights = 1.0 / (np.square(errors) + tau2[:, None])
     means = weights @ values / weights.sum(axis=1)
+    # The error of the mean is widened to the 95 % interval of Student's t.
     widths = np.sqrt(tau2 + (stdtrit(dof, 0.975) / ndtri(0.975)) ** 2 / weights.sum(axis=1))
 
     def excess(value: float, share: float) -> float:

@@ -29,6 +29,7 @@ def changed_inputs(campaign: Campaign, folder: Path, seed: int, *, complete: boo
         return None
     known, events = last_run(folder / JOURNAL_NAME)
     is_completed = fit.completed is not None
+    # An interrupted run leaves its best result so far, which must not pass for a finished fit.
     if FINISHED not in events or fit.outcome is FitOutcome.INTERRUPTED:
         return None
     files, inputs = file_digests(campaign), identification_inputs(campaign, seed)

@@ -88,6 +88,7 @@ def trend(o: Observations, covariate: str, first: date | None) -> Trend | None:
     # A campaign counts for the comparison within units if its unit has at least two.
     within = 2 * int((belongs.sum(axis=0)[belongs.argmax(axis=1)] > 1).sum()) > x.size
     if within:
+        # The covariate is centred, so that the levels are those at its mean.
         made = _line(kept.values, kept.errors, x - reference, belongs)
     else:
         each = average_by_unit(kept)
@@ -115,6 +116,7 @@ def trend(o: Observations, covariate: str, first: date | None) -> Trend | None:
 def _line(values: FloatArray, errors: FloatArray, x: FloatArray, levels: FloatArray) -> Regression | None:
     """Return slope and levels; None without degrees of freedom, or if the covariate does not vary."""
     left = x - levels @ np.linalg.lstsq(levels, x, rcond=None)[0]
+    # A covariate that is constant within every level cannot be separated from the levels.
     if values.size <= levels.shape[1] + 1 or np.abs(left).max() <= 1e-9 * max(np.abs(x).max(), 1e-300):
         return None
     return regression(values, errors, np.column_stack([x, levels]))

@@ -144,7 +144,9 @@ def _obtain_estimate(task: UnitTask, say: Tell) -> tuple[How, str, str]:
         if since == ():
             return how, str(place), ""
         changed = since if place == folder else changed
+    # The fleet holds the folder above; its token admits a lock within.
     with hold_folder(folder, within=task.hold):
+        # Read first: the identification writes to the same journal.
         resumed = can_resume(campaign, folder, task.seed)
         _identify(campaign, task, say, resume=resumed)
     if changed is not None:
@@ -167,6 +169,7 @@ def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) ->
         IdentifyRun(seed=task.seed, workers=task.workers, complete=task.complete, resume=resume),
     )
     if made.fit.outcome is FitOutcome.INTERRUPTED:
+        # Ctrl-C in one campaign stops the whole fleet.
         raise KeyboardInterrupt
 
 

@@ -33,6 +33,7 @@ COMMANDS = "The commands are for a terminal in this folder: they open a campaign
 
 def index_document(data: Mapping[str, Any]) -> Document:
     """Make the document from the result of `index_numbers`."""
+    # The entries are sorted by kind, as groupby requires.
     kinds = [(kind, list(group)) for kind, group in groupby(data["entries"], key=lambda one: str(one["kind"]))]
     unreadable = [f"{folder}: cannot be listed" for folder in data["unreadable"]]
     return Document(

@@ -56,6 +56,7 @@ def found_in(file: Path, kind: Kind) -> Found | None:
         return _damaged_result(file, kind, error.strerror or str(error))
     except DAMAGE as error:
         return _damaged_result(file, kind, f"cannot be read ({_words(error)})")
+    # Other programs may write files of these names; mechid's have a format, or a page beside them.
     if kind.format and FORMAT not in content and not is_file(file.parent / kind.page):
         return None
     found = str(content.get(FORMAT, "nothing"))

@@ -138,6 +138,7 @@ def _command(found: Found, staleness: Staleness, root: Path) -> str:
     if campaign is None:
         return ""
     words = ["mechid", "explore", _from(root, campaign)]
+    # The explorer finds results beside the campaign file without the option.
     words += ["--fit", _from(root, found.folder)] if found.folder != campaign.parent else []
     return shlex.join(words)
 
@@ -151,6 +152,7 @@ def _from(root: Path, path: Path) -> str:
 
 def _legible(path: Path) -> str:
     """Return a path as encodable text."""
+    # File names on Linux are bytes and need not be valid UTF-8.
     return os.fsencode(path).decode("utf-8", errors="replace")
 
 

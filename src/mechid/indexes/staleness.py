@@ -72,6 +72,7 @@ class Staleness:
             yield from self._of_records(found, campaign, AGAIN[found.kind.heading])
         elif found.kind.heading == LOOKS:
             named = {Path(one["file"]): str(one["sha256"]) for one in found.content["records"]}
+            # A relative path depends on the working directory of that run, which is unknown.
             known = {path: digest for path, digest in named.items() if path.is_absolute()}
             changed = [path.name for path, digest in known.items() if self._digest(path) not in (digest, GONE)]
             if changed:
@@ -85,6 +86,7 @@ class Staleness:
         now = {path: self._digest(path) for path in _files(campaign)}
         then = found.content["provenance"]["inputs_sha256"]
         names = {path.name: digest for path, digest in now.items()}
+        # A file that the campaign does not name any more cannot be compared and counts as unchanged.
         changed = [name for name, digest in then.items() if names.get(name, digest) not in (digest, GONE)]
         gone = [name for name in then if names.get(name) == GONE]
         if changed:

@@ -171,6 +171,7 @@ def _with_warnings(headline: str, warnings: Sequence[str]) -> Verdict:
 def _few(lines: Sequence[str]) -> tuple[str, ...]:
     """Return the first lines and the number of further ones; TypeError for other values."""
     kept = [line for line in lines if line]
+    # A damaged file may hold other values here; the error marks the result as damaged.
     if any(not isinstance(line, str) for line in kept):
         raise TypeError("a line of words")
     more = len(kept) - MOST_LINES

@@ -39,6 +39,7 @@ def files_below(root: Path, names: Collection[str], unreadable: list[str]) -> It
             elif _is_visited(entry) and (identity := _identity(Path(entry.path))) not in visited:
                 visited.add(identity)
                 below.append(folder / entry.name)
+        # The list is a stack: reversed, its folders are visited in alphabetical order.
         left += reversed(below)
 
 
@@ -55,4 +56,5 @@ def _identity(folder: Path) -> tuple[int, int]:
         found = folder.stat()
     except OSError:
         return (-1, -1)
+    # Device and inode identify a folder, whatever path leads to it.
     return (found.st_dev, found.st_ino)

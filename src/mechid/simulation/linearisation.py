@@ -163,6 +163,7 @@ def holdings(plant: Plant) -> tuple[Holding, ...]:
         for switch in plant.switches
     ]
     joined = [{k: v for part in chosen for k, v in part.items()} for chosen in itertools.product(*each)]
+    # A switch whose resting mode is its ideal one gives the same combination twice.
     return tuple(h for k, h in enumerate(joined) if h not in joined[:k])
 
 
@@ -223,6 +224,7 @@ class _Symbolic:
         return self._compile([[matrix.diff(s).tolist() for s in symbols] for matrix in self.expressions])
 
     def _compile(self, expressions: object) -> Compiled:
+        # The arguments are single numbers, for which the math module is faster than NumPy.
         function: Compiled = sp.lambdify(self.arguments, expressions, modules="math", cse=True)
         return function
 

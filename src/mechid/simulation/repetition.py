@@ -130,6 +130,7 @@ def _step_increment(plant: Plant, p: FloatArray) -> FloatArray:
     """Return the increment of each state over a full step, (n,)."""
     by_value = dict(zip(plant.parameters, p.tolist(), strict=True))
     turned = [plant.start_angle_slopes.get(s, sp.Integer(0)) for s in plant.states]
+    # A full step is a quarter of an electrical period.
     return np.array([0.5 * np.pi * float(slope.subs(by_value)) for slope in turned])
 
 

@@ -68,6 +68,7 @@ def _find_resonances(
     found = []
     for value, shares in _roots(about):
         size, most = float(abs(value)), int(shares.argmax())
+        # Complex eigenvalues come in conjugate pairs, of which one is kept.
         swings = value.imag > 0.0 and size > 2.0 * math.pi * LEAST_HZ and -value.real < OVERDAMPED * size
         if swings and (filtered or most < len(plant.states)):
             found.append(

@@ -60,6 +60,7 @@ def begin_from_start(
     x_p = w[int(module.AT_X_P) :][: n * p.size] + own.off_by_parameter.ravel()
     kernel.begin(p, buffers.directions, inputs, theta_0, x, x_p, buffers.discrete, w)
     w[int(module.AT_Z) :][: own.filter.size] = own.filter
+    # A state that friction holds at zero does not follow the start values.
     slopes = own.by_start * ~_held_at_rest(kernel, buffers)[:, None]
     keys = list(kernel.plant.starts)
     for lane, moved in start.lanes.items():

@@ -59,6 +59,7 @@ class FollowedRun:
         self._read += len(whole)
         for line in whole.splitlines():
             self._take(line)
+        # A killed process writes no last entry; only its silence shows.
         if self.state is RunState.RUNNING and time.time() - written.st_mtime > SILENT_S:
             self.state = RunState.CANCELLED
         self.is_alive |= self.state is RunState.RUNNING

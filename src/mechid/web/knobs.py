@@ -105,6 +105,7 @@ def _range(q: Parameter) -> tuple[float, float]:
     d = q.declaration
     if d.unit == "deg":
         return max(q.value - HALF_TURN_DEG, d.lower), min(q.value + HALF_TURN_DEG, d.upper)
+    # A factor about 0 spans no range.
     if q.value == 0.0:
         return (d.lower if math.isfinite(d.lower) else -1.0), (d.upper if math.isfinite(d.upper) else 1.0)
     ends = sorted((q.value / d.spread, q.value * d.spread))

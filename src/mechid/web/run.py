@@ -127,6 +127,7 @@ def _load_estimate(campaign: Campaign, fit: Fit | Path | str | None, folder: Pat
     if folder is None:
         return None
     path, at_work = folder / ESTIMATE_NAME, (folder / JOURNAL_NAME).is_file()
+    # A folder given explicitly must have an estimate, unless its fit may still be running.
     is_required = fit is not None and not at_work
     return read_estimated(path, campaign) if path.is_file() or is_required else None
 
@@ -162,6 +163,7 @@ def _serve_beside(source: Source, port: int, *, browser: bool, ready: Callable[[
             try:
                 explorer = Explorer(source, port)
             except Exception as error:
+                # The future raises it in the calling thread, for instance for a port in use.
                 made.set_exception(error)
             else:
                 made.set_result(explorer)

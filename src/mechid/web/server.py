@@ -90,6 +90,7 @@ class LoopbackOnly(BokehTornado):
         path = request.path or "/"
         if not self.is_own(request):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
+        # A null byte in a path raises ValueError in file system calls.
         if "\0" in unquote(path) or (path not in SERVED and not path.startswith("/static/")):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": MISSING})
         return super().find_handler(request, **kwargs)
@@ -103,7 +104,9 @@ class LoopbackOnly(BokehTornado):
         """Return whether a request names this server and was not made by a page of another origin."""
         own = {f"{name}:{self.port}" for name in NAMES}
         origin = request.headers.get("Origin")
+        # `none` marks an address opened by the user; older browsers do not send the header.
         cross = request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
+        # Browsers send no Origin when a user opens an address, so that its absence is accepted.
         return request.host.lower() in own and not cross and (origin is None or _is_http(origin, own))
 
 

@@ -90,6 +90,7 @@ class Session:
         self.estimate = source.estimate
         self.state: State = first_state(self.campaign)
         if self.estimate and not source.effects:
+            # The initial values are no change that a user could undo.
             self.state = replace(self.state.at(self.estimate.values), past=())
         self.scenes = source.scenes
         self.shown: tuple[str, ...] = tuple(self.scenes)[:1]
@@ -307,6 +308,7 @@ class Session:
                 self._adopt_estimate(run.result)
                 if self.shown_run is not None:
                     self.shown_run.reports.append(_end_of(run.result))
+                # Adopted once: the next call must not set the knobs again.
                 run.result = None
                 return True
         return False

@@ -54,6 +54,7 @@ class State:
             if name in (upper, lower) and {upper, lower} <= values.keys() and values[upper] < values[lower]:
                 other = upper if name == lower else lower
                 values[other] = self.knobs[other].clip(values[name])
+                # The other knob may have stopped at its own end, which then limits this one too.
                 values[name] = min(values[name], values[upper]) if name == lower else max(values[name], values[lower])
         values |= {other: self.knobs[other].clip(values[name]) for other in along}
         return self._at(Setting(values, self.now.free), grip)

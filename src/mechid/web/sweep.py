@@ -98,6 +98,7 @@ def two_digits(value: float) -> float:
     if value == 0.0:
         return 0.0
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    # The tolerance keeps a value of exactly two digits from being rounded up.
     return float(math.ceil(value / unit - 1e-9) * unit)
 
 

@@ -75,6 +75,7 @@ def description_2(name: str, guid: str, words: str, tool: str, variables: Sequen
         entry = ET.SubElement(table, "ScalarVariable", {**_common(v), "valueReference": str(v.number)})
         ET.SubElement(entry, "Integer" if v.whole else "Real", _value(v))
     structure = ET.SubElement(root, "ModelStructure")
+    # FMI 2.0 refers to variables by their position, FMI 3.0 by their value reference.
     outputs = [str(k) for k, v in enumerate(shown, start=1) if v.causality == "output"]
     for part in ("Outputs", "InitialUnknowns"):
         group = ET.SubElement(structure, part)

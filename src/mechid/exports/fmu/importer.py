@@ -82,6 +82,7 @@ class Importer:
             )
         if not made:
             raise MechidError("the unit cannot be instantiated; nothing is written")
+        # ctypes would pass a bare int as a 32-bit C int, which truncates the pointer.
         return ct.c_void_p(made)
 
     def _command(self, of: ct.c_void_p, trial: Trial) -> None:
@@ -96,6 +97,7 @@ class Importer:
     def _set(self, kind: str, type_: Any, of: ct.c_void_p, values: dict[int, Any]) -> None:
         n = len(values)
         arguments = [of, (ct.c_uint32 * n)(*values), ct.c_size_t(n), (type_ * n)(*values.values())]
+        # FMI 3.0 also takes the number of values, since a variable may be an array.
         self._call(f"Set{kind}", *arguments, *([] if self.version == "2" else [ct.c_size_t(n)]))
 
     def _initialise(self, of: ct.c_void_p) -> None:

@@ -162,6 +162,7 @@ class Unit:
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, content in entries.items():
                 info = zipfile.ZipInfo(name, FIXED_DATE)
+                # ZIP keeps Unix permissions in the upper 16 bits; without them extracted files may be unreadable.
                 info.compress_type, info.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
                 archive.writestr(info, content)
         return missing
@@ -172,6 +173,7 @@ def _platform(version: str) -> str:
     system = PLATFORMS.get((version, sys.platform), sys.platform)
     if version == "2":
         return system
+    # FMI 3.0 prescribes x86_64 and aarch64; Windows and macOS report other names.
     machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
     return f"{machine}-{system}"
 

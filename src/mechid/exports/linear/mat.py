@@ -61,6 +61,7 @@ def write_mat(linear: Linear, path: Path) -> None:
         "covariance": own.covariance,
     }
     models = {name: _model(model) for name, model in linear.models.items()}
+    # Field names of a MATLAB struct contain letters, digits and underscores only.
     forcing = {re.sub(r"\W", "_", one.name, flags=re.ASCII): _forcing(one) for one in linear.forcing}
     content = {**models, "uncertain": uncertain, **({"forcing": forcing} if forcing else {}), "about": about}
     with path.open("wb") as file:
@@ -123,6 +124,7 @@ def _matrices(of: Matrices) -> dict[str, Any]:
 
 def _cell(texts: Sequence[str]) -> Any:
     """Return strings as a column of cells."""
+    # An object array becomes a cell array; an array of strings would become a padded char matrix.
     out = np.empty((len(texts), 1), dtype=object)
     out[:, 0] = list(texts)
     return out

@@ -160,6 +160,7 @@ class LinearModel:
         """Return the derivatives of the response with respect to the uncertain parameters, (k, f, n_y, m)."""
         A, B, C, _ = self.matrices.all
         M = _shift(A, frequency_hz)
+        # d(M^-1) = M^-1 dA M^-1 with M = i w - A: two solves serve all parameters.
         right = np.linalg.solve(M, np.broadcast_to(B + 0j, (len(M), *B.shape)))
         left = np.linalg.solve(np.swapaxes(M, 1, 2), np.broadcast_to(C.T + 0j, (len(M), *C.T.shape))).swapaxes(1, 2)
         moved = self.by_uncertain

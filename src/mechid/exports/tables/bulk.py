@@ -89,6 +89,7 @@ def bulk_text(loads: Sequence[OrderLoad], options: Options, provenance: Mapping[
     area = options.first_id
     yield darea(area, options.node, options.component, float(options.scale))
     for at, load in enumerate(loads):
+        # Nastran numbers loads and tables separately, so that equal numbers do not collide.
         nominal, bound, table = area + 1 + 2 * at, area + 2 + 2 * at, area + 3 * at
         title = f"{load.stepping}, order {load.order:g}, {load.frequency_hz[0]:.6g} to {load.frequency_hz[-1]:.6g} Hz"
         f = load.frequency_hz.tolist()

@@ -60,6 +60,7 @@ def _short(value: int | float | str) -> str:
         return str(value)
     # Fewer digits until the number fits into a field of eight columns.
     for digits in range(6, -1, -1):
+        # Nastran reads an exponent without its letter, as 1.5+3, which saves columns.
         text = f"{value:#.{digits + 1}g}".replace("e+0", "+").replace("e-0", "-").replace("e", "")
         if len(text) <= SMALL:
             break
@@ -68,4 +69,5 @@ def _short(value: int | float | str) -> str:
 
 
 def _large(value: float) -> str:
+    # A sign, ten digits, the point and the exponent fill 16 columns.
     return f"{value:.9E}"

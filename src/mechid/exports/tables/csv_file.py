@@ -26,6 +26,7 @@ def write_csv(table: Table, folder: Path) -> str:
 
 def read_csv(table: Table, folder: Path) -> dict[str, FloatArray]:
     """Read the numeric columns of a table from its file."""
+    # The csv module handles line ends itself.
     with (folder / f"{table.name}.csv").open(encoding="utf-8", newline="") as file:
         rows = csv.DictReader(file)
         cells = [[row[name] for name in table.numeric] for row in rows]
@@ -41,6 +42,7 @@ def _lines(table: Table) -> Iterator[str]:
         for row in rows:
             writer.writerow([cell if isinstance(cell, str) else _number(cell) for cell in row])
             yield line.getvalue()
+            # One buffer is reused for all rows, so that a long table is never held as text.
             line.seek(0)
             line.truncate()
 

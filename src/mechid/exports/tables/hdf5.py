@@ -23,6 +23,7 @@ def write_hdf5(tables: Sequence[Table], provenance: Mapping[str, Any], folder: P
         file.attrs["format"] = FORMAT
         file.attrs["provenance"] = json.dumps(provenance)
         for table in tables:
+            # Without tracking, HDF5 lists the columns by name.
             group = file.create_group(table.name, track_order=True)
             for column in table.columns:
                 data = list(column.values) if isinstance(column.values, tuple) else column.values

@@ -55,6 +55,7 @@ def read_workbook(tables: Sequence[Table], folder: Path) -> Iterator[dict[str, F
             for cell in root.iter(f"{SPACE}c"):
                 row, column = _place(cell.attrib["r"])
                 value = cell.find(f"{SPACE}v")
+                # In SpreadsheetML a cell without a type is a number.
                 if row > 0 and value is not None and cell.get("t", "n") == "n" and value.text:
                     found[names[column]][row - 1] = float(value.text)
             yield found
@@ -71,5 +72,6 @@ def _place(reference: str) -> tuple[int, int]:
     letters, digits = re.fullmatch(r"([A-Z]+)(\d+)", reference).groups()  # type: ignore[union-attr]
     column = 0
     for letter in letters:
+        # Letters are digits from 1 to 26, without a zero.
         column = 26 * column + ord(letter) - ord("A") + 1
     return int(digits) - 1, column - 1
