@@ -89,6 +89,7 @@ class Mask:
             number = np.clip(np.searchsorted(self.frequencies_hz, f, side="right") - 1, 0, self.limits.size - 1)
             limit = self.limits[number]
         else:
+            # 0 Hz has no logarithm; it is outside of every mask and replaced by infinity below.
             limit = np.exp(np.interp(np.log(np.maximum(f, low)), np.log(self.frequencies_hz), np.log(self.limits)))
         return np.asarray(np.where(inside, limit, np.inf), dtype=np.float64)
 

@@ -41,12 +41,14 @@ def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> di
         "record_table": _record_table(data),
         "origin": _origin(data["provenance"]),
     }
+    # The verdict reads the correlation and the information, so it is added last.
     return {**more, "summary": summary_data(more)}
 
 
 def _places(row: Mapping[str, Any]) -> dict[str, float | None]:
     """Return where estimate and nominal value lie between the bounds, percent; None without bounds."""
     low, high = row["min"], row["max"]
+    # An interval without both ends has no scale on which a position could be drawn.
     if low is None or high is None or not math.isfinite(high - low) or not high > low:
         return {"place": None, "nominal_place": None}
     share = {key: 100.0 * (row[source] - low) / (high - low) for key, source in PLACES.items()}

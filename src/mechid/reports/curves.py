@@ -134,8 +134,10 @@ def record_curves(
 def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
     noise = fit.records[record.name].known_noise_of(channel.quantity)
     rate_hz = p.base.sample_rate_hz
+    # Two samples at least, since one draws no line.
     start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
     rate = rate_over(record_as_fitted(record, fit), p.base)
+    # Samples are NaN where the simulation failed; the curves carry them on without warnings.
     with np.errstate(all="ignore"):
         frequency, measured = peak_spectrum(p.level, rate_hz, GROUPS)
         return Curves(
@@ -151,12 +153,17 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
             measured=measured,
             modelled=peak_spectrum(p.modelled, rate_hz, GROUPS)[1],
             residual=peak_spectrum(p.residual, rate_hz, GROUPS)[1],
+            # The axes are logarithmic, and 0 Hz has no place on them.
             density_hz=channel.spectrum_hz[1:],
             residual_density=np.sqrt(channel.residual_density[1:]),
+            # White noise has a constant one-sided density up to half the sample rate.
             noise_density=noise * math.sqrt(2.0 / rate_hz),
+            # Lag 0 is left out: it is 1 by definition.
             correlation=autocorrelation(p.residual, LAGS)[1:],
+            # Autocorrelations of N white samples scatter by 1/sqrt(N) about zero.
             limit=1.96 / math.sqrt(p.measured.size),
             rate=rate,
+            # At a constant rate the lines do not move, and the spectrum shows them all.
             spectrogram=_spectrogram(p) if len(rate) > 1 else None,
         )
 

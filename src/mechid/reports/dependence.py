@@ -29,6 +29,7 @@ def dependence_section(data: Mapping[str, Any]) -> Section:
 def _correlation(correlation: Mapping[str, Any]) -> Iterator[Section]:
     names, symbols = correlation["names"], correlation["symbols"]
     texts = [["1" if i == j else text for j, text in enumerate(row)] for i, row in enumerate(correlation["text"])]
+    # The diagonal is 1 by definition; shaded, it would outshine the other entries.
     shades = [[0.0 if i == j else v for j, v in enumerate(row)] for i, row in enumerate(correlation["matrix"])]
     if names:
         yield Section("Correlation of the estimates", (Rows(matrix("", names, symbols, texts, shades)),))

@@ -70,6 +70,7 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
         record.name: {
             "use": use_word(record.use, left_out=fit.records[record.name].reading.left_out),
             "command": command_words(record.command),
+            # The use has a field of its own.
             "taken": {key: v for key, v in fit.records[record.name].reading.to_dict().items() if key != "use"},
             "file": record.spec.path,
             "duration_s": _duration(campaign, record.name),
@@ -102,7 +103,9 @@ def worst_pair(correlation: Mapping[str, Any]) -> tuple[str, str, float] | None:
     names = correlation["names"]
     if len(names) < 2:
         return None
+    # An undetermined correlation is NaN, and argmax would return it as the largest.
     matrix = np.nan_to_num(np.array(correlation["matrix"], dtype=np.float64))
+    # The upper triangle holds each pair once, without the diagonal of ones.
     i, j = np.unravel_index(int(np.argmax(np.abs(np.triu(matrix, 1)))), matrix.shape)
     return names[int(i)], names[int(j)], float(matrix[i, j])
 

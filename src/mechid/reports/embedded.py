@@ -24,6 +24,7 @@ from mechid.reports.packing import pack_text
 from mechid.reports.payload import payload
 from mechid.writing import write_atomically
 
+# A change of any of these files may change the figures, so the cache key covers their text.
 MAKERS = (
     ("mechid.reports", "embedded.py"),
     ("mechid.reports", "plots.py"),
@@ -44,11 +45,14 @@ class Embedded:
 def embedded() -> Embedded:
     """Return what a page embeds, from the cache where it is there; where it cannot be kept it is made each time."""
     path = _path()
+    # A missing or damaged file is made anew; TypeError stands for keys of another version.
     with suppress(OSError, ValueError, TypeError):
         return Embedded(**json.loads(path.read_text(encoding="utf-8")))
+    # Imported here, since a page with a cached file does not need Bokeh.
     from mechid.reports.plots import library, plot_items
 
     made = Embedded(library=pack_text(library()), kinds=plot_items())
+    # An unwritable cache costs a second each time, but not the report.
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, json.dumps(vars(made)))

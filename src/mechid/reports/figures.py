@@ -56,6 +56,7 @@ def matrix_sheets(data: Mapping[str, Any]) -> Iterator[Sheet]:
         yield _matrix("correlation", names, symbols, correlation["matrix"], correlation["text"], "correlation")
     if information:
         yield _shares("information", information, "share_percent", information["records"])
+    # With a single channel every share is 100 %.
     if information and len(information["channels"]) > 1:
         names = [quantity_words(quantity) for quantity in information["channels"]]
         yield _shares("information_by_channel", information, "channel_share_percent", names)

@@ -69,6 +69,7 @@ def write_report(
                 own.begin(record)
             return write_report(data, campaign, fit, validation, folder, own)
     contents = report_contents(data, campaign, fit)
+    # All figures are drawn before a text is replaced, so that no page names a missing figure.
     curves, pictures = illustration.finished(contents)
     document = report_document(contents, curves, equations_mathml(fit.mechanism.plant))
     texts: dict[str, str | Iterable[str]] = {

@@ -78,6 +78,7 @@ class Illustration:
         if self._failed:
             return
         try:
+            # The matrices are small: shared among cores, a factorisation takes longer.
             with creating_folder(self.folder), one_core_algebra():
                 curves = record_curves(self._campaign, self._fit, record, predictions)
             for one in curves:

@@ -180,6 +180,7 @@ class _IntoFolder(Companion):
         truth, validation = self.run.truth, self.validation or None
         name = mechanism_name(fit.required_campaign, self.folder)
         fit = replace(fit, synthetic=fit.synthetic or truth is not None)
+        # The provenance holds the digest of the mechanism file, so its text is needed before any file is written.
         fit = sign_provenance(fit, name, estimated_text(fit))
         data = report_data(fit, truth, validation=validation)
         files = write_results(fit, data, self.folder, mechanism_name=name, validation=validation)
@@ -211,6 +212,7 @@ def mechanism_name(campaign: Campaign, folder: Path) -> str:
 
 def _is_written_by_hand(file: Path) -> bool:
     try:
+        # A file in another encoding is a user's own; strict decoding would raise an error instead.
         with file.open(encoding="utf-8", errors="replace") as text:
             return ESTIMATED not in text.read(FIRST_LETTERS)
     except OSError:  # as where there is none
@@ -242,6 +244,7 @@ def _report(
     except UnwritableError:
         raise
     except Exception as error:
+        # Without a report no page shows the figures.
         illustration.give_up()
         what = " ".join(f"{type(error).__name__}: {error}".split())
         say(f'warning: no report was made ({what}); "mechid report {folder}" tries again')

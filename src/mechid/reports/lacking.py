@@ -56,6 +56,7 @@ def added_notes(fit: Fit) -> dict[str, str]:
     for one in fit.added_terms:
         note = f"added by mechid: {one.words}; the records need it (chi-square {one.chi_square:.4g} for {one.dof})"
         places = {name.rpartition(".")[0] for name in one.parameters}
+        # A parameter that came with a block keeps the remark of the first term there; a term's own take that term's.
         notes |= {
             n: note for n, p in fit.parameters.items() if p.added and n.rpartition(".")[0] in places and n not in notes
         }

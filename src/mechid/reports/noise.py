@@ -86,6 +86,7 @@ def above_words(residual: AgainstNoise) -> str:
     '1.16 times the noise floor, and coloured: 10001 samples worth 31 effective ones, by chance up to 1.2'
     """
     most, effective = residual.most_by_chance, rounded(residual.effective_samples)
+    # With fewer digits, the ratio could read as equal to the bound that it exceeds.
     count = next((n for n in DIGITS if digits(residual.ratio, n) != digits(most, n)), DIGITS[-1])
     times = f"{digits(residual.ratio, count)} times the noise floor"
     if residual.ratio > NOISE.misfit:

@@ -77,6 +77,7 @@ def outline_of(prediction: Prediction, noise: float, around: Mapping[str, float]
         Record time in s in the middle of each stretch that is shown in every sample, by its words.
     """
     p = prediction
+    # Beyond the end of a failed simulation there is nothing finite to round to steps.
     reached = reached_by(p.modelled)
     left = Remainder(p.measured, p.level.line, p.modelled)
     modelled, residual = (stretch_of(one, 0, reached) for one in (p.modelled, left))
@@ -96,6 +97,7 @@ def _part(p: Prediction, middle_s: float) -> slice:
     """Return the samples around a time, as many within the record as a stretch has."""
     samples = round(DETAIL_S * p.base.sample_rate_hz)
     middle = round((middle_s - p.base.start_s) * p.base.sample_rate_hz)
+    # At an end of the record the stretch is shifted inwards, so that it keeps its length.
     first = min(max(middle - samples // 2, 0), max(p.base.samples - samples, 0))
     return slice(first, min(first + samples, p.base.samples))
 
@@ -103,6 +105,7 @@ def _part(p: Prediction, middle_s: float) -> slice:
 def _extremes(series: Series, step: float) -> Extremes:
     kept = envelope(series, COLUMNS)
     steps = np.rint(samples_at(series, kept) / step).astype(np.int64)
+    # Differences of ascending numbers are small, and small numbers deflate well.
     return Extremes(numbers=pack_integers(np.diff(kept, prepend=0)), steps=pack_integers(np.diff(steps, prepend=0)))
 
 

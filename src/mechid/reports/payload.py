@@ -39,6 +39,7 @@ def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str
         },
         "shown_hz": shown_hz(curves),
         "density": {"hz": pack_floats(curves.density_hz), "residual": pack_floats(curves.residual_density)},
+        # JSON has no NaN.
         "noise_density": float(np.nan_to_num(curves.noise_density)),
         "correlation": pack_floats(curves.correlation),
         "limit": curves.limit,
@@ -93,6 +94,7 @@ def zooms(curves: Curves) -> list[dict[str, Any]]:
     """Return the stretches of a record that are worth a look, record time in s from and to."""
     base, peak = curves.base, curves.largest_s
     first, last = base.start_s, base.start_s + (base.samples - 1) / base.sample_rate_hz
+    # In a short record the usual stretch would be the whole record.
     around = min(AROUND_S, 0.25 * (last - first))
     few = min(0.5 * SAMPLES / base.sample_rate_hz, around)
     stretches = {
@@ -115,6 +117,7 @@ def _image(s: Spectrogram) -> dict[str, Any]:
         "levels_a_decade": LEVELS_A_DECADE,
         "time_s": [float(s.time_s[0]), float(s.time_s[-1])],
         "hz": float(s.frequency_hz[-1]),
+        # The logarithmic scale of a record of zeros needs an end above zero.
         "high": float(np.nanmax(s.measured)) or 1.0,
         "measured": pack_integers(_levels(s.measured)),
         "modelled": pack_integers(_levels(s.modelled)),
@@ -123,5 +126,6 @@ def _image(s: Spectrogram) -> dict[str, Any]:
 
 def _levels(amplitude: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Return amplitudes as whole half decibels over one unit, row after row; what is none is as good as zero."""
+    # Neither NaN nor the logarithm of zero is a whole number.
     size = np.maximum(np.nan_to_num(amplitude), LEAST_AMPLITUDE)
     return np.asarray(np.rint(LEVELS_A_DECADE * np.log10(size)), dtype=np.int64).ravel()

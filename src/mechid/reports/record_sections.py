@@ -54,6 +54,7 @@ def record_parts(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[
         parts.append(Rows(record_table(data), where=IN_DOCUMENTS))
     yield Section("Records", parts, "records", "Records")
     yield from _predictions(data)
+    # Only the curves of a leading channel bear the plain name of their record.
     firsts = [k for k, one in enumerate(curves) if one.name == one.record]
     sections = [_record(data, curves[first:end]) for first, end in pairwise((*firsts, len(curves)))]
     yield Section("", sections, entry="records", where=IN_DOCUMENTS)

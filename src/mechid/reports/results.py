@@ -65,6 +65,7 @@ def write_results(
         The folder cannot be written to.
     """
     fit = replace(fit, synthetic=data["synthetic"])
+    # Estimate and report are signed with the digest of this text, so it comes first.
     text = estimated_text(fit)
     fit = sign_provenance(fit, mechanism_name, text)
     texts = {

@@ -181,7 +181,9 @@ def report(
     """
     own, folder = campaign or fit.required_campaign, Path(out)
     with hold_folder(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
+        # Results of this very fit stay: the files hold one another's digests.
         again = _is_there(fit, folder)
+        # True values are stored in report.json alone, which is replaced below.
         was, known = read_truth(folder) if again and truth is None else (False, truth)
         fit = replace(fit, synthetic=fit.synthetic or synthetic or was or truth is not None)
         validation = validate(own, fit, illustration.begin)
@@ -192,6 +194,7 @@ def report(
         files += write_report(data, own, fit, validation, folder, illustration)
         if again:
             files += [write_residual(fit, validation, folder), *write_components(fit, validation, folder)]
+    # report.json is written with the results and again with the report.
     return list(dict.fromkeys(files))
 
 

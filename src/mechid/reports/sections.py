@@ -99,6 +99,7 @@ def _verdict(data: Mapping[str, Any]) -> Iterator[Part]:
     reasons = [reason for reason in data["reasons"] if reason not in of_file]
     found = [f"{one['name']}: {one['words']}{one['text']['apart']} (below)" for one in data["missing"]]
     outcome = data["outcome"]["message"]
+    # A reason may begin with the sentence of the outcome, which would then appear twice.
     is_said = any(reason["text"].startswith(outcome) for reason in data["reasons"])
     parts: tuple[Part, ...] = (
         Lines(found, "found, not declared", style="yellow"),

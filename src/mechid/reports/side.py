@@ -43,6 +43,7 @@ def side_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]
     rows: list[dict[str, Any]] = []
     for component in dict.fromkeys(line["component"] for line in lines):
         own = sorted((x for x in lines if x["component"] == component), key=lambda x: float(-x["amplitude"]))
+        # In ascending amplitude, the largest line of each order is entered last and stays.
         largest = {line["order"]: line for line in reversed(own)}.values()
         rows += islice(sorted(largest, key=lambda x: float(-x["amplitude"])), SHOWN)
     return [{**row, "text": _texts(row)} for row in rows]

@@ -32,6 +32,7 @@ def _bounds(row: Row) -> Markup:
     if row["place"] is None:
         return Markup("")
     marks = Markup('<i style="left: {}%"></i><i class="now" style="left: {}%"></i>')
+    # The bar is hidden from screen readers, which read the bounds in the columns beside it.
     bar = Markup('<span class="bounds" aria-hidden="true">{}</span>')
     return bar.format(marks.format(row["nominal_place"], row["place"]))
 

@@ -83,6 +83,7 @@ def step_of(prediction: Prediction, noise: float, part: slice = ALL) -> float:
     series = (stretch_of(one, *part.indices(one.size)[:2]) for one in (prediction.level, prediction.modelled))
     measured, modelled = series
     largest = max(_largest(measured), _largest(stretch_of(modelled, 0, reached_by(modelled))))
+    # A record of zeros without noise has no scale; any step represents it.
     return max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
 
 
@@ -106,6 +107,7 @@ def _steps(y: FloatArray, step: float) -> IntArray:
 def _second_differences(y: Series, step: float) -> Iterator[IntArray]:
     """Yield those of the whole steps of samples, zeros before the first, block by block."""
     for part in blocks(y.size):
+        # Two samples of the previous block make the differences continue across its end.
         two = _steps(y[max(part.start - 2, 0) : part.start], step)
         before = np.concatenate((np.zeros(2 - two.size, dtype=np.int64), two))
         yield np.diff(_steps(y[part], step), n=2, prepend=before)
@@ -115,6 +117,7 @@ def _differences(measured: Series, modelled: Series, step: float) -> Iterator[In
     """Yield the whole steps of samples less those of the prediction, as far as it goes, block by block."""
     for part in blocks(measured.size):
         steps, model = _steps(measured[part], step), _steps(modelled[part], step)
+        # Both are rounded before the subtraction, so that the sum on the page is the rounded sample exactly.
         steps[: model.size] -= model
         yield steps
 

@@ -72,6 +72,7 @@ def least_certain(data: Data) -> Data | None:
 
 def relative_error(row: Data) -> float:
     """Return a parameter's standard error relative to its value, an angle's in radians."""
+    # The zero of an angle is arbitrary, so its error is not divided by its value.
     if row["unit"] == "deg":
         return math.radians(row["std_error"])
     return float(row["std_error"] / abs(row["estimate"])) if row["estimate"] else math.inf
@@ -211,6 +212,7 @@ def _records_to_add(name: str, information: Data) -> list[str]:
     gains = dict(zip(information["records"], factors, strict=True))
     seconds = dict(zip(information["records"], information["duration_s"], strict=True))
     best = min(gains, key=lambda record: float(gains[record]))
+    # Negated, so that NaN counts as no gain.
     if not gains[best] < WORTH:
         return [f"No single record repeated once more would lower the standard error of {name} by more than 2 %."]
     lines = [
