@@ -20,7 +20,7 @@ BY_CHANNEL = (
 
 
 def dependence_section(data: Mapping[str, Any]) -> Section:
-    """Return the section of what `report_contents` made."""
+    """Return the section from the result of `report_contents`."""
     correlation, information = data["correlation"], data["information"]
     parts = [*_correlation(correlation), *(_information(information) if information else ())]
     return Section("Dependence and information", parts, "dependence", "Dependence", where=IN_DOCUMENTS)

@@ -28,7 +28,7 @@ TRUTH = (Column("truth", "truth"), Column("off", "deviation_sigmas"))
 
 
 def _bounds(row: Row) -> Markup:
-    """Return where nominal value and estimate lie between the bounds, drawn."""
+    """Return a bar that shows nominal value and estimate between the bounds."""
     if row["place"] is None:
         return Markup("")
     marks = Markup('<i style="left: {}%"></i><i class="now" style="left: {}%"></i>')
